@@ -7,12 +7,18 @@ after the first ENOUGH samples; :mod:`kernels.spectrum` measures them, or where 
 of two neighbours in their place: half the work, for the model is the same with M², and an error that bounds every
 sample's bounds a mean's. Of what white noise leaves they lose (rate x spacing)²/12, some per cent at most.
 
-*Error.* A sample's error is bounded by TRUST times the scatter, rounding, what halving the step changes, and what the
+*Error.* A sample's error is bounded by TRUST times the scatter, what halving the step changes, and what the
 extrapolation to zero amplitude leaves: with b the distance from the samples extrapolated once, and d that from those of
 the whole perturbation, both in the root mean square, :math:`b\,[2 + 3\min(15b/d, 10)]`, as of
 :func:`kernels.oscillations.errors`. An error of that size in every sample, of whatever shape, moves a measured value by
 :math:`\sqrt{N}\,\sigma_1` times it at most, :math:`\sigma_1` the standard deviation for noise of one. So the errors
 are bounds, not standard errors.
+
+*Rounding.* Every step adds its own rounding, of standard deviation :math:`2^{-52}/\sqrt{12}` of the largest sample or
+less, and the motion carries it on. The matrix that sums over the m samples of a run has a norm of :math:`2m/\pi`, so
+that the value moves by :math:`\sigma_1 m\sqrt{k}\,2^{-52}` at five standard deviations, k the steps of a sample
+(WALK). The coefficients of the equations are rounded too, which all motions share and no sample shows: the matrix is
+off by BENDING roundings of the scale in Frobenius' norm; :mod:`kernels.invariants` says what follows.
 
 Lanes are as in :mod:`kernels.blocks`, and a point's bits depend on the point alone.
 """
@@ -43,7 +49,8 @@ from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_W
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
 
 TRUST = 3.0  # multiples of the scatter in the bound
-ROUNDINGS = 16.0  # of the largest sample, a square root of a step
+WALK = 1.0  # roundings of the largest sample, a sample and square root of a step
+BENDING = 4.0  # roundings of the scale by which the coefficients of the equations may be off
 MEANS_FROM = 4  # times the samples that a run needs: where it has more, means of two serve as well as both
 LINEAR = 0.25  # largest error of the samples by the amplitude, over their least singular value
 BENT, ENOUGH = 1e-5, 16  # the window ends where b exceeds this part of a sample, but not before so many samples
@@ -54,10 +61,10 @@ NEXT, GROWING, FALLING = 2.0, 3.0, 10.0  # in what the extrapolation leaves: of 
 HALVING, STEPS, SAMPLES, AMPLITUDE, LEFT = range(5)
 FIRST = 5
 
-# Rows of a block, W lanes each, after the first of `runs`: largest sample at the start, so far and of this one, square
-# of its b, whether the window is open; sums of squares of b and d. Then each quantity's value at the start and its
-# largest change, the samples' weights, and the samples.
-START, LARGEST, SIZE, FAR, OPEN, ONCE, WHOLE, QUANTITY = range(GIVEN, GIVEN + 8)
+# Rows of a block, W lanes each, after the first of `runs`: the scale; largest sample at the start, so far and of this
+# one, square of its b, whether the window is open; sums of squares of b and d. Then each quantity's value at the start
+# and its largest change, the samples' weights, and the samples.
+SCALE, START, LARGEST, SIZE, FAR, OPEN, ONCE, WHOLE, QUANTITY = range(GIVEN, GIVEN + 9)
 
 
 @njit(TAKEN, **PASSED)
@@ -143,7 +150,7 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
     """Measure the samples of block after block into the points' raw results; numbers as of `take`."""
     whole_vectors()
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
-    floor, used, total = scratch(1), scratch(1), scratch(1)
+    floor, bend, used, total = scratch(1), scratch(1), scratch(1), scratch(1)
     part = np.empty((W, invariants.HEAD + 4 * n))
     kept = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
@@ -162,11 +169,13 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
             once *= NEXT + GROWING * (min(15.0 * once / whole, FALLING) if whole > 0.0 else 0.0)
             Q[ONCE, lane] = once / largest
             rounding = 4.0 * EPSILON * math.sqrt(number) * largest
-            floor[lane] = once / math.sqrt(n * total[lane]) + ROUNDINGS * EPSILON * math.sqrt(number * count) * largest
-            floor[lane] += max(Q[CHANGE, lane] - rounding, 0.0) * count
+            walk = WALK * EPSILON * math.sqrt(number) * (total[lane] / runs) * largest
+            floor[lane] = (once + walk) / math.sqrt(n * total[lane]) + max(Q[CHANGE, lane] - rounding, 0.0) * count
         if kept < count:
             _take_means(Y, weight, runs, count, n, used, Q[SPACING], kept)
-        fit(step, tell, Y, weight, runs, kept, n, Q[SPACING], floor, TRUST, lanes, part)
+        for lane in range(W):
+            bend[lane] = BENDING * EPSILON * Q[SCALE, lane] * Q[SPACING, lane]
+        fit(step, tell, Y, weight, runs, kept, n, Q[SPACING], floor, bend, TRUST, lanes, part)
         for lane in range(lanes):
             i = order[first + lane]
             raw[i, SAMPLES], raw[i, STEPS], raw[i, AMPLITUDE] = used[lane], steps[i], Q[LARGEST, lane]

@@ -6,7 +6,8 @@ matrix: the Cramér-Rao bound for white noise. The coefficients of
 :math:`\mathrm dc_{n-1-k} = -\operatorname{tr}(N_k\,\mathrm dA)` with polynomials :math:`N_k` in A, so that
 :math:`\mathrm dA` may be :math:`M^{-1}\mathrm dM/h`. An eigenvalue's error is :math:`|\delta p/p'|` while that is far
 below the distance of the next one, else the radius within which a root of the disturbed polynomial must lie,
-:math:`\min_k \bigl(\tbinom nk\,|\delta p|\,/\,|p^{(k)}/k!|\bigr)^{1/k}`.
+:math:`\min_k \bigl(\tbinom nk\,|\delta p|\,/\,|p^{(k)}/k!|\bigr)^{1/k}`. A change of A that no sample shows, for the
+motion itself has it, of Frobenius norm b at most, changes the coefficients by :math:`b\,\lVert N_k\rVert` at most.
 
 *Invariants.* For four eigenvalues :math:`S = \tfrac12\sum\lambda^2`, :math:`D = \prod\lambda` and S² - 4D with errors:
 of two pairs ±μ1, ±μ2 they are μ1² + μ2², μ1² μ2² and (μ1² - μ2²)², and smooth through any collision.
@@ -35,7 +36,7 @@ REACHED = 2e-6  # square of the size of Z to the eighth, below which what these 
 LOST, PIVOTED = 1e4, 1e-3
 
 ROWS, LANES = float64[::1], float64[:, ::1]
-TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, int64, LANES)
+TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, ROWS, int64, LANES)
 TELL = types.FunctionType(TOLD)
 
 # Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
@@ -57,6 +58,7 @@ class Polynomial(NamedTuple):
     """The characteristic polynomial of one lane."""
 
     c: np.ndarray  #: coefficients, c[n] = 1
+    bent: np.ndarray  #: largest changes of these, that of c[n] 0, by what no sample shows
     K: np.ndarray  #: their covariance for noise of one, shape (n, n)
     noise: float
     lost: float  #: relative error of a term of a covariance
@@ -187,7 +189,7 @@ def _eigenvalue_error(p, point, gap, most, parts, shifted):
         power *= point
     rounding, power, size = 0.0, 1.0, math.hypot(point.real, point.imag)
     for k in range(n + 1):
-        rounding += ROUNDINGS * EPSILON * abs(p.c[k]) * power
+        rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * power
         power *= size
     if steep > 0.0:
         rounded = rounding / steep + ROUNDINGS * EPSILON * most
@@ -207,13 +209,14 @@ def _eigenvalue_error(p, point, gap, most, parts, shifted):
 @njit(**OPTIONS)
 def _tell_invariants(p, re, im, a, spacing, row):
     """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
-    c, noise = p.c, p.noise
+    c, bent, noise = p.c, p.bent, p.noise
     S, D = 0.5 * c[3] * c[3] - c[2], c[0]
     a[3], a[2] = c[3], -1.0
     s = _form(p, a)
     a[3], a[2], a[0] = 2.0 * S * c[3], -2.0 * S, -4.0
     both = _form(p, a)
-    s, d, both = noise * s, noise * math.sqrt(max(p.K[0, 0], 0.0)), noise * both + 4.0 * (noise * s) ** 2
+    s, d = noise * s + abs(c[3]) * bent[3] + bent[2], noise * math.sqrt(max(p.K[0, 0], 0.0)) + bent[0]
+    both = noise * both + 2.0 * abs(S) * (abs(c[3]) * bent[3] + bent[2]) + 4.0 * bent[0] + 4.0 * s**2
     two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
     for i in range(4):
         size += re[i] * re[i] + im[i] * im[i]
@@ -233,7 +236,7 @@ def _tell_lane(p, re, im, spacing, room, row):
     odd = 0.0
     for k in range(n - 1, -1, -2):
         a[k] = 1.0
-        error = p.noise * _form(p, a)
+        error = p.noise * _form(p, a) + p.bent[k]
         a[k] = 0.0
         odd = max(odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
     row[ODD] = odd
@@ -258,8 +261,11 @@ def _tell_lane(p, re, im, spacing, room, row):
 
 
 @njit(TOLD, **PASSED)
-def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
-    """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and algebra serves."""
+def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
+    """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and algebra serves.
+
+    bend: largest change, times the spacing, of A in the motion itself.
+    """
     whole_vectors()
     nn = n * n
     Y, T, U, Z, K = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn)
@@ -269,6 +275,7 @@ def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
     _coefficient_covariances(Motions(M, X0, runs, n, covariance), N, K, T, f)
     y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((4, n))
     re, im, of_lane, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
+    bent = np.zeros(n + 1)
     for lane in range(lanes):
         if math.isnan(noise[lane]):
             continue
@@ -276,8 +283,12 @@ def tell(M, X0, runs, n, covariance, noise, spacing, lanes, raw):
             of_lane[i] = c[i, lane]
             for j in range(n):
                 y[i, j], k[i, j] = Y[i * n + j, lane], K[i * n + j, lane]
+            square = 0.0
+            for j in range(nn):
+                square += N[(n - 1 - i) * nn + j, lane] * N[(n - 1 - i) * nn + j, lane]
+            bent[i] = bend[lane] * math.sqrt(square)
         of_lane[n] = 1.0
         if eigenvalues(y, n, re, im):
             lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
-            p = Polynomial(of_lane, k, noise[lane], lost)
+            p = Polynomial(of_lane, bent, k, noise[lane], lost)
             _tell_lane(p, re, im, spacing[lane], (parts, shifted), raw[lane])

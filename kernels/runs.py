@@ -60,6 +60,11 @@ class Sampling(NamedTuple):
     spacing: float  #: spacing of the samples, in 1/S; at most 1/2
     tolerance: float  #: relative error allowed over the run
 
+    @classmethod
+    def of(cls, cycles, samples_per_cycle, tolerance):
+        """Return the sampling of a run of so many cycles, 2π/S each."""
+        return cls(round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5), tolerance)
+
 
 class Runs(NamedTuple):
     """Points and their runs."""
@@ -158,7 +163,8 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
     _, directions, motions, rows = runs.starts.shape
     _, channels, N = runs.project.shape
     count, states, watched, single = numbers[0], numbers[1], numbers[2], numbers[3]
-    R, K, D = scratch(6 * rows).reshape(6, rows * W), scratch(states), rows_of(3 * channels)
+    size = rows + ORDER * N  # and the terms of a step
+    R, K, D = scratch(6 * size).reshape(6, size * W), scratch(states), rows_of(3 * channels)
     project = scratch(channels * N).reshape(channels, N * W)
     for b in range(bounds.size - 1):
         first, lanes, Q = bounds[b], bounds[b + 1] - bounds[b], blocks[b]
@@ -229,16 +235,28 @@ def has_converged(raw, intervals, tolerance):
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
 
 
+@njit(**OPTIONS)
+def load(table, first, S):
+    """Write the rows of W runs from the first on, the last run in place of those that are not there."""
+    for row in range(len(table)):
+        for lane in range(W):
+            S[row * W + lane] = table[row, min(first + lane, table.shape[1] - 1)]
+
+
+@njit(**OPTIONS)
+def store(S, first, table):
+    """Write the rows of W runs back."""
+    for row in range(len(table)):
+        for lane in range(min(W, table.shape[1] - first)):
+            table[row, first + lane] = S[row * W + lane]
+
+
 @njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)
 def advance_table(advance, table, steps):
     """Advance runs, shape (rows, runs), by so many steps, in place."""
     rows, runs = table.shape
-    S = scratch(rows)
+    S = scratch(rows * (1 + ORDER))  # and the terms of a step
     for first in range(0, runs, W):
-        for row in range(rows):
-            for lane in range(W):
-                S[row * W + lane] = table[row, min(first + lane, runs - 1)]
+        load(table, first, S)
         advance(S, steps)
-        for row in range(rows):
-            for lane in range(min(W, runs - first)):
-                table[row, first + lane] = S[row * W + lane]
+        store(S, first, table)

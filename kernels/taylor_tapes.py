@@ -162,8 +162,8 @@ def _gather(A, S, row):
         S[row * W + lane] = total + A[0, lane]
 
 
-@njit(void(ROWS, WHOLE, REAL, ROWS, int64, float64[::1], int64), **OPTIONS)
-def advance(tape, parts, weights, rates, states, S, steps):
+@njit(void(ROWS, WHOLE, REAL, ROWS, types.UniTuple(int64, 2), float64[::1], int64), **OPTIONS)
+def advance(tape, parts, weights, rates, rows, S, steps):
     """Advance every lane by so many steps of order ORDER.
 
     Args:
@@ -171,12 +171,13 @@ def advance(tape, parts, weights, rates, states, S, steps):
         parts, weights (int64 and float64 arrays): Rows of the tape that the sums are made of, and what each counts.
         rates (int64 array, shape (states, 2)): Of each state's rate its row of the tape (-1 for one that does not
             move), and the row of S with its value where deviations are from (-1: it is 0).
-        states (int): Rows of S that are state or remainder; ε and the step follow.
+        rows (2 ints): Rows of S that are state or remainder (ε and the step follow), and all of them: the terms of the
+            last step follow, of orders 1 to ORDER of each state.
         S (float64 array): Read and written: see the top of this file.
         steps (int): How many.
     """
     whole_vectors()
-    size, count, epsilon, step = len(rates), len(tape), states * W, (states + 1) * W
+    size, count, epsilon, step = len(rates), len(tape), rows[0] * W, (rows[0] + 1) * W
     X, C = np.empty((size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
     R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
     for _ in range(steps):
@@ -202,6 +203,10 @@ def advance(tape, parts, weights, rates, states, S, steps):
                         out[lane] = 0.0
                     _function(C, S, tape[k], ORDER, epsilon, R[k], out)
                 _gather(R[k], S, tape[k, REMAINDER])
+    for i in range(size):
+        for n in range(ORDER):
+            for lane in range(W):
+                S[(rows[1] + ORDER * i + n) * W + lane] = X[i, n + 1, lane]
 
 
 @njit(**OPTIONS)
@@ -234,7 +239,8 @@ def check(tape, parts, weights, watched, states, S):
     """Write the deviations of what is watched, over ε or ε².
 
     Args:
-        tape, parts, weights, states, S: As of :func:`advance`.
+        tape, parts, weights, S: As of :func:`advance`.
+        states (int): Rows of S that are state or remainder.
         watched (int64 array, shape (terms, 3)): Of each term: to which row below the step it is added, its order or
             ABSOLUTE, and its row of the tape (-1: it does not move).
     """

@@ -130,6 +130,18 @@ class Model:
         """Find all equilibria of points, given by the values of each parameter."""
         return equilibria.find(self.landscape, parameters)
 
+    def columns_of_runs(self, theory, measured, samples, steps) -> dict[str, np.ndarray]:
+        """Return the columns about runs and equilibria that every measurement has."""
+        return {
+            "rate_scale": theory["scale"],
+            "samples_used": np.nan_to_num(samples).astype(np.int32),
+            "window_end": (samples - 1.0) * measured["spacing"] / theory["scale"],
+            "steps_per_sample": np.nan_to_num(steps).astype(np.int32),
+            "status": measured["status"],
+            "equilibria_certified": theory["certified"],
+            **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.equations.places)},
+        }
+
     def located(self, parameters: list[np.ndarray], slot: np.ndarray) -> dict[str, np.ndarray]:
         """Return the equilibrium in a slot of each point.
 

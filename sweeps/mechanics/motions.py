@@ -1,47 +1,53 @@
 """Motions of a described system, however far from an equilibrium, with errors.
 
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
-there and no rounding adds up in them. Each sample interval is cut into steps of equal length; they are halved until the
-samples change by less than the tolerance, or by rounding alone, and what the last halving changed is the error. Where
-the time stands in the equations it is known to a rounding; every other solution is later by that much.
+there and no rounding adds up in them. Each step is as long as its own terms allow, and samples within it are sums of
+its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and what the last
+halving changed is the error. Where the time stands in the equations it is known to a rounding; every other solution is
+later by that much.
 """
 
 import numpy as np
 
-from kernels.runs import advance_table
+from kernels import paths
 from sweeps.mechanics.taylor import Code
 
-SEGMENT = 32  # steps from one place
-LEAST, MOST = 2, 1 << 14  # steps in an interval
+SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps from one place, and how often
+SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
+MOST_HALVINGS = 6
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a state's largest size, whatever the halving shows
-SOON = 64  # steps from which on a motion that is not finite has left all numbers
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
-def follow(code: Code, parameters, start, times, steps: int) -> np.ndarray:
-    """Return the states at times, shape (runs, times, states).
+def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray:
+    """Return the states at times, shape (runs, times, states); NaN from where a motion ends.
 
     Args:
         code: of motions, not near equilibria.
         parameters: a list of arrays (runs,).
         start: states at the first time, the time left out, shape (runs, states).
         times: shape (runs, times).
-        steps: in each interval.
+        tolerance: the last term of a step, relative to the largest size of each state so far.
     """
     time = len(code.graph.equations.states)  # the place of the time among the states
     x = np.insert(start, time, times[:, 0], axis=1)
-    found, module = np.empty((*times.shape, code.n)), code.module()
-    found[:, 0] = x
-    ones = np.ones(len(x))
-    for k in range(1, times.shape[1]):
-        for first in range(0, steps, SEGMENT):
-            table = np.ascontiguousarray(code.starts(parameters, x, [(ones, np.zeros((code.n, len(x))))])[:, 0].T)
-            table[code.step_row] = (times[:, k] - times[:, k - 1]) / steps
-            advance_table(module.advance, table, min(SEGMENT, steps - first))
-            x = x + table[: code.n].T
-        x[:, time] = times[:, k]
-        found[:, k] = x
-    return np.delete(found, time, axis=2)
+    found, module = np.full((*times.shape, start.shape[1]), np.nan), code.module()
+    found[:, 0] = start
+    size, span = np.zeros((code.n, len(x))), times[:, 1] - times[:, 0]
+    number, due, times = np.arange(len(x)), np.ones(len(x), dtype=np.int64), np.ascontiguousarray(times)
+    for _ in range(MOST_SEGMENTS):
+        if not number.size:
+            break
+        still = [(np.ones(len(x)), np.zeros((code.n, len(x))))]
+        table = np.ascontiguousarray(code.starts([p[number] for p in parameters], x, still)[:, 0].T)
+        clock, place = np.stack([x[:, time], 0.0 * span, span]), np.ascontiguousarray(x.T)
+        path = paths.Path(table, place, size, clock, np.stack([number, due]), code.step_row, code.order)
+        paths.follow(module.advance, path, times, tolerance, SEGMENT, found)
+        left = path.due[1] < times.shape[1]
+        x, size, span = (x + table[: code.n].T)[left], np.ascontiguousarray(size[:, left]), clock[2, left]
+        x[:, time] = (clock[0] + clock[1])[left]
+        number, due = path.due[:, left]
+    return found
 
 
 def solved(
@@ -59,16 +65,18 @@ def solved(
     """
     states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     converged = np.zeros(len(start), dtype=bool)
-    left, steps, last = np.arange(len(start)), LEAST, np.full(len(start), np.inf)
+    left, last = np.arange(len(start)), np.full(len(start), np.inf)
     late = np.finfo(np.float64).eps * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
     with np.errstate(all="ignore"):
-        coarse = follow(code, parameters, start, times, steps)
-    while left.size and steps < MOST:
-        steps *= 2
+        coarse = follow(code, parameters, start, times, SHARE * tolerance)
+    for halving in range(1, MOST_HALVINGS + 1):
+        if not left.size:
+            break
         chosen = [p[left] for p in parameters]
         with np.errstate(all="ignore"):
             late = -late  # 0 and one rounding in turn
-            fine = follow(code, chosen, start[left], times[left] + np.maximum(late[left], 0.0), steps)
+            later = times[left] + np.maximum(late[left], 0.0)
+            fine = follow(code, chosen, start[left], later, SHARE * tolerance / 2.0 ** (code.order * halving))
             apart = np.maximum.accumulate(np.abs(fine - coarse), axis=1)
             size = np.abs(fine).max(axis=1)
             size = size if least is None else np.maximum(size, least[left])
@@ -77,7 +85,7 @@ def solved(
         converged[left] = change <= tolerance
         rounded = (change > FALLING * last[left]) & (change < ROUNDED)
         last[left] = change
-        hopeless = ~np.isfinite(change) & (steps >= SOON)
+        hopeless = ~np.isfinite(change)
         going = ~(converged[left] | rounded | hopeless)
         left, coarse = left[going], fine[going]
     return states, error + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), converged

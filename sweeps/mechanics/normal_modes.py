@@ -98,10 +98,11 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         direction: of the perturbation, one number for each coordinate; None: along the mode.
 
     Returns:
-        `raw` (points, len(kernel.RAW)), `status` (int8), `intervals`, `spacing`, `reach` (the signed size of the mode's
-        part of the perturbation, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
+        `raw` (points, len(kernel.RAW)), `status` (int8), `spacing`, `reach` (the signed size of the mode's part of the
+        perturbation, relative to the whole) and `share` (of the norm that the kinetic matrix makes).
     """
-    intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+    sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
+    intervals, spacing, _ = sampling
     size, status = len(points["epsilon"]), theory["status"].copy()
     raw, here = np.full((size, len(kernel.RAW)), np.nan), status == statuses.OK
     unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
@@ -119,12 +120,11 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         status[part[~nudged]] = statuses.NOT_PERTURBED
         if not nudged.all():
             part, nudge = part[nudged], {name: values[nudged] for name, values in nudge.items()}
-        raw[part] = _run(model, points, theory, part, nudge, Sampling(intervals, spacing, tolerance))
+        raw[part] = _run(model, points, theory, part, nudge, sampling)
         status[part] = kernel.status(raw[part], intervals, tolerance, spacing)
     wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
     raw[wide], status[wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
-    found = {"raw": raw, "status": status, "intervals": intervals, "spacing": spacing}
-    return found | {"reach": reach, "share": share}
+    return {"raw": raw, "status": status, "spacing": spacing, "reach": reach, "share": share}
 
 
 def _too_wide(landscape, points, theory, which):
@@ -246,12 +246,7 @@ def _columns(model, points, theory, measured):
         **_log_slope(raw, regime),
         "regime_theory": predicted,
         "regime": regime,
-        "rate_scale": S,
-        "samples_used": np.nan_to_num(raw[:, kernel.RAW.samples]).astype(np.int32),
-        "window_end": (raw[:, kernel.RAW.samples] - 1.0) * measured["spacing"] / S,
-        "steps_per_sample": np.nan_to_num(raw[:, kernel.RAW.steps]).astype(np.int32),
-        "status": measured["status"],
-        "equilibria_certified": theory["certified"],
+        **model.columns_of_runs(theory, measured, raw[:, kernel.RAW.samples], raw[:, kernel.RAW.steps]),
         "energy_drift": raw[:, kernel.RAW.energy_drift],
     }
     columns["growth_rate_logslope_error"] = (
@@ -263,8 +258,6 @@ def _columns(model, points, theory, measured):
     columns |= {"amplitude": amplitude, "initial_phase": angle}
     if model.system.follow:
         columns["branches_decided"] = (~theory["decided"]).astype(np.int8)
-    for i, c in enumerate(model.system.kept):
-        columns[f"{c.name}_equilibrium"] = theory["place"][:, i]
     return columns
 
 

@@ -147,7 +147,8 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     from kernels import flows as kernel
     from kernels import invariants
 
-    intervals, spacing = round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5)
+    sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
+    intervals, spacing, _ = sampling
     count, quantities = len(points["epsilon"]), len(model.quantities)
     raw = np.full((count, kernel.FIRST + quantities + invariants.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
@@ -159,7 +160,7 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     size = min(CHUNK, W * max(1, CHUNK_BYTES // block))
     for start in range(0, which.size, size):
         part = which[start : start + size]
-        raw[part] = _run(model, points, theory, part, runs, Sampling(intervals, spacing, tolerance))
+        raw[part] = _run(model, points, theory, part, runs, sampling)
         status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
     wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["paired"])
     wide &= status == statuses.OK
@@ -181,7 +182,8 @@ def _run(model, points, theory, part, runs, sampling):
     starts = starts.reshape(part.size, runs, len(motions), -1)
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
     family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-    chosen = Runs(starts, project, theory["scale"][part], epsilon, twice, family, np.empty((part.size, 0)))
+    scale = theory["scale"][part]
+    chosen = Runs(starts, project, scale, epsilon, twice, family, scale[:, None])
     return kernel.run(model.code.integrator(), chosen, len(model.quantities), sampling)
 
 
@@ -207,7 +209,7 @@ def _columns(model, theory, measured):
     from kernels import invariants as column
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
-    raw, status = measured["raw"], measured["status"]
+    raw = measured["raw"]
     told = raw[:, kernel.FIRST + q :]
     parts = np.stack([told[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
@@ -246,13 +248,7 @@ def _columns(model, theory, measured):
     return columns | {
         "eigenvalue_condition": theory["condition"],
         "smallest_singular_value": told[:, column.MOVED],
-        "rate_scale": S,
-        "samples_used": np.nan_to_num(raw[:, kernel.SAMPLES]).astype(np.int32),
-        "window_end": (raw[:, kernel.SAMPLES] - 1.0) * measured["spacing"] / S,
-        "steps_per_sample": np.nan_to_num(raw[:, kernel.STEPS]).astype(np.int32),
-        "status": status,
-        "equilibria_certified": theory["certified"],
-        **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(model.equations.places)},
+        **model.columns_of_runs(theory, measured, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 
 

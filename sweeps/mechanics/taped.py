@@ -24,7 +24,7 @@ TABLES
 @njit("void(float64[::1], int64)", **PASSED)
 def advance(S, steps):
     """Advance every lane by so many steps."""
-    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, STATES, S, steps)
+    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, (STATES, ROWS), S, steps)
 
 
 @njit("void(float64[::1])", **PASSED)
@@ -38,6 +38,7 @@ CODES = {X: kernel.STATE, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOT
 class TapedCode(Code):
     """Rows of the scratch array as of `Code`, and a module that holds the tape."""
 
+    far_order = kernel.ORDER
     kernels = ("taylor_tapes",)
 
     @property

@@ -1,4 +1,4 @@
-r"""The integrator of a system: its Taylor series of order 12, written out as one straight line for 32 lanes.
+r"""The integrator of a system: its Taylor series of order 12, or 16, written out as one straight line for 32 lanes.
 
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,
@@ -80,13 +80,14 @@ class Code:
     """The rows of the scratch array and the text of the module.
 
     Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
-    along a run.
+    along a run; `advance` writes the terms of its last step after these, of orders 1 to `order` of each state.
     """
 
+    far_order = 16  # of steps far from equilibria, which are as long as their terms allow
     kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
 
     def __init__(self, graph: Graph):
-        self.graph = graph
+        self.graph, self.order = graph, ORDER if graph.near else self.far_order
         self.n = len(graph.rates)
         self.remainders = {number: self.n + k for k, number in enumerate(graph.functions)}
         self.states = self.n + len(self.remainders)
@@ -99,6 +100,11 @@ class Code:
     def rows(self) -> int:
         """Number of rows of the scratch array."""
         return self.watched_row + len(self.graph.watched) + len(self.constants)
+
+    @property
+    def room(self) -> int:
+        """Number of rows that `advance` needs: with the terms of a step."""
+        return self.rows + self.order * self.n
 
     @property
     def compile_seconds(self) -> float:
@@ -280,11 +286,11 @@ class Code:
         functions = self.graph.functions
         nodes = self._needed([*self.graph.rates, *functions])
         last = self._inner([self.graph.nodes[f].parts[0] for f in functions])
-        lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
-        for n in range(ORDER + 1):
+        lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
+        for n in range(self.order + 1):
             if n:
                 lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
-            for number in last if n == ORDER else nodes:
+            for number in last if n == self.order else nodes:
                 node = self.graph.nodes[number]
                 if node.kind == X and n:
                     lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
@@ -292,14 +298,16 @@ class Code:
                     lines += self._term(number, n)
         for number in functions:
             if number not in last:
-                lines.append(f"w{number}_{ORDER} = {self._remainder(number, self.graph.nodes[number].parts[0], ORDER)}")
+                lines.append(
+                    f"w{number}_{self.order} = {self._remainder(number, self.graph.nodes[number].parts[0], self.order)}"
+                )
         return lines
 
     def _sums(self):
         names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
         for name, row in zip(names, [*range(self.n), *self.remainders.values()], strict=True):
-            text = f"{name}_{ORDER}"
-            for n in reversed(range(1, ORDER)):
+            text = f"{name}_{self.order}"
+            for n in reversed(range(1, self.order)):
                 text = f"({text} + {name}_{n})"
             yield f"S[{row * W} + lane] = {text} + {name + '_0' if name[0] == 'w' else name}"
 
@@ -350,15 +358,21 @@ class Code:
         loads += [f"epsilon = S[{self.epsilon_row * W} + lane]", f"h = S[{self.step_row * W} + lane]", "h1 = h"]
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
+    def _terms(self):
+        """Lines that write the terms of the states; no row is added after them."""
+        for i in range(self.n):
+            for n in range(1, self.order + 1):
+                yield f"S[{(self.rows + self.order * i + n - 1) * W} + lane] = x{i}_{n}"
+
     def _text(self):
-        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
-        self._used = set()
         check = [CHECK.format(lines=self._straight(self._check_lines()), W=W)] if self.graph.near else []
+        self._used = set()
+        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums(), *self._terms()]), W=W)
         return "\n\n".join([self._header(HEADER), advance, *check])
 
     def _header(self, text):
         title = in_quotes(self.graph.equations.system.title)
-        return text.format(title=title, order=ORDER, W=W, states=self.states, rows=self.rows)
+        return text.format(title=title, order=self.order, W=W, states=self.states, rows=self.rows)
 
     @property
     def path(self) -> Path:

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
 TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
+PATHS = Kernel("paths", seconds=2.0, stage=1)  # called by motions far from an equilibrium, after all of `runs`
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 

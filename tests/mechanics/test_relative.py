@@ -3,12 +3,14 @@
 import functools
 import warnings
 
+import mpmath
 import numpy as np
 import pytest
 import relative
 from scipy.integrate import solve_ivp
 
 from kernels import linear
+from sweeps.mechanics import System
 from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import regimes
@@ -103,6 +105,33 @@ def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
     for part in ("real", "imag"):
         off = np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"])
         assert (off <= found[f"eigenvalue_{part}_error"]).all()
+
+
+def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
+    """Against 40 digits, in any units, growing, decaying and turning, some with two eigenvalues close together."""
+    random, count, n = np.random.default_rng(5), 300, 3
+    system = System("Linear")
+    rates = [[system.parameter(f"a{i}{j}", "s-1", default=1.0 + 2 * i + j * j) for j in range(n)] for i in range(n)]
+    x = [system.state(f"x{i}", bounds=(-1, 1)) for i in range(n)]
+    for state, row in zip(x, rates, strict=True):
+        system.rate(state, sum(a * y for a, y in zip(row, x, strict=True)))
+    system.equilibrium("rest", dict.fromkeys(x, 0))
+    matrices = random.normal(size=(count, n, n)) * 10.0 ** random.uniform(-3, 3, (count, 1, 1))
+    sizes = 10.0 ** random.uniform(-1, 1, (count, n))
+    matrices *= sizes[:, :, None] / sizes[:, None, :]
+    points = {f"a{i}{j}": np.repeat(matrices[:, i, j], n) for i in range(n) for j in range(n)}
+    points |= {"epsilon": np.full(n * count, 1e-30), "equilibrium": np.zeros(n * count, dtype=int)}
+    found = Model(system).survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), count)})
+    assert (found["status"] == 0).all()
+    with mpmath.workdps(40):
+        truth = [mpmath.eig(mpmath.matrix(a.tolist()), left=False, right=False) for a in matrices]
+        measured = found["eigenvalue_real"] + 1j * found["eigenvalue_imag"]
+        off = np.array([min((mpmath.mpc(m) - v for v in truth[i // n]), key=abs) for i, m in enumerate(measured)])
+        off = np.array([[float(abs(z.real)), float(abs(z.imag))] for z in off])
+    errors = np.stack([found["eigenvalue_real_error"], found["eigenvalue_imag_error"]], axis=1)
+    assert (off <= errors).all()
+    # about a hundred roundings, were eigenvalues the sum of so many samples; each of these is 2e-16
+    assert np.median(errors / found["rate_scale"][:, None]) < 5e-14
 
 
 def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
@@ -327,8 +356,9 @@ def check_motion(name, epsilon=0.01):
     code = m.code
     x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
     start = code.starts([one[k] for k in m.names], theory["place"], [(one["epsilon"], x[:, None])])[0, 0]
-    S = np.repeat(start, W)
-    rows = S.reshape(code.rows, W)
+    S = np.zeros(code.room * W)
+    rows = S.reshape(code.room, W)
+    rows[: code.rows] = start[:, None]
     h = 0.25 / theory["scale"][0]
     rows[code.step_row] = h / 4
     times = h * np.arange(21)

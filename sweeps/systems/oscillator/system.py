@@ -11,7 +11,7 @@ import numpy as np
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, TAPES, Described
+from sweeps.systems.described import MECHANICS, PATHS, TAPES, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWED, LAYOUT, NUDGE, VARIABLES
@@ -46,6 +46,7 @@ class Oscillator(Described):
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         super().__init__(name, load, source, folder)
         self.picture_seconds = 4.5 if name in ANIMATED else 2.5
+        self.compiled = (*type(self).compiled, *([PATHS] if name in ANIMATED else []))
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:

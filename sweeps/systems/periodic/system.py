@@ -11,7 +11,7 @@ import numpy as np
 from sweeps.schema.definition import Definition
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
@@ -28,8 +28,8 @@ class Periodic(Described):
     samples_per_second = 5_000
     start_seconds = 2.5
     presentation = "sweeps.systems.periodic.presentation"
-    kernels = ("floquet", "jacobians", "runs", "statuses", "straight", "variational")
-    compiled = (Kernel("jacobians", seconds=10.0), Kernel("runs", seconds=1.0), Kernel("variational", seconds=2.0))
+    kernels = ("floquet", "jacobians", "paths", "runs", "statuses", "straight", "variational")
+    compiled = (Kernel("jacobians", seconds=10.0), Kernel("variational", seconds=2.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     asked = PeriodicDefinition
     nudge = NUDGE

@@ -103,10 +103,12 @@ class RelativeEquilibrium(Described):
         return integration.runs or usual_runs(self.mechanism)
 
     def cost(self, definition: Definition) -> Cost:
-        """Return the samples, and the memory for all of them in work, a block of points on each processor."""
-        runs, states = self._runs(definition.integration), self.mechanism.n
-        samples = definition.integration.samples
-        return Cost(samples, cores() * SAMPLE_BYTES * runs * samples * (states + 1))
+        """Return the samples, and the memory for those of the points that each processor has in work."""
+        from sweeps.mechanics.relative import CHUNK, CHUNK_BYTES, W
+
+        runs, samples = self._runs(definition.integration), definition.integration.samples
+        block = SAMPLE_BYTES * runs * samples * (self.mechanism.n + 1)
+        return Cost(samples, cores() * max(block, min(CHUNK_BYTES, CHUNK // W * block)))
 
     def reference(self) -> Reference:
         """Return what `verify` measures again, with LAPACK and with SciPy."""

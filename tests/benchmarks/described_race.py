@@ -1,0 +1,219 @@
+"""The race of described systems: the same motions for Polhode and heyoka.py, at the same error, one core's processor.
+
+    python tests/benchmarks/described_race.py [system …]
+
+Motions begin 1e-3 of the states' sizes beside a stable equilibrium of a sweep that ships, and are sampled at 64
+intervals of 2π/16 over the scale. Errors are the largest distance of any sample from a run of ours at the tolerance
+1e-15, which heyoka.py's at 1e-16 bears out, over the motion's largest deviation; the worst of all motions. Of each the
+loosest tolerance with an error of 1e-10 at most is taken. heyoka.py runs in batches (the best of WIDTHS), its steps'
+Taylor coefficients summed by compiled code, as in contenders.py. Ratios are medians over rounds within which all take
+turns. The survey's kernel, which integrates and measures, stands beside, its motions a second. Nothing is asserted.
+"""
+
+import argparse
+import statistics
+import time
+
+import numpy as np
+import sympy as sp
+from numba import njit
+
+from kernels import flows, oscillations, runs
+from sweeps import systems
+from sweeps.mechanics import motions
+from sweeps.points import catalogue
+from sweeps.points.loading import read
+
+RACED = {"double_pendulum": "hanging", "lagrange_points": "", "sleeping_top": ""}  # and the equilibrium, if one alone
+COUNT, INTERVALS, SIZE, ERROR, ROUNDS = 4096, 64, 1e-3, 1e-10, 5
+WIDTHS = (16, 32, 64)
+TOLERANCES = 10.0 ** -np.arange(8.0, 16.1, 0.5)
+
+
+class Task:
+    """Motions of a system: parameters, starts (motions, states) and times (motions, samples)."""
+
+    def __init__(self, name):
+        self.model, random = systems.resolve(name).mechanism, np.random.default_rng(1)
+        grid = read(catalogue.shipped()[name]).grid
+        points = grid.points(0, min(grid.size, 65536))
+        labels = {label: k for k, label in enumerate(self.model.system.names)}
+        if RACED[name]:
+            points = {key: values[points["equilibrium"] == RACED[name]] for key, values in points.items()}
+        points["equilibrium"] = np.array([labels[str(label)] for label in points["equilibrium"]])
+        theory, natural = self.model.theory(points), self.model.equations.natural
+        rates = theory["omega_squared"] if natural else -np.abs(theory["eigenvalues"].real).max(1) / theory["scale"]
+        with np.errstate(invalid="ignore"):
+            stable = (theory["status"] == 0) & (rates > (0.0 if natural else -1e-9))
+        chosen = random.choice(np.flatnonzero(stable), COUNT)
+        self.points = {key: values[chosen] for key, values in points.items()} | {"epsilon": np.full(COUNT, SIZE)}
+        self.parameters = [p[chosen] for p in theory["parameters"]]
+        S, place, sizes = (theory[key][chosen] for key in ("scale", "place", "sizes"))
+        n = self.model.equations.n
+        if sizes.shape[1] < n:
+            sizes = np.concatenate([sizes, sizes * S[:, None]], axis=1)
+        self.place = np.concatenate([place, np.zeros((COUNT, n - place.shape[1]))], axis=1)
+        self.start = self.place + SIZE * sizes * random.uniform(-1.0, 1.0, sizes.shape)
+        spacing = 2.0 * np.pi / 16 / S
+        self.times = spacing[:, None] * np.arange(INTERVALS + 1)
+        self.truth = self.ours(1e-15)
+        self.largest = np.abs(self.truth - self.place[:, None]).max(axis=(1, 2))
+
+    def ours(self, tolerance):
+        """Samples by Polhode's steps."""
+        return motions.follow(self.model.moving, self.parameters, self.start, self.times, tolerance)
+
+    def error(self, samples):
+        """Return the worst error of samples."""
+        return float((np.abs(samples - self.truth).max(axis=(1, 2)) / self.largest).max())
+
+    def loosest(self, run):
+        """Return the loosest tolerance that keeps the error, and the error."""
+        for tolerance in TOLERANCES:
+            error = self.error(run(tolerance))
+            if error <= ERROR:
+                return tolerance, error
+        raise SystemExit("no tolerance keeps the error")
+
+
+class Heyoka:
+    """Samples of a task by heyoka.py."""
+
+    def __init__(self, task, width):
+        self.task, self.width, self.made = task, width, {}
+
+    def integrator(self, tolerance):
+        """Return the batch integrator of a tolerance."""
+        import heyoka
+
+        if tolerance not in self.made:
+            equations, width = self.task.model.equations, self.width
+            states = [*equations.q, *equations.v] if equations.v else [*equations.states]
+            rates = [*equations.f]
+            if equations.v:
+                inverse = sp.Matrix(equations.a).inv().applyfunc(sp.simplify)
+                rates = [*equations.v, *(inverse * sp.Matrix(list(equations.forces)))]
+            used = set().union(*(e.free_symbols for e in rates))
+            given = [symbol for symbol in equations.parameters if symbol in used]
+            names = {symbol: heyoka.par[k] for k, symbol in enumerate(given)}
+            self.used = [equations.parameters.index(symbol) for symbol in given]
+            variables = heyoka.make_vars(*(f"s{i}" for i in range(len(states))))
+            names |= dict(zip(states, variables, strict=True))
+            system = [(x, heyoka.from_sympy(e, names)) for x, e in zip(variables, rates, strict=True)]
+            self.made[tolerance] = heyoka.taylor_adaptive_batch(
+                system,
+                np.ones((len(states), width)),
+                tol=tolerance,
+                fast_math=True,
+            )
+        return self.made[tolerance]
+
+    def __call__(self, tolerance):
+        integrator, task, width = self.integrator(tolerance), self.task, self.width
+        found = np.empty((COUNT, INTERVALS + 1, task.start.shape[1]))
+        due, begun = np.empty(width, dtype=np.int64), np.empty(width)
+        for first in range(0, COUNT, width):
+            part = slice(first, first + width)
+            integrator.set_time(0.0)
+            integrator.state[:] = task.start[part].T
+            integrator.pars[:] = np.array([task.parameters[k][part] for k in self.used])
+            due[:], begun[:] = 0, 0.0
+            waiting = True
+            while waiting:
+                integrator.step(write_tc=True)
+                waiting = dense_output(integrator.tc, begun, integrator.last_h, due, task.times[part], found[part])
+        return found
+
+
+@njit(error_model="numpy", fastmath={"contract"})
+def dense_output(coefficients, begun, taken, due, times, samples):
+    """Sum each lane's Taylor polynomials at the samples due within its step; lanes innermost; whether some are left."""
+    states, last, width = coefficients.shape[0], coefficients.shape[1] - 1, begun.size
+    t, x, ends, most, waiting = np.empty(width), np.empty(width), np.empty(width, dtype=np.int64), 0, False
+    for lane in range(width):
+        end = due[lane]
+        while end < times.shape[1] and times[lane, end] <= begun[lane] + taken[lane]:
+            end += 1
+        ends[lane], most = end, max(most, end - due[lane])
+    for n in range(most):
+        for lane in range(width):
+            t[lane] = times[lane, min(due[lane] + n, times.shape[1] - 1)] - begun[lane]
+        for i in range(states):
+            for lane in range(width):
+                x[lane] = coefficients[i, last, lane]
+            for term in range(last - 1, -1, -1):
+                for lane in range(width):
+                    x[lane] = x[lane] * t[lane] + coefficients[i, term, lane]
+            for lane in range(width):
+                if due[lane] + n < ends[lane]:
+                    samples[lane, due[lane] + n, i] = x[lane]
+    for lane in range(width):
+        begun[lane] += taken[lane]
+        due[lane] = ends[lane]
+        waiting |= due[lane] < times.shape[1]
+    return waiting
+
+
+def seconds(work):
+    """Return the processor time of a piece of work, s."""
+    begun = time.process_time()
+    work()
+    return time.process_time() - begun
+
+
+class Survey:
+    """The survey's kernel, motions a second."""
+
+    def __init__(self, task):
+        kernel = oscillations if task.model.equations.natural else flows
+        calls, honest = [], kernel.run
+        kernel.run = lambda *arguments: (calls.append(arguments), honest(*arguments))[1]
+        try:
+            task.model.survey(task.points)
+        finally:
+            kernel.run = honest
+        self.work = lambda: [kernel.run(*arguments) for arguments in calls]
+        shapes = [(arguments[1].starts.shape, arguments[1].twice) for arguments in calls]
+        sizes = len(runs.SIZES)
+        single = sizes if kernel is oscillations else 1
+        self.motions = sum(shape[1] * int(np.where(twice > 0, 2 * sizes, single).sum()) for shape, twice in shapes)
+
+
+def race(name):
+    """Print the race of a system."""
+    task = Task(name)
+    ours = task.loosest(task.ours)
+    lanes = {"Polhode steps": (lambda: task.ours(ours[0]), COUNT)}
+    survey = Survey(task)
+    lanes["Polhode survey, measuring"] = survey.work, survey.motions
+    print(f"{name}: Polhode, tolerance {ours[0]:.1e}, error {ours[1]:.1e}", flush=True)
+    try:
+        import heyoka
+    except ImportError:
+        print("heyoka.py is not here")
+    else:
+        print(f"heyoka.py {heyoka.__version__}: its best at 1e-16 is {task.error(Heyoka(task, 32)(1e-16)):.1e} off")
+        for width in WIDTHS:
+            peer = Heyoka(task, width)
+            loosest = task.loosest(peer)
+            print(f"heyoka.py, {width} lanes: tolerance {loosest[0]:.1e}, error {loosest[1]:.1e}", flush=True)
+            lanes[f"heyoka.py, {width} lanes"] = (lambda peer=peer, at=loosest[0]: peer(at)), COUNT
+    rates = {label: [] for label in lanes}
+    for _ in range(ROUNDS):
+        for label, (work, count) in lanes.items():
+            rates[label].append(count / seconds(work))
+    for label, found in rates.items():
+        print(f"{label:28s} {statistics.median(found):12,.0f} motions/s")
+    peers = [label for label in rates if label.startswith("heyoka")]
+    if peers:
+        best = max(peers, key=lambda label: statistics.median(rates[label]))
+        for label in ("Polhode steps", "Polhode survey, measuring"):
+            ratio = statistics.median(a / b for a, b in zip(rates[label], rates[best], strict=True))
+            print(f"{label} / {best}: {ratio:.2f}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("systems", nargs="*", default=list(RACED))
+    for chosen in parser.parse_args().systems:
+        race(chosen)
