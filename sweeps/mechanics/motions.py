@@ -3,8 +3,8 @@
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
 there and no rounding adds up in them. Each step is as long as its own terms allow, and samples within it are sums of
 its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and what the last
-halving changed is the error. Where the time stands in the equations it is known to a rounding; every other solution is
-later by that much.
+halving changed, twice, is the error. Starts are known to a rounding, and so is the time where it stands in the equations; every
+other solution starts that much beside and later, for what the motion makes of a rounding no halving shows.
 """
 
 import numpy as np
@@ -15,7 +15,8 @@ from sweeps.mechanics.taylor import Code
 SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps from one place, and how often
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
-ROUNDING = 4.0 * float(np.finfo(np.float64).eps)  # of a state's largest size, whatever the halving shows
+EPSILON = float(np.finfo(np.float64).eps)
+ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
@@ -35,17 +36,24 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     found[:, 0] = start
     size, span = np.zeros((code.n, len(x))), times[:, 1] - times[:, 0]
     number, due, times = np.arange(len(x)), np.ones(len(x), dtype=np.int64), np.ascontiguousarray(times)
+    rest = np.zeros(len(x))  # of the time, below its rounding
     for _ in range(MOST_SEGMENTS):
         if not number.size:
             break
-        still = [(np.ones(len(x)), np.zeros((code.n, len(x))))]
-        table = np.ascontiguousarray(code.starts([p[number] for p in parameters], x, still)[:, 0].T)
-        clock, place = np.stack([x[:, time], 0.0 * span, span]), np.ascontiguousarray(x.T)
+        still = np.zeros((code.n, len(x)))
+        still[time] = rest
+        rows = code.starts([p[number] for p in parameters], x, [(np.ones(len(x)), still)])[:, 0]
+        clock, place, table = np.stack([x[:, time], rest, span]), *map(np.ascontiguousarray, (x.T, rows.T))
         path = paths.Path(table, place, size, clock, np.stack([number, due]), code.step_row, code.order)
         paths.follow(module.advance, path, times, tolerance, SEGMENT, found)
         left = path.due[1] < times.shape[1]
-        x, size, span = (x + table[: code.n].T)[left], np.ascontiguousarray(size[:, left]), clock[2, left]
-        x[:, time] = (clock[0] + clock[1])[left]
+        x, size, (since, gone, span) = (
+            (x + table[: code.n].T)[left],
+            np.ascontiguousarray(size[:, left]),
+            clock[:, left],
+        )
+        x[:, time] = since + gone
+        rest = gone - (x[:, time] - since)
         number, due = path.due[:, left]
     return found
 
@@ -66,7 +74,7 @@ def solved(
     states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     converged = np.zeros(len(start), dtype=bool)
     left, last = np.arange(len(start)), np.full(len(start), np.inf)
-    late = np.finfo(np.float64).eps * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    late = EPSILON * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
     with np.errstate(all="ignore"):
         coarse = follow(code, parameters, start, times, SHARE * tolerance)
     for halving in range(1, MOST_HALVINGS + 1):
@@ -74,18 +82,19 @@ def solved(
             break
         chosen = [p[left] for p in parameters]
         with np.errstate(all="ignore"):
-            late = -late  # 0 and one rounding in turn
-            later = times[left] + np.maximum(late[left], 0.0)
-            fine = follow(code, chosen, start[left], later, SHARE * tolerance / 2.0 ** (code.order * halving))
+            beside = halving % 2  # 0 and one rounding in turn
+            begin, later = start[left] * (1.0 + beside * 2.0 * EPSILON), times[left] + beside * late[left]
+            fine = follow(code, chosen, begin, later, SHARE * tolerance / 2.0 ** (code.order * halving))
             apart = np.maximum.accumulate(np.abs(fine - coarse), axis=1)
             size = np.abs(fine).max(axis=1)
             size = size if least is None else np.maximum(size, least[left])
             change = np.where(apart[:, -1] == 0.0, 0.0, apart[:, -1] / size).max(axis=1)
-        states[left], error[left] = fine, apart
+        states[left], error[left] = fine, 2.0 * apart
         converged[left] = change <= tolerance
         rounded = (change > FALLING * last[left]) & (change < ROUNDED)
         last[left] = change
         hopeless = ~np.isfinite(change)
         going = ~(converged[left] | rounded | hopeless)
         left, coarse = left[going], fine[going]
+    states[:, 0] = start
     return states, error + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), converged
