@@ -2,9 +2,9 @@
 
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
 there and no rounding adds up in them. Each step is as long as its own terms allow, and samples within it are sums of
-its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and what the last
-halving changed, twice, is the error. Starts are known to a rounding, and so is the time where it stands in the equations; every
-other solution starts that much beside and later, for what the motion makes of a rounding no halving shows.
+its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and twice what
+the last halving changed is the error. Starts are known to a rounding, and so is the time where it stands in the
+equations; every other solution starts that much beside and later, for no halving shows what the motion makes of that.
 """
 
 import numpy as np
