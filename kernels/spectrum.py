@@ -14,9 +14,10 @@ import math
 from kernels.blocks import W, rows_of, scratch
 from kernels.invariants import EQUATIONS, MOVED, SCATTER, TELL, tell
 from kernels.jit import PASSED, float64, int64, njit, types, void, whole_vectors
-from kernels.projection import LANES, LEAST_MOVED, ROWS, STEP, as_lanes, moments, start, step, sums
+from kernels.projection import EPSILON, LANES, LEAST_MOVED, ROWS, STEP, as_lanes, moments, start, step, sums
 
 STEPS = 4  # of Gauss-Newton, at most
+FEW, PIVOTED = 128.0, 16.0  # a bound is so many times as wide where the least pivot is of 16 roundings or less
 
 FITTED = void(STEP, TELL, LANES, LANES, int64, int64, int64, ROWS, ROWS, ROWS, float64, int64, LANES)
 FIT = types.FunctionType(FITTED)
@@ -62,7 +63,8 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, bend, trust
             continue
         scatter = math.sqrt(rest[lane] / free)
         row[SCATTER] = scatter
-        noise[lane] = math.sqrt(equations) * (trust * scatter + floor[lane]) if trust > 0.0 else scatter
+        weak = 1.0 + FEW * min(1.0, PIVOTED * EPSILON * covariance[P * P, lane])
+        noise[lane] = weak * math.sqrt(equations) * (trust * scatter + floor[lane]) if trust > 0.0 else scatter
     tell(as_lanes(M), as_lanes(X0), runs, n, covariance, noise, bend, spacing, lanes, raw)
 
 

@@ -2,8 +2,8 @@
 
 The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
 there and no rounding adds up in them. Each step is as long as its own terms allow, and samples within it are sums of
-its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and twice what
-the last halving changed is the error. Starts are known to a rounding, and so is the time where it stands in the
+its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and four times
+what the last halving changed is the error. Starts are known to a rounding, and so is the time where it stands in the
 equations; every other solution starts that much beside and later, for no halving shows what the motion makes of that.
 """
 
@@ -16,6 +16,7 @@ SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps from one place, and how often
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
 EPSILON = float(np.finfo(np.float64).eps)
+SAFE = 4.0  # times what the last halving changed is the error: roundings add up
 ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
@@ -89,7 +90,7 @@ def solved(
             size = np.abs(fine).max(axis=1)
             size = size if least is None else np.maximum(size, least[left])
             change = np.where(apart[:, -1] == 0.0, 0.0, apart[:, -1] / size).max(axis=1)
-        states[left], error[left] = fine, 2.0 * apart
+        states[left], error[left] = fine, SAFE * apart
         converged[left] = change <= tolerance
         rounded = (change > FALLING * last[left]) & (change < ROUNDED)
         last[left] = change

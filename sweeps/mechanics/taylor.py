@@ -1,4 +1,4 @@
-r"""The integrator of a system: its Taylor series, of order 12 near equilibria and 16 elsewhere, a straight line for 32 lanes.
+r"""The integrator of a system: its Taylor series of order 12, or 16 far from equilibria, written out for 32 lanes.
 
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,

@@ -51,7 +51,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     variables = {}
     for i, (name, unit, meaning) in enumerate(_columns(equations)):
         variables[name] = (("run", "time"), found[..., i], {"units": unit, "long_name": meaning})
-        words = {"units": unit, "long_name": f"error of {meaning}", "comment": "twice what halving the steps changed"}
+        words = {"units": unit, "long_name": f"error of {meaning}", "comment": "four times the change by halving steps"}
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
     flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
     variables["status"] = ("run", status, {"long_name": "whether the motion keeps the tolerance", **flags})
