@@ -17,7 +17,7 @@ SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
 EPSILON = float(np.finfo(np.float64).eps)
 SAFE = 4.0  # times what the last halving changed is the error: roundings add up
-ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows
+ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows, and of the time
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
@@ -35,7 +35,8 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     x = np.insert(start, time, times[:, 0], axis=1)
     found, module = np.full((*times.shape, start.shape[1]), np.nan), code.module()
     found[:, 0] = start
-    size, span = np.zeros((code.n, len(x))), times[:, 1] - times[:, 0]
+    size, span = np.zeros((code.n, len(x))), np.ptp(times, axis=1) / times.shape[1]  # the first step is a guess
+    span[span == 0.0] = 1.0
     number, due, times = np.arange(len(x)), np.ones(len(x), dtype=np.int64), np.ascontiguousarray(times)
     rest = np.zeros(len(x))  # of the time, below its rounding
     for _ in range(MOST_SEGMENTS):
@@ -75,7 +76,7 @@ def solved(
     states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     converged = np.zeros(len(start), dtype=bool)
     left, last = np.arange(len(start)), np.full(len(start), np.inf)
-    late = EPSILON * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    late = ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
     with np.errstate(all="ignore"):
         coarse = follow(code, parameters, start, times, SHARE * tolerance)
     for halving in range(1, MOST_HALVINGS + 1):
