@@ -21,6 +21,7 @@ CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that 
 SMALL = 1e-25  # no larger perturbation has an amplitude that counts
 TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are one where eigenvalues are ordered
 ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
+ALIKE = 1e-12  # of the scale: real parts nearer than this are in an order of rounding's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
 
 
@@ -352,11 +353,16 @@ def _exchanged(re, im, re_error, im_error, S):
     """
     re_error, im_error = re_error.copy(), im_error.copy()
     with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero((im_error > ORDERED * S[:, None]).any(axis=1))
+        tied = np.abs(im[:, :, None] - im[:, None]) < TIED[1] * S[:, None, None]
+        alike = (
+            np.abs(re[:, :, None] - re[:, None]) <= re_error[:, :, None] + re_error[:, None] + ALIKE * S[:, None, None]
+        )
+        by_rounding = tied & alike & ~np.eye(re.shape[1], dtype=bool)  # and theory's order is another rounding's
+        rows = np.flatnonzero((im_error > ORDERED * S[:, None]).any(axis=1) | by_rounding.any(axis=(1, 2)))
         least, most = (k * S[rows, None, None] for k in TIED)
         x, y, u, v = (values[rows] for values in (re, im, re_error, im_error))
         apart, open_ = np.abs(y[:, :, None] - y[:, None]), v[:, :, None] + v[:, None]
-        exchanged = (apart + open_ > least) & (apart - open_ < most)
+        exchanged = (apart + open_ > least) & (apart - open_ < most) | by_rounding[rows]
         for error, value, part in ((re_error, x, u), (im_error, y, v)):
             reach = np.abs(value[:, :, None] - value[:, None]) + part[:, None]
             error[rows] = np.maximum(part, np.where(exchanged, reach, 0.0).max(axis=2, initial=0.0))
