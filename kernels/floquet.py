@@ -46,28 +46,20 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
     """Return the columns of monodromy matrices.
 
-    Parameters
-    ----------
-    M, error : numpy.ndarray, shape (n, d, d)
-        Matrices and the errors of their entries.
-    period : numpy.ndarray, shape (n,)
-        s.
-    reciprocal : bool
-        Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
-    more : numpy.ndarray, optional
-        Of d = 2 the whole half turns of a perturbation in the period, floor(angle/pi), shape (1, n), or with the
-        determinant and its error (3, n); of d = 4 the second invariant and its error, shape (2, n). NaN where those of
-        M are as good.
-    with_errors : bool
-        Whether errors are found of more than the invariants.
+    Args:
+        M, error (numpy.ndarray, shape (n, d, d)): Matrices and the errors of their entries.
+        period (numpy.ndarray, shape (n,)): s.
+        reciprocal (bool): Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
+        more (numpy.ndarray, optional): Of d = 2 the whole half turns of a perturbation in the period, floor(angle/pi),
+            shape (1, n), or with the determinant and its error (3, n); of d = 4 the second invariant and its error,
+            shape (2, n). NaN where those of M are as good.
+        with_errors (bool): Whether errors are found of more than the invariants.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray
-        multiplier_real, multiplier_imag (1), exponent_real, exponent_imag (s-1), shape (n, d), by falling modulus,
-        then argument; growth_rate (s-1, the largest real part), growth_per_period, trace and for d = 4 those of
-        INVARIANTS, where they are reciprocal, shape (n,); each with its error as name_error; regime (number in
-        REGIMES, less 1).
+    Returns:
+        dict of str to numpy.ndarray: multiplier_real, multiplier_imag (1), exponent_real, exponent_imag (s-1), shape
+            (n, d), by falling modulus, then argument; growth_rate (s-1, the largest real part), growth_per_period,
+            trace and for d = 4 those of INVARIANTS, where they are reciprocal, shape (n,); each with its error as
+            name_error; regime (number in REGIMES, less 1).
     """
     d = M.shape[-1]
     if not has_invariants(d, reciprocal):
@@ -111,14 +103,12 @@ def has_invariants(d, reciprocal):
 class Matrices(NamedTuple):
     """Matrices of points, as measured and by the variational flow, shapes (n, d, d).
 
-    Attributes
-    ----------
-    measured, error, linear, exact : numpy.ndarray, shape (n, d, d)
-        Measured matrices, the variational flow's, and the errors of both.
-    elsewhere : numpy.ndarray, shape (n,)
-        Difference of the variational flow's traces from two phases of the period.
-    more, linear_more : numpy.ndarray or None
-        As in :func:`columns`, of both.
+    Attributes:
+        measured, error, linear, exact (numpy.ndarray, shape (n, d, d)): Measured matrices, the variational flow's, and
+            the errors of both.
+        elsewhere (numpy.ndarray, shape (n,)): Difference of the variational flow's traces from two phases of the
+            period.
+        more, linear_more (numpy.ndarray or None): As in :func:`columns`, of both.
     """
 
     measured: np.ndarray
@@ -133,20 +123,15 @@ class Matrices(NamedTuple):
 def compared(found, period, reciprocal=True, determinant=1.0):
     """Return the columns of measured matrices beside the variational flow's, and whether the two agree within errors.
 
-    Parameters
-    ----------
-    found : Matrices
-        Matrices; those that are not finite make columns of NaN.
-    period, reciprocal
-        As in :func:`columns`.
-    determinant : float or numpy.ndarray, shape (n,)
-        As in :func:`residuals`.
+    Args:
+        found (Matrices): Matrices; those that are not finite make columns of NaN.
+        period, reciprocal: As in :func:`columns`.
+        determinant (float or numpy.ndarray, shape (n,)): As in :func:`residuals`.
 
-    Returns
-    -------
-    dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,)
-        Columns of :func:`columns`, and of the variational flow as name_theory; determinant_residual,
-        reciprocity_residual, phase_residual, propagation_error.
+    Returns:
+        dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, and of the
+            variational flow as name_theory; determinant_residual, reciprocity_residual, phase_residual,
+            propagation_error.
     """
     result = columns(found.measured, found.error, period, reciprocal, found.more)
     theory = columns(found.linear, found.exact, period, reciprocal, found.linear_more, with_errors=False)
@@ -165,12 +150,10 @@ def residuals(M, determinant=1.0):
 
     Each is relative to the product of the rows' lengths, which bounds the terms of a determinant.
 
-    Parameters
-    ----------
-    M : numpy.ndarray, shape (n, d, d)
-        Monodromy matrices.
-    determinant : float or numpy.ndarray, shape (n,)
-        Exponential of the integral of the trace of the equations over the period (Liouville).
+    Args:
+        M (numpy.ndarray, shape (n, d, d)): Monodromy matrices.
+        determinant (float or numpy.ndarray, shape (n,)): Exponential of the integral of the trace of the equations over
+            the period (Liouville).
     """
     lengths = np.linalg.norm(M, axis=2)
     scale = lengths.prod(axis=1)

@@ -92,21 +92,17 @@ def _step(k, c, m, second, A, B, f, S):
 def flow(k, c, h, sizes, steps, later, out):
     """Write the matrix of the period of each point, and what it is known by.
 
-    Parameters
-    ----------
-    k, c : numpy.ndarray, shape (m, m, times, points)
-        Slopes of the accelerations by coordinates and by velocities, at POINTS of each step; or no times in k, and in c
-        the slopes of the rates by states. One time stands for all.
-    h : numpy.ndarray, shape (points,)
-        Length of the steps.
-    sizes : numpy.ndarray, shape (n, points)
-        Of the states.
-    steps, later : int
-        In a period, and before the phase of another period.
-    out : numpy.ndarray, shape (3 n n + 2, points)
-        The matrix in the states' sizes, row by row; that of the period that begins later; of each entry of the first
-        the sum of squares of what one rounding of all that a step gives becomes in it; the integral of the trace of c;
-        and, of two states, the whole half turns of the first column, of a rate's sign from rate to state.
+    Args:
+        k, c (numpy.ndarray, shape (m, m, times, points)): Slopes of the accelerations by coordinates and by velocities,
+            at POINTS of each step; or no times in k, and in c the slopes of the rates by states. One time stands for
+            all.
+        h (numpy.ndarray, shape (points,)): Length of the steps.
+        sizes (numpy.ndarray, shape (n, points)): Of the states.
+        steps, later (int): In a period, and before the phase of another period.
+        out (numpy.ndarray, shape (3 n n + 2, points)): The matrix in the states' sizes, row by row; that of the period
+            that begins later; of each entry of the first the sum of squares of what one rounding of all that a step
+            gives becomes in it; the integral of the trace of c; and, of two states, the whole half turns of the first
+            column, of a rate's sign from rate to state.
     """
     whole_vectors()
     m, second = c.shape[0], k.shape[2] > 0
