@@ -98,7 +98,7 @@ def test_what_few_definitions_ask_for_is_compiled_for_them():
     assert {kernel.name for kernel in more} == {"flipped"}
     described = read({"system": "pendulum", "grid": {"length": 1.0}})
     *shared, own = described.system.kernels_of(described.definition)
-    assert {kernel.module for kernel in shared} == {"oscillations", "enclosures", "roots"}
+    assert {kernel.module for kernel in shared} == {"oscillations", "paths", "enclosures", "roots"}
     assert Path(own.module).read_text() == described.system._code().text
 
 
