@@ -10,9 +10,8 @@ no perturbation grows by more than a few times before it is sampled, however lar
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
 direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
 `sweeps.mechanics.perturbed`; half the difference of both sides is a column of the segment's matrix, and the matrix of
-the period is the product. It is measured again, perturbed by an
-eighth as much and in steps shorter by a third: the difference of both holds what the amplitude and the steps change,
-and rounding is bounded by what grows of it.
+the period is the product. It is measured again, perturbed by an eighth as much and in steps shorter by a third: the
+difference of both holds what the amplitude and the steps change, and rounding is bounded by what grows of it.
 
 *Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), whose slopes
 are derivatives of the equations by SymPy: nothing is shared with the generated Taylor steps. It is found again in fewer
