@@ -1,7 +1,7 @@
 """What a grid varies: its parameters, the ranges of their values, and the model that a table of parameters makes."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
@@ -185,10 +185,16 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
             Field(default, description=_description(parameter)),
         )
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
+    own = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
         fields[derived.key] = derived.model, Field(None, description=derived.description)
-    base = type(name, (GridOf,), {"parameters": parameters, "derived": derived, "__module__": module})
+        own["model_config"] = {"json_schema_extra": lambda schema: _require_but(derived.names, schema)}
+    base = type(name, (GridOf,), own)
     return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
+
+
+def _require_but(names: Sequence[str], schema: dict) -> None:
+    schema["required"] = [name for name in schema.get("required", []) if name not in names]
 
 
 def _description(parameter: Parameter) -> str:
