@@ -17,6 +17,7 @@ has nothing of the second and fourth order: it is the sample of a perturbation t
 *Blind.* Spacing, length and number of steps come from the scale S of the system, a bound on every possible rate.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, types, v
 ORDER = 12  # of the generated Taylor steps
 EPSILON = float(np.finfo(np.float64).eps)
 MOST_HALVINGS = 6
+LONGEST = 0.4  # step, in 1/S: its first term left out is 0.4^13/13! = 1e-15
 LEAST_SPAN = 1.0  # of 1/S: a shorter window shows too little of a motion, and of what its amplitude does
 
 SIZES = (1.0, 0.5, 0.25)  # of the perturbation: a motion of each from either side, +, -
@@ -101,12 +103,14 @@ class Measurement(NamedTuple):
 def planned(size, sampling, share=1.0):
     """Return the steps per sample of each point: from the scale's bound and the perturbation's size.
 
-    A motion whose frequencies are ``share`` times the scale at most keeps the tolerance over the whole run.
+    A motion whose frequencies are ``share`` times the scale at most keeps the tolerance over the whole run. Whatever
+    the tolerance, what a step leaves out of a small one is some roundings at most: fits average less than that.
     """
     sizes, number = np.unique(np.minimum(1.0, measure.WINDOW * size), return_inverse=True)
     left_out = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[number]
     excess = sampling.intervals * (share * sampling.spacing) ** (ORDER + 1) * left_out / sampling.tolerance
-    return np.clip(np.ceil(np.maximum(excess, 1e-300) ** (1.0 / ORDER)), 1, direct.MOST_STEPS).astype(np.int64)
+    least = math.ceil(share * sampling.spacing / LONGEST)
+    return np.clip(np.ceil(np.maximum(excess, 1e-300) ** (1.0 / ORDER)), least, direct.MOST_STEPS).astype(np.int64)
 
 
 @njit(**INLINE)
