@@ -35,6 +35,5 @@ class Formulas(NamedTuple):
 
     tape: np.ndarray  #: int64, shape (operations, 3): rows (code, a, b)
     outputs: np.ndarray  #: int64, shape (functions,): rows of the tape that are wanted
-    constants: (
-        np.ndarray
-    )  #: enclosures of the constants, shape (constants, 2), or (points, constants, 2) of many points
+    #: enclosures of the constants, shape (constants, 2), or (points, constants, 2) of many points.
+    constants: np.ndarray

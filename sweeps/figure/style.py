@@ -61,7 +61,7 @@ _SUPERSCRIPTS = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸�
 
 
 class Sheet(NamedTuple):
-    """What pictures are made for."""
+    """The paper or slide that pictures are made for."""
 
     width: float | None = None  #: of the paper or the slide, mm; None for the size that a picture takes by itself
     height: float | None = None  #: likewise; None keeps the picture's own shape

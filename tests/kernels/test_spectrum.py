@@ -35,7 +35,7 @@ def compiled():
 
 
 class Spectrum(NamedTuple):
-    """What samples show: arrays over the points, with the eigenvalues, or S, D and S² - 4D, along the last axis."""
+    """Measured spectra: arrays over the points, with the eigenvalues, or S, D and S² - 4D, along the last axis."""
 
     eigenvalues: np.ndarray
     errors: np.ndarray

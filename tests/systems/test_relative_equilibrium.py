@@ -145,7 +145,7 @@ def test_the_flat_spin_is_drawn():
 
 
 def test_a_stiff_mode_of_few_samples_a_turn_is_within_its_error():
-    """Of nine samples a turn, one step a sample leaves out 2e-14 of the scale, more than rounding makes the errors."""
+    """With one step for each of nine samples, truncation is 2e-14 of the scale: more than the errors by rounding."""
     stiffness = {"stiffness_x": 15.323409960118326, "stiffness_y": 0.08429309363760218}
     damping = {"bearing_damping": 0.24670798588423715, "internal_damping": 0.0779189262769848}
     run = {"rotations": 5, "samples_per_rotation": 9, "tolerance": 1e-7}

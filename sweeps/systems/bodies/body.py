@@ -293,12 +293,12 @@ class Once(Strict):
 
     @property
     def measured(self) -> bool:
-        """Whether the motion is followed."""
+        """Return True if the motion is integrated and measured."""
         return self.propagator == "direct"
 
     @property
     def samples(self) -> int:
-        """What stands for a run's length where time is estimated: what is followed counts tenfold."""
+        """Return the length of a run by which time is estimated: an integrated motion counts tenfold."""
         return 10 if self.measured else 1
 
 

@@ -1,4 +1,4 @@
-"""What animations share: a stage with its title, a view of space, and frames over what stands still."""
+"""Parts of animations: a stage with its title, a view of space, and frames over what stands still."""
 
 from collections.abc import Iterable, Iterator
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import solve_ivp
 
+from kernels import linear
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.solid import solid
@@ -36,7 +37,7 @@ def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
     point = held(ds)
     if point is None:
         return
-    end = E_FOLDS / growth(*(point[f"I{i}"] for i in (1, 2, 3)), point["axis"]) / abs(point["omega0"])
+    end = E_FOLDS / growth(*(point[f"I{i}"] for i in (1, 2, 3)), int(point["axis"])) / abs(point["omega0"])
     times = np.linspace(0.0, end, FRAMES * style.film.get().finer * FINER + 1)
     still = {f"depth{i}": 0.0 for i in (1, 2, 3)}
     yield from _drawn(point, times, [followed(point | other, inverse, times) for other in ({}, still)])
@@ -44,8 +45,7 @@ def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
 
 def growth(I1, I2, I3, axis):
     """Return the growth rate over the spin rate with the moments at rest; 0 where the spin is stable."""
-    a, b, c = (np.choose((np.asarray(axis, int) + k - 1) % 3, [I1, I2, I3]) for k in range(3))
-    return np.sqrt(np.maximum((a - b) * (c - a) / (b * c), 0.0))
+    return np.sqrt(np.maximum(-linear.omega_squared(I1, I2, I3, 1.0, axis), 0.0))
 
 
 def held(ds: xr.Dataset) -> dict[str, float] | None:

@@ -203,7 +203,7 @@ def _trace(ax: Axes, omegas, times) -> list[Artist]:
 
 
 class FilmStage:
-    """What turns, as artists that are drawn in the order in which they are seen, and L, which stands still.
+    """Turning things, as artists that are drawn in the order in which they are seen, and L, which stands still.
 
     The panel is so wide to both sides; the body, of these faces, is spun about an axis.
     """
