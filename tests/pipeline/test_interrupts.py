@@ -145,12 +145,14 @@ def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_
     storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
     drawing = command(tmp_path, "figures", "map.nc", "-o", "drawn")
 
+    def draws(child):
+        try:
+            return any("spawn_main" in word for word in child.cmdline())
+        except psutil.NoSuchProcess:  # or a zombie: it ended while the list was made
+            return False
+
     def worker():
-        return [
-            child
-            for child in psutil.Process(drawing.pid).children()
-            if any("spawn_main" in word for word in child.cmdline())
-        ]
+        return list(filter(draws, psutil.Process(drawing.pid).children()))
 
     assert wait_for(worker, drawing)
     time.sleep(seconds)
