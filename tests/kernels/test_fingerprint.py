@@ -1,4 +1,5 @@
 import os
+import platform
 import subprocess
 import sys
 from importlib import metadata
@@ -104,6 +105,18 @@ def test_the_processor_counts(monkeypatch):
     monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "abacus")
     told.append(fp.fingerprint())
     assert len(set(told)) == 3
+
+
+@pytest.mark.parametrize(
+    ("told", "kept"),
+    [
+        ("model name : A\nmicrocode : 1\ncpu MHz : 2\n\nmodel name : B\n", ["model name : A"]),
+        ("cpu MHz : 2\n", [platform.node()]),
+    ],
+)
+def test_a_processor_is_its_kind_and_else_the_machine(told, kept, monkeypatch):
+    monkeypatch.setattr(Path, "read_text", lambda _: told)
+    assert [line for line in fp.processor() if "microcode" not in line] == kept
 
 
 @pytest.mark.parametrize("name", fp.CODE_SETTINGS)
