@@ -12,25 +12,43 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7
 import math
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from kernels.blocks import W, rows_of
 from kernels.dense import product_in_lanes, solve_in_lanes
 from kernels.jit import OPTIONS, njit, whole_vectors
 
-STAGES = 8
+GAUSS = (  # the roots of the Legendre polynomial P_8 that are > 0, and their weights: Abramowitz and Stegun, table 25.4
+    (0.1834346424956498049394761, 0.3626837833783619829651505),
+    (0.5255324099163289858177390, 0.3137066458778872873379622),
+    (0.7966664774136267395915539, 0.2223810344533744705443560),
+    (0.9602898564975362316835609, 0.1012285362903762591525314),
+)
 
 
-def collocation(stages):
-    """Return Gauss's points in (0, 1), the weights of integrals up to each point, and of the whole."""
-    x, w = legendre.leggauss(stages)
-    integrals = legendre.legint(np.eye(stages), lbnd=-1, axis=0)
-    inner = np.linalg.solve(legendre.legvander(x, stages - 1).T, legendre.legval(x, integrals)).T
-    return 0.5 * (x + 1.0), np.ascontiguousarray(0.5 * inner), 0.5 * w
+def collocation():
+    """Return Gauss's points in (0, 1), the weights of integrals up to each point, and of the whole.
+
+    The polynomial through values f_j at the points x_j of (-1, 1) is the sum of w_j f_j (k + 1/2) P_k(x_j) P_k(x) over
+    j and k, and (2k + 1) times the integral of P_k from -1 is P_{k+1} - P_{k-1}. No sum is left to a library whose
+    order is another one on another processor.
+    """
+    x, w = np.transpose([(-root, weight) for root, weight in reversed(GAUSS)] + list(GAUSS))
+    P = [np.ones_like(x), x]
+    for k in range(1, x.size):
+        P.append(((2 * k + 1) * x * P[k] - k * P[k - 1]) / (k + 1))
+    higher = [P[1] + 1.0, *(P[k + 1] - P[k - 1] for k in range(1, x.size))]
+    inner = sum(np.outer(higher[k], P[k] * w) for k in range(x.size))
+    return 0.5 * (x + 1.0), 0.25 * inner, 0.5 * w
 
 
-POINTS, INNER, WHOLE = collocation(STAGES)
-TWICE, WHOLE_TWICE = INNER @ INNER, WHOLE @ INNER  # weights of integrals of integrals
+def _twice(weights, inner):
+    """Return the weights of integrals of integrals."""
+    return sum(np.multiply.outer(weights[..., k], inner[k]) for k in range(STAGES))
+
+
+POINTS, INNER, WHOLE = collocation()
+STAGES = POINTS.size
+TWICE, WHOLE_TWICE = _twice(INNER, INNER), _twice(WHOLE, INNER)
 
 
 @njit(**OPTIONS)
