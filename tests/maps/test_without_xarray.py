@@ -18,7 +18,7 @@ from sweeps.maps import admission, parts, summary
 from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
 from sweeps.shards import chunks
-from sweeps.systems.rigid_body import fits
+from sweeps.systems.presentation import agreement
 from sweeps.systems.rigid_body.presentation import figure_flip, figure_stability
 from sweeps.views import figures, report, textmap
 
@@ -141,9 +141,11 @@ def test_pictures_read_of_it_what_they_read_of_a_dataset(both):
     plain, ds = both
     if ds.attrs["system"] != "rigid_body":
         pytest.skip("another system's pictures")
-    one, other = (vars(fits.agreement(each)) for each in both)
-    for name, value in other.items():
-        np.testing.assert_array_equal(one[name], value, err_msg=name)
+    frequency, _ = systems.presentation_of(ds).compared
+    one, other = (agreement.agreement(each, systems.of_map(ds).layout().variables, frequency) for each in both)
+    assert one.worst == other.worst
+    for name, value in other.columns.items():
+        np.testing.assert_array_equal(one.columns[name], value, err_msg=name)
     assert figure_flip.most_unstable(plain) == figure_flip.most_unstable(ds)
     if systems.presentation_of(plain).draws_plainly(plain):
         shown, fixed = figure_stability.planes(plain)

@@ -111,16 +111,6 @@ def test_rounding_about_zero_is_no_boundary():
     assert len(set(np.diff(np.unique(dots.get_xdata())).round(9))) == 1  # evenly strided
 
 
-def test_theory_against_measured_lists_the_regimes_that_are_there():
-    square = np.full((4, 5, 1), 0.5)
-    ds = a_map(square, np.full(square.shape, STABLE))
-    ds["omega_squared"] = ds["omega_squared"] * (1 + 1e-10)
-    figure = figure_oscillations.draw_agreement(ds)
-    assert listed(figure) == ["error", "stable", "promised"]
-    (share,) = (line for ax in figure.axes for line in ax.lines if line.get_gid() == "cumulative")
-    np.testing.assert_allclose(share.get_xdata(), 0.25, rtol=1e-5)  # 0.5e-10 over 2e-10
-
-
 def test_long_lines_are_broken_between_words():
     text = "ten points\n" + "a word and " * 20
     lines = style.wrapped(text, 4.0).split("\n")

@@ -16,10 +16,8 @@ from sweeps.figure import style as figure_style
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text
-from sweeps.systems.presentation import ratios
 from sweeps.systems.rigid_body import fits
 from sweeps.systems.rigid_body.presentation import (
-    figure_agreement,
     figure_bodies,
     figure_breakdown,
     figure_flip,
@@ -400,80 +398,6 @@ def test_numbers_as_people_write_them(value, text):
 
 def test_units_as_people_write_them():
     assert [figure_style.units(u) for u in ("kg m2", "rad s-1", "1")] == ["kg m²", "rad s⁻¹", ""]
-
-
-# ---------------------------------------------------------------------------------------------------------
-# Theory against measurement
-
-
-def test_residuals_are_those_of_the_map(tiny):
-    figure = figure_agreement.draw(tiny)
-    for column, sign in ((0, 1), (1, -1)):
-        upper, lower = figure.axes[column], figure.axes[2 + column]
-        part = tiny.where((tiny.omega_squared_theory * sign > 0) & (tiny.triangle_margin >= 0))
-        deviation = abs(np.sqrt(part.omega_squared / part.omega_squared_theory) - 1).values.ravel()
-        (points,) = drawn(lower, "ok")
-        expected = np.sort(deviation[np.isfinite(deviation)])
-        found = np.sort(points.get_ydata())
-        # exact zeros are drawn at the bottom; two ways to divide and take roots differ by an ulp of 1
-        np.testing.assert_allclose(found, np.maximum(expected, figure_agreement.EXACT), rtol=1e-12, atol=5e-16)
-        heights = [patch.get_height() for patch in upper.patches]
-        whole = tiny.where((tiny.omega_squared_theory * sign > 0) & (tiny.status == 0))
-        ratio = (abs(whole.omega_squared - whole.omega_squared_theory) / whole.omega_squared_error).values.ravel()
-        # the first histogram holds all nudges, the others stand before it
-        assert sum(heights[: len(ratios.RATIOS) - 1]) == np.isfinite(ratio).sum()
-        share = next(
-            ax
-            for ax in figure.axes[4:]
-            if drawn(ax, "cumulative") and ax.get_position().bounds == upper.get_position().bounds
-        )
-        (curve,) = drawn(share, "cumulative")
-        assert curve.get_ydata()[-1] == 1.0
-        assert curve.get_xdata().max() <= 1.0  # every error covers
-        assert len([line for line in upper.lines if (line.get_gid() or "").startswith("error ")]) == 3
-
-
-def test_each_point_is_in_one_group(tiny):
-    ds = tiny.copy(deep=True)
-    ds["status"].values[0, 0] = 1
-    ds["status"].values[0, 1] = 2
-    ds["omega_squared"].values[1, 0] *= -1
-    found = fits.agreement(ds)
-    masks = figure_agreement.groups(found)
-    assert sum(int(mask.sum()) for mask in masks.values()) == np.count_nonzero(found.theory != 0)
-    assert np.max(sum(mask.astype(int) for mask in masks.values())) == 1
-    assert all(masks[name].any() for name in ("ok", "impossible", "short_window", "not_converged", "opposite"))
-    assert (found.deviation[masks["opposite"]] >= 1).all()
-
-
-def test_counts_are_written(tiny):
-    ds = tiny.copy(deep=True)
-    ds["status"].values[0, 0, 0, 0] = 2
-    text = figure_agreement.draw(ds).texts[1].get_text()
-    for words in ("864 points", "126 unstable", "288 marginal", "858 ok", "6 not converged"):
-        assert words in text
-
-
-@pytest.mark.slow
-def test_the_worst_certificate_is_written(tiny):
-    ds = tiny.copy(deep=True)
-    ds["propagation_error"].values[2, 1, 3, 0] = 3.2e-9
-    ds["propagation_error"].values[1, 1, 1, 1] = np.nan
-    ds["status"].values[0, 0, 0, 0] = 2
-    text = figure_agreement.draw(ds).texts[1].get_text()
-    assert "integration error 3.2×10⁻⁹," in text
-    assert "6 not converged" in text.splitlines()[-1]
-    exact = sweeps.survey(
-        {"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}, "integration": {"propagator": "exact"}}
-    )
-    assert "Certificate" not in figure_agreement.draw(exact).texts[1].get_text()
-
-
-def test_thinning_is_said(tiny, monkeypatch):
-    monkeypatch.setattr(figure_agreement, "agreement", lambda ds: fits.agreement(ds, 150))
-    figure = figure_agreement.draw(tiny)
-    assert "every 7th drawn" in figure.texts[1].get_text()  # 864/150 is above 5, and 6 divides lengths of 3
-    assert sum(line.get_xdata().size for line in figure.axes[2].lines if line.get_gid() == "ok") <= 150
 
 
 # ---------------------------------------------------------------------------------------------------------

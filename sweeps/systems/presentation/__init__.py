@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.look import Compared, Look
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
@@ -51,13 +51,22 @@ class Presentation:
     least: tuple[str, ...] = ()  #: names of the dimensions at whose least value the page begins
     #: (name, "module.function" of this package that draws it from a map) of each figure.
     drawn: tuple[tuple[str, str], ...] = ()
+    compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure shows against theory
 
     def __init__(self, system: Dynamics):
         self.system = system
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return name → drawing function, of an optional place, of each figure of a map."""
-        return {name: self.drawing(where, ds) for name, where in self.drawn}
+        return {name: self.drawing(where, ds) for name, where in self.drawn} | self.against_theory(ds)
+
+    def against_theory(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+        """Return the figure of measured quantities against theory, of a map that has some of :attr:`compared`."""
+        from sweeps.systems.presentation import agreement
+
+        held = [one for one in self.compared if {*one.names} <= {*ds.variables}]
+        draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.look)
+        return {"theory_against_measured": draw} if held else {}
 
     def drawing(self, where: str, ds: "xr.Dataset", *more) -> "Callable[..., Figure | None]":
         """Return a function of this package, "module.function", that draws a map."""

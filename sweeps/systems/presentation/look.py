@@ -23,6 +23,14 @@ class Symbol(NamedTuple):
     text: str  #: in Unicode
 
 
+class Compared(NamedTuple):
+    """What one column of the figure of agreement compares with theory."""
+
+    names: tuple[str, ...]  #: a measured variable; of several, as of a vector's components, the root of squares
+    title: str  #: of the column
+    per: str = ""  #: variable or coordinate in whose size theory is drawn; "" for theory's own unit
+
+
 COMMON = {
     "undetermined": Mark("undetermined", "?", colors.BLACK),
     "stable": Mark("stable", "+", colors.STABLE),

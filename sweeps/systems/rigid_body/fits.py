@@ -1,25 +1,18 @@
-r"""Numbers behind the pictures: deviations from linear theory, their power law in ε, and periods in days.
-
-Everything is read from a map in blocks or slices, so that no map has to fit into memory.
-"""
+r"""Numbers behind the pictures: signed rates, the power law of deviations in ε, and periods in days."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import along, blocks
-from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SECONDS_PER_DAY = 86_400.0
-BLOCK_POINTS = 2**18
-MOST_DRAWN = 200_000
 
 # Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
 FIT_ABOVE, FIT_BELOW = 1e-11, 1e-2
@@ -31,120 +24,6 @@ LEAST_FITTED = 4
 def signed_rate(omega_squared, omega0):
     r"""Return the signed rate over the spin rate, sign(Ω²)·√|Ω²|/|ω0|: positive oscillates, negative grows."""
     return np.sign(omega_squared) * np.sqrt(np.abs(omega_squared)) / np.abs(omega0)
-
-
-def rate_deviation(measured, theory):
-    r"""Return the relative deviation of the signed rate from theory, |r/r_theory − 1| with r = sign(Ω²)·√|Ω²|.
-
-    Returns:
-        Dimensionless, above 1 where the signs differ; NaN where the theory is 0.
-    """
-    measured, theory = np.broadcast_arrays(np.asarray(measured, float), np.asarray(theory, float))
-    ratio = np.full(measured.shape, np.nan)
-    np.divide(measured, theory, out=ratio, where=theory != 0)
-    return np.abs(np.sign(ratio) * np.sqrt(np.abs(ratio)) - 1.0)
-
-
-# -- all points of a map, in one pass
-
-
-@dataclass
-class Agreement:
-    """How a map's measured rates compare with linear theory."""
-
-    points: int  #: number of points of the map
-    stride: int  #: every how many points one is kept in the arrays below, in storage order
-    marginal: int = 0  #: number of points with Ω² = 0 in theory, which have no relative deviation
-    #: measured regime → number of points.
-    regimes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(REGIMES, 0))
-    statuses: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STATUSES, 0))  #: status → number of points
-    theory: np.ndarray = None  #: predicted signed rate over |ω0| of each kept point, dimensionless
-    measured: np.ndarray = None  #: measured signed rate over |ω0| of each kept point, dimensionless
-    deviation: np.ndarray = None  #: `rate_deviation` of each kept point
-    error: np.ndarray = None  #: relative error of the rate, error(Ω²)/(2|Ω²|), of each kept point
-    ratio: np.ndarray = None  #: |Ω² − theory| over the error of Ω², of each kept point
-    epsilon: np.ndarray = None  #: size of the perturbation of each kept point
-    possible: np.ndarray = None  #: whether a body with those moments can exist
-    status: np.ndarray = None  #: number of the status of each kept point
-    worst: float = math.nan  #: largest deviation over all points that can exist and are ok; NaN where there is none
-    certificate: float = math.nan  #: largest `propagation_error` over all points; NaN where the map has none
-
-
-def agreement(ds: "xr.Dataset", most: int = MOST_DRAWN) -> Agreement:
-    """Compare measured with predicted rates, reading a map once, in blocks of `BLOCK_POINTS`.
-
-    At most `most` points are kept; the counts and `worst` are over all.
-    """
-    sizes = dict(zip(ds["omega_squared"].dims, ds["omega_squared"].shape, strict=True))
-    points = math.prod(sizes.values())
-    result = Agreement(points, even_stride(sizes.values(), most))
-    parts, start = [], 0
-    for block in blocks(sizes, BLOCK_POINTS):
-        columns = _columns(ds, block, tuple(sizes))
-        _count(result, columns)
-        first = -start % result.stride
-        # A view would keep its whole block in memory.
-        parts.append({name: column[first :: result.stride].copy() for name, column in columns.items()})
-        start += columns["status"].size
-    for name in ("theory", "measured", "deviation", "error", "ratio", "epsilon", "possible", "status"):
-        setattr(result, name, np.concatenate([part[name] for part in parts]))
-    return result
-
-
-def _columns(ds: "xr.Dataset", block: Mapping[str, slice], dims: tuple[str, ...]) -> dict[str, np.ndarray]:
-    names = ["omega_squared", "omega_squared_theory", "omega_squared_error", "triangle_margin", "status", "regime"]
-    names += [name for name in ("propagation_error",) if name in ds.variables]
-    shape = [len(range(ds.sizes[dim])[block[dim]]) for dim in dims]
-    columns = {name: _column(ds[name], block, dims, shape) for name in (*names, "omega0", "epsilon")}
-    omega0, epsilon = columns.pop("omega0"), columns.pop("epsilon")
-    measured, theory = columns["omega_squared"], columns["omega_squared_theory"]
-    error = columns["omega_squared_error"]
-    relative, ratio = np.full((2, *measured.shape), np.nan)
-    np.divide(error, 2.0 * np.abs(measured), out=relative, where=measured != 0)
-    np.divide(np.abs(measured - theory), error, out=ratio, where=error > 0)
-    return {
-        "theory": signed_rate(theory, omega0),
-        "measured": signed_rate(measured, omega0),
-        "deviation": rate_deviation(measured, theory),
-        "error": relative,
-        "ratio": ratio,
-        "epsilon": epsilon,
-        "possible": columns["triangle_margin"] >= 0,
-        "status": columns["status"],
-        "regime": columns["regime"],
-        "certificate": columns.get("propagation_error", np.full(measured.shape, np.nan)),
-    }
-
-
-def _column(variable: "xr.DataArray", block: Mapping[str, slice], dims: Sequence[str], shape: list[int]) -> np.ndarray:
-    """Values of a variable at all points of a block, in storage order."""
-    part = variable.isel({dim: block[dim] for dim in variable.dims})
-    return np.broadcast_to(along(part, dims), shape).reshape(-1)
-
-
-def _count(result: Agreement, columns: Mapping[str, np.ndarray]) -> None:
-    result.marginal += int(np.count_nonzero(columns["theory"] == 0))
-    for number, name in enumerate(REGIMES, start=-1):
-        result.regimes[name] += int(np.count_nonzero(columns["regime"] == number))
-    for number, name in enumerate(STATUSES):
-        result.statuses[name] += int(np.count_nonzero(columns["status"] == number))
-    sound = columns["possible"] & (columns["status"] == 0) & np.isfinite(columns["deviation"])
-    if sound.any():
-        result.worst = float(np.fmax(result.worst, columns["deviation"][sound].max()))
-    result.certificate = float(np.fmax.reduce(columns["certificate"], initial=result.certificate))
-
-
-def even_stride(shape, most: int) -> int:
-    """Return the least stride that keeps at most `most` points and shares no factor with any dimension's length.
-
-    A common factor would see some values of that dimension only.
-    """
-    shape = tuple(shape)
-    points = math.prod(shape)
-    stride = max(1, -(-points // most))
-    while stride > 1 and any(math.gcd(stride, n) > 1 for n in shape if n > 1) and stride < points:
-        stride += 1
-    return stride
 
 
 # -- the power law of the deviation in epsilon

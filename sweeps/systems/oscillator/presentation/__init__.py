@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Page, Presentation, moving
-from sweeps.systems.presentation.look import Look, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Symbol
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,10 +26,8 @@ class OscillatorPresentation(Presentation):
     look = LOOK
     least = ("epsilon",)
     part = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
-    drawn = (
-        ("oscillations", "figure_oscillations.draw"),
-        ("theory_against_measured", "figure_oscillations.draw_agreement"),
-    )
+    drawn = (("oscillations", "figure_oscillations.draw"),)
+    compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the motion of one mode, and the equilibria."""

@@ -14,16 +14,12 @@ from matplotlib.patches import Patch
 
 from sweeps.figure import colors, style
 from sweeps.systems.oscillator.variables import REGIMES
-from sweeps.systems.presentation import planes, ratios
+from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look, Mark, missing_words
 from sweeps.systems.presentation.regimes import MISSING, dots
 
 MOST_PANELS = 8
-MOST_POINTS = 40_000
-PROMISED, LEAST_RATE = 1e-6, 1e-3  # relative, and how small ω² may be beside the scale's square
-LEAST_DRAWN = 1e-17
 LOOK = Look(marks={"marginal": Mark("marginal", "=", colors.INK)})
-MOST_DEVIATION = 1e9  # larger ones stand at the edge
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
 GREEK = re.compile(r"^(theta|phi|psi|alpha|beta)$")
@@ -230,52 +226,3 @@ def _missing(figure, part):
         codes = np.unique(part["status"].values[np.isnan(part["measured"].values)])
         return [Patch(facecolor=MISSING, label=missing_words(codes))]
     return []
-
-
-def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw deviations of the measured ω² from theory: over their errors (top), relative (bottom); None without a point.
-
-    Below over the size of ω² beside the scale, each with its error as a dash.
-    """
-    names = ("omega_squared", "omega_squared_theory", "omega_squared_error", "rate_scale", "regime")
-    stride = max(1, math.ceil(ds["omega_squared"].size / MOST_POINTS))
-    measured, theory, error, scale, regime = (ds[name].values.ravel()[::stride] for name in names)
-    epsilon = ds["epsilon"].broadcast_like(ds["omega_squared"]).transpose(*ds["omega_squared"].dims)
-    with np.errstate(all="ignore"):
-        size, deviation = np.abs(theory) / scale**2, np.abs(measured / theory - 1.0)
-        ratio = np.where(measured == theory, 0.0, np.abs(measured - theory) / error)
-    known = np.isfinite(size) & np.isfinite(deviation) & (size > 1e-12)
-    if not known.any():
-        return None
-    promised = known & (size >= LEAST_RATE)
-    worst = deviation[promised].max() if promised.any() else math.nan
-    found = f"largest where ω² ≥ 10⁻³ scale²: {style.number(float(worst), 2)}" if promised.any() else ""
-    subtitle = f"Measured ω² against theory;  {found}\n{ratios.BOUND}"
-    figure = style.canvas(6.4, 6.6, ds.attrs.get("title", ""), subtitle, ax=ax)
-    upper, ax = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
-    upper.set(xscale="log", ylabel="number of points", xlabel="deviation from theory / error")
-    ratios.draw(upper, ratio[known], epsilon.values.ravel()[::stride][known], colors.STABLE)
-    with np.errstate(all="ignore"):
-        bars = np.maximum(error / np.abs(theory), LEAST_DRAWN)
-    is_spread = np.ptp(np.log(size[known])) > 0.7  # else over the rate itself
-    x = size if is_spread else np.sqrt(np.abs(theory))
-    look = {"color": ratios.ERROR, "gid": "error", "label": "error", "zorder": 1, "rasterized": True}
-    ax.plot(x[known], bars[known], "_", ms=4, **look)
-    _draw_deviations(ax, x, deviation, known, regime)
-    label = r"$|\omega^2|$ of theory / rate scale$^2$" if is_spread else "rate of theory  (rad s⁻¹)"
-    promise = {"color": colors.INK, "lw": 1.0, "ls": (0, (4, 2)), "gid": "bar", "label": "promised"}
-    ends = (LEAST_RATE, max(2.0, size[known].max())) if is_spread else (x[known].min(), x[known].max())
-    ax.plot(ends, (PROMISED, PROMISED), **promise)
-    ax.set_xlabel(label)
-    style.legend(figure)
-    return figure
-
-
-def _draw_deviations(ax: Axes, size, deviation, known, regime) -> None:
-    """Relative deviations over the size of ω² or of the rate."""
-    drawn = np.clip(deviation[known], LEAST_DRAWN, MOST_DEVIATION)
-    dots(ax, size[known], drawn, regime[known], REGIMES[1:], LOOK, ms=2.2, alpha=0.4, rasterized=True)
-    most = min(max(1e-5, 3 * deviation[known].max()), MOST_DEVIATION)
-    ax.set(xscale="log", yscale="log", ylim=(LEAST_DRAWN / 2, most))
-    ax.set_ylabel(r"$|\,\omega^2\,/\,\omega^2_\mathrm{theory} - 1\,|$")
-    style.grid(ax, "y")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation, moving
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +36,8 @@ class RelativeEquilibriumPresentation(Presentation):
         (*moving.FILES, *(_PAGE / name for name in ("spectrum.html", "spectrum.js", "part.js"))),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",
     )
-    drawn = (("stability", "figure_spectra.draw"), ("theory_against_measured", "figure_spectra.draw_agreement"))
+    drawn = (("stability", "figure_spectra.draw"),)
+    compared = (Compared(("eigenvalue_real", "eigenvalue_imag"), "eigenvalues", "rate_scale"),)
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the motion about the equilibrium, and its eigenvalues."""

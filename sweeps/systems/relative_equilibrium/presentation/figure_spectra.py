@@ -1,7 +1,5 @@
 """Stability maps of relative equilibria: measured regimes and growth in colours, theory's boundary on top."""
 
-import math
-
 import matplotlib
 import numpy as np
 import xarray as xr
@@ -15,8 +13,6 @@ from sweeps.systems.relative_equilibrium.presentation import LOOK
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 
 MOST_PANELS = 6
-MOST_POINTS = 40_000
-LEAST_DRAWN = 1e-17
 ROUNDING = 1e-12  # of a margin's largest: what is below is no sign
 STEADY = ("asymptotically_stable", "stable", "marginal")  # regimes inside theory's boundary
 
@@ -137,30 +133,3 @@ def _lines(ax, one, x):
     dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], LOOK, ms=3.0)
     style.scale_as_spread(ax.xaxis, at)
     ax.set(xlabel=style.label_of(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
-
-
-def draw_agreement(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw the distance of measured eigenvalues from theory against their errors; None without a point."""
-    names = ("eigenvalue_real", "eigenvalue_imag")
-    stride = max(1, math.ceil(ds["regime"].size / MOST_POINTS))
-    at = {n: ds[n].values.ravel()[::stride] for m in names for n in (m, f"{m}_theory", f"{m}_error")}
-    scale, regime = (ds[n].values.ravel()[::stride] for n in ("rate_scale", "regime"))
-    with np.errstate(all="ignore"):
-        off = np.hypot(*(at[n] - at[f"{n}_theory"] for n in names)) / scale
-        error = np.hypot(*(at[f"{n}_error"] for n in names)) / scale
-    known = np.isfinite(off) & np.isfinite(error) & (error > 0)
-    if not known.any():
-        return None
-    covered = float((off[known] <= error[known]).mean())
-    told = f"{100 * covered:.2f} % of {known.sum():,} within their errors, which are bounds for every point"
-    figure = style.canvas(6.4, 4.6, ds.attrs.get("title", ""), f"Measured eigenvalues against theory;  {told}", ax=ax)
-    ax: Axes = figure.subplots()
-    drawn = np.maximum(off[known], LEAST_DRAWN)
-    dots(ax, error[known], drawn, regime[known], REGIMES[1:], LOOK, ms=2.2, alpha=0.4, rasterized=True)
-    ends = (error[known].min() / 2, error[known].max() * 2)
-    ax.plot(ends, ends, color=colors.INK, lw=1.0, ls=(0, (4, 2)), gid="bar", label="reported error")
-    ax.set(xscale="log", yscale="log", xlim=ends, ylim=(LEAST_DRAWN / 2, max(ends[1], 1e-12)))
-    ax.set(xlabel="reported error / rate scale", ylabel="distance from theory / rate scale")
-    style.grid(ax, "y")
-    style.legend(figure)
-    return figure

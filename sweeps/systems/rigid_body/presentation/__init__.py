@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from sweeps.systems.presentation import Opening, Page, Presentation
+from sweeps.systems.presentation.look import Compared
 from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, is_grid, is_of_shapes
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ class RigidBodyPresentation(Presentation):
 
     look = LOOK
     least = ("epsilon",)
+    compared = (
+        Compared(("frequency",), "oscillates in theory", "omega0"),
+        Compared(("growth_rate",), "grows in theory", "omega0"),
+    )
 
     def opening(self, ds: "xr.Dataset") -> Opening:
         """Return the plane of the stability figures, or for bodies their least ε."""
@@ -46,7 +51,7 @@ class RigidBodyPresentation(Presentation):
         else:
             one = "figure_triangle.draw_axis" if shapes else "figure_stability.draw"
             found |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
-        found["theory_against_measured"] = self.drawing("figure_agreement.draw", ds)
+        found |= self.against_theory(ds)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             found["breakdown"] = self.drawing("figure_breakdown.draw", ds)
         return found | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
@@ -58,7 +63,7 @@ class RigidBodyPresentation(Presentation):
     def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
         found = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
-        return found | {"theory_against_measured": self.drawing("figure_agreement.draw", ds)}
+        return found | self.against_theory(ds)
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of one flip of the most unstable possible body."""
