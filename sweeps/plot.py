@@ -14,7 +14,7 @@ returned; its attribute `figure` is the whole figure.
 import importlib
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,100 +37,53 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
         axis = (2 if 2 in ds["axis"].values else int(ds["axis"].values[0])) if axis is None else axis
     elif axis is not None:
         _refuse(f"axis: {axis!r} is given, and this map has no dimension axis; allowed: none")
-    return draw(ds, "stability", at, ax, {"axis": axis} if has_axes else {})
+    return draw(ds, "stability", {**(at or {}), "axis": axis} if has_axes else at, ax)
 
 
-def theory_against_measured(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the deviations of measured values from theory, and their errors."""
-    return draw(ds, "theory_against_measured", at, ax)
+_names = ["stability", "deviations"]
 
 
-deviations = theory_against_measured
+def _figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:
+    """Return the function of one picture, by the name of its file where that is another."""
+
+    def figure(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+        return draw(ds, picture or name, at, ax)
+
+    figure.__name__, figure.__qualname__, figure.__doc__ = name, name, doc
+    _names.append(name)
+    return figure
 
 
-def bodies(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw real bodies side by side: rates, times between flips, and observed periods."""
-    return draw(ds, "bodies", at, ax)
-
-
-def breakdown(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the deviation of measured rates from linear theory against the size of the perturbation."""
-    return draw(ds, "breakdown", at, ax)
-
-
-def polhodes(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body."""
-    return draw(ds, "polhodes", at, ax)
-
-
-def triangle(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw bodies by shape on the triangle of inertia."""
-    return draw(ds, "triangle", at, ax)
-
-
-def points(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw sampled or listed points over two coordinates, and a histogram of a measured variable."""
-    return draw(ds, "points", at, ax)
-
-
-def precession(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the precession rate of the free symmetric top over I3/I1 and over the half-angle."""
-    return draw(ds, "precession", at, ax)
-
-
-def cones(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw body cone and space cone of a symmetric top."""
-    return draw(ds, "cones", at, ax)
-
-
-def oscillations(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria."""
-    return draw(ds, "oscillations", at, ax)
-
-
-def twist(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the twist of a thrown body about its handle."""
-    return draw(ds, "twist", at, ax)
-
-
-def defect(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the shortfall of the twist from a half turn, with the law."""
-    return draw(ds, "defect", at, ax)
-
-
-def tumbling(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the ratio of both periods of a tumbling body."""
-    return draw(ds, "periods", at, ax)
-
-
-def herpolhode(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."""
-    return draw(ds, "herpolhode", at, ax)
-
-
-def outlook(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the probability that each spin of bodies with uncertain moments is unstable."""
-    return draw(ds, "outlook", at, ax)
-
-
-NAMES = (
-    "stability",
-    "theory_against_measured",
-    "deviations",
-    "bodies",
-    "breakdown",
-    "polhodes",
-    "triangle",
-    "points",
-    "precession",
-    "cones",
-    "oscillations",
-    "twist",
-    "defect",
-    "tumbling",
-    "herpolhode",
-    "outlook",
+theory_against_measured = _figure(
+    "theory_against_measured", "Draw the deviations of measured values from theory, and their errors."
 )
+deviations = theory_against_measured
+bodies = _figure("bodies", "Draw real bodies side by side: rates, times between flips, and observed periods.")
+breakdown = _figure(
+    "breakdown", "Draw the deviation of measured rates from linear theory against the size of the perturbation."
+)
+polhodes = _figure("polhodes", "Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body.")
+triangle = _figure("triangle", "Draw bodies by shape on the triangle of inertia.")
+points = _figure(
+    "points", "Draw sampled or listed points over two coordinates, and a histogram of a measured variable."
+)
+precession = _figure(
+    "precession", "Draw the precession rate of the free symmetric top over I3/I1 and over the half-angle."
+)
+cones = _figure("cones", "Draw body cone and space cone of a symmetric top.")
+oscillations = _figure(
+    "oscillations",
+    "Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria.",
+)
+twist = _figure("twist", "Draw the twist of a thrown body about its handle.")
+defect = _figure("defect", "Draw the shortfall of the twist from a half turn, with the law.")
+tumbling = _figure("tumbling", "Draw the ratio of both periods of a tumbling body.", "periods")
+herpolhode = _figure(
+    "herpolhode", "Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."
+)
+outlook = _figure("outlook", "Draw the probability that each spin of bodies with uncertain moments is unstable.")
+
+NAMES = tuple(_names)
 __all__ = [*NAMES, "draw", "Polhode", "register"]
 
 
@@ -138,9 +91,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-def draw(
-    ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None, also: Mapping | None = None
-) -> "Axes":
+def draw(ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
     """Draw a figure of a map by its name, including those of other packages' systems.
 
     Args:
@@ -148,7 +99,6 @@ def draw(
         name: as `figures` names its file; "stability" also where that has the axis behind it.
         at: dimension → value, at which the map is cut: the grid's nearest.
         ax: where to draw; left out, on a figure of its own.
-        also: more of `at`.
 
     Returns:
         The picture's first panel.
@@ -159,7 +109,7 @@ def draw(
     from sweeps.views import figures
 
     register()
-    part = figures.literal(_cut(_whole(ds), {**(at or {}), **(also or {})}))
+    part = figures.literal(_cut(_whole(ds), at or {}))
     known = figures.pictures(part)
     found = next((known[one] for one in known if one == name or one.startswith(f"{name}_axis_")), None)
     if found is None:
