@@ -27,13 +27,13 @@ def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> 
     return by_theory, measured
 
 
-def with_theory(name: str, units: str, long_name: str, error: str = "", comment: str = "", **more) -> tuple:
-    """Return a quantity by linear theory, as measured, and its error."""
+def with_theory(name: str, units: str, long_name: str, error: str, noun: str = "", comment: str = "", **more) -> tuple:
+    """Return a quantity by linear theory, as measured, and its error; `noun` is what the error calls it."""
     theory, over = f"{name}_theory", more.get("over", ())
     return (
         Variable(theory, units, f"{long_name}, linear theory", over=over),
         Variable(name, units, f"{long_name}, measured", comment=comment, theory=theory, error=f"{name}_error", **more),
-        Variable(f"{name}_error", units, f"error of the measured {long_name}", comment=error, over=over),
+        Variable(f"{name}_error", units, f"error of the measured {noun or long_name}", comment=error, over=over),
     )
 
 

@@ -19,7 +19,7 @@ _ERROR = "a bound: motions of two sizes and with different steps, and rounding"
 
 
 def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
-    return with_theory(*names, _ERROR, comment, **more)
+    return with_theory(*names, _ERROR, comment=comment, **more)
 
 
 MULTIPLIERS = table(

@@ -3,47 +3,25 @@
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout, of_runs
-from sweeps.systems.shared_variables import SIZE, regime
+from sweeps.systems.shared_variables import SIZE, regime, with_theory
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
 _BOUND = "bound of scatter, rounding, integration error and the effect of the finite perturbation, each at its worst"
-_ROOTS = "grows as a root of the noise where eigenvalues meet"
+_RATE = {"error": f"{_BOUND}; grows as a root of the noise where eigenvalues meet", "scale": "rate_scale"}
+_REAL = "real part of the eigenvalue (positive: growth, negative: decay)"
+_IMAG = "imaginary part of the eigenvalue (angular frequency)"
+_GROWTH = "largest real part of all eigenvalues (negative: decay)"
 
 
-def _measured(name, units, long_name, comment=_BOUND, role=Role.NONE, scale="") -> tuple[Variable, ...]:
-    """A quantity by theory, as measured, and its error."""
-    theory, error = f"{name}_theory", f"{name}_error"
-    return (
-        Variable(theory, units, f"{long_name}, linear theory"),
-        Variable(name, units, f"{long_name}, measured", theory=theory, error=error, scale=scale, role=role),
-        Variable(error, units, f"error of the measured {name}", comment=comment),
-    )
+def _measured(name: str, units: str, long_name: str, error: str = _BOUND, **more) -> tuple[Variable, ...]:
+    return with_theory(name, units, long_name, error, name, **more)
 
 
 VARIABLES = table(
-    *_measured(
-        "eigenvalue_real",
-        "s-1",
-        "real part of the eigenvalue (positive: growth, negative: decay)",
-        f"{_BOUND}; {_ROOTS}",
-        scale="rate_scale",
-    ),
-    *_measured(
-        "eigenvalue_imag",
-        "s-1",
-        "imaginary part of the eigenvalue (angular frequency)",
-        f"{_BOUND}; {_ROOTS}",
-        scale="rate_scale",
-    ),
-    *_measured(
-        "growth_rate",
-        "s-1",
-        "largest real part of all eigenvalues (negative: decay)",
-        f"{_BOUND}; {_ROOTS}",
-        Role.MEASUREMENT,
-        "rate_scale",
-    ),
+    *_measured("eigenvalue_real", "s-1", _REAL, **_RATE),
+    *_measured("eigenvalue_imag", "s-1", _IMAG, **_RATE),
+    *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
     *regime(REGIMES, "marginal where the errors leave the regime open"),
     Variable(
         "eigenvalue_condition",
