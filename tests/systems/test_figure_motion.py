@@ -31,7 +31,7 @@ def maps():
 
 
 def test_those_that_are_animated_are_those_that_are_shown():
-    assert set(ANIMATED) == set(figure_motion.SHOWN) == set(GRIDS)
+    assert set(ANIMATED) == set(GRIDS)
     assert systems.presented(systems.resolve("double_well")).animations(None) == {}
 
 
@@ -78,8 +78,7 @@ def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
     ds, model = maps("bead_on_hoop"), systems.resolve("bead_on_hoop").mechanism
     for spin, names in ((1.0, ("bottom", "top")), (5.0, ("right", "bottom"))):
         here = ds.sel(radius=1.0, spin_rate=spin).isel(mass=0, gravity=0, epsilon=0, phase=0)
-        shown = figure_motion.SHOWN["bead_on_hoop"]
-        runs = [figure_motion._run(here, shown[regime], regime, model) for regime in ("stable", "unstable")]
+        runs = [figure_motion.beside(here, regime, model) for regime in ("stable", "unstable")]
         assert tuple(run.name for run in runs) == names
     assert runs[0].place == pytest.approx(np.arccos(9.80665 / 25), abs=1e-12)
 
@@ -89,3 +88,16 @@ def test_nothing_is_drawn_where_no_equilibrium_tells(maps):
     ds = ds.assign(regime=0 * ds["regime"] + marginal)
     animation = systems.presented(systems.resolve("pendulum")).animations(ds)["motion"]
     assert not list(animation())
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_the_picture_is_that_of_the_description(name):
+    """Lengths of rods and the hoop's radius, and masses where the coordinates put them."""
+    model = systems.resolve(name).mechanism
+    point = {p.name: p.default for p in model.system.parameters.values()}
+    q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, model.equations.m))
+    masses = [places(q)[:, 0] for kind, _, places in figure_motion._parts(model, point) if kind == "mass"]
+    end = np.zeros((5, 2))
+    for mass, angle in zip(masses, q.T, strict=True):
+        end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m
+        np.testing.assert_allclose(mass, end, atol=1e-15)  # a sum of two numbers near 1

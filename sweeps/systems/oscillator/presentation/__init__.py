@@ -37,7 +37,7 @@ class OscillatorPresentation(Presentation):
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
         if self.system.name not in ANIMATED:
             return {}
-        return {"motion": self.drawing("figure_motion.frames", ds, self.system.name, self.system.mechanism)}
+        return {"motion": self.drawing("figure_motion.frames", ds, self.system.mechanism)}
 
 
 PRESENTATION = OscillatorPresentation

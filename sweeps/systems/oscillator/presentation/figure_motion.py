@@ -1,8 +1,8 @@
 """What stability means, as an animation: the full motion from beside a stable and from beside an unstable equilibrium.
 
-Left the bead on its hoop, the pendulum or the double pendulum; right the curve that tells of it: where the map's
-equilibria are as the hoop turns faster, or the potential. Both motions start at rest and are those of the full
-equations, by the integrator that measures the map, at the grid's point nearest to the system's defaults.
+Left the system as its description draws it; right its potential, over one coordinate or two, the effective one of what
+turns. Both motions start at rest and are those of the full equations, by the integrator that measures the map, at the
+grid's point nearest to the system's defaults.
 """
 
 import math
@@ -18,6 +18,7 @@ from sweeps.figure import colors, style
 from sweeps.mechanics import motions
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import animation
+from sweeps.systems.presentation.moving.equations import picture
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -34,11 +35,6 @@ ROUND = 8.0  # rad: an unstable motion goes away and comes back in 2 ln(ROUND/NE
 WINDOW = (-0.5 * math.pi, 1.5 * math.pi)  # of an angle: the valley and the hill
 TICKS = ([0.0, math.pi], ["0", "π"])
 COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE}
-SHOWN = {  # which of a regime is shown, the first that there is
-    "bead_on_hoop": {"stable": ("right", "bottom"), "unstable": ("bottom", "top")},
-    "pendulum": {"stable": ("hanging",), "unstable": ("upright",)},
-    "double_pendulum": {"stable": ("hanging",), "unstable": ("upright", "lower_upright", "upper_upright")},
-}
 
 
 @dataclass(frozen=True)
@@ -52,11 +48,11 @@ class Run:
     duration: float  #: how long it takes to show what it is, s
 
 
-def frames(ds: xr.Dataset, name: str, model: "Model") -> Iterator[np.ndarray]:
+def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     """Yield the frames of the animation; none without a stable and an unstable equilibrium."""
     point = {p.name: _nearest(ds[p.name], p.default) for p in model.system.parameters.values()}
     here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
-    runs = [run for regime in COLORS if (run := _run(here, SHOWN[name][regime], regime, model)) is not None]
+    runs = [run for regime in COLORS if (run := beside(here, regime, model)) is not None]
     if not runs:
         return
     duration = max(run.duration for run in runs)
@@ -66,16 +62,16 @@ def frames(ds: xr.Dataset, name: str, model: "Model") -> Iterator[np.ndarray]:
     states, _, _ = motions.solved(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
         return
-    yield from _drawn(ds, name, model, point, runs, states[:, :, : model.equations.m], times)
+    yield from _drawn(model, point, runs, states[:, :, : model.equations.m], times)
 
 
 def _nearest(values: xr.DataArray, wanted: float) -> float:
     return float(values.values[np.argmin(np.abs(values.values - wanted))])
 
 
-def _run(here: xr.Dataset, names: tuple[str, ...], regime: str, model: "Model") -> Run | None:
-    """The motion beside the first of these equilibria that has this regime."""
-    for name in (name for name in names if name in here["equilibrium"].values):
+def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
+    """Return the motion beside the first equilibrium of this regime, stable in all modes; None without one."""
+    for name in here["equilibrium"].values.tolist():
         one = here.sel(equilibrium=name)
         told = {REGIMES[1 + int(code)] for code in one["regime"].values}
         if regime not in told or not told <= {"stable", "unstable"} or (regime == "stable" and len(told) > 1):
@@ -95,17 +91,18 @@ def _run(here: xr.Dataset, names: tuple[str, ...], regime: str, model: "Model") 
 # -- drawing
 
 
-def _drawn(ds, name, model, point, runs, q, times):
+def _drawn(model, point, runs, q, times):
     film = style.film.get()
     figure = animation.stage(INCHES, DOTS, model.system.title, _settings(model, point), (11.0, 7.5))
     for k, run in enumerate(runs):
         text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
         figure.text(0.03 + 0.48 * k, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom")
     scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.24, 0.44, 0.58))
-    scene.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal")
-    scene.axis("off")
-    parts = [_bodies(name, scene, model, point, runs), _curve(name, curve, ds, model, point, runs)]
-    clock = scene.text(1.2, -1.2, "", fontsize=8.5, ha="right", color=colors.INK, animated=True)
+    curve.spines[["top", "right"]].set_visible(False)
+    landscape = _surface if q.shape[-1] == 2 else _valley
+    parts = [_scene(scene, model, point, runs, q), landscape(curve, model, point, runs)]
+    place = {"transform": scene.transAxes, "ha": "right", "animated": True}
+    clock = scene.text(0.98, 0.02, "", fontsize=8.5, color=colors.INK, **place)
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
 
     def frames():
@@ -130,97 +127,51 @@ def _lines(ax, runs, **look):
     return [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
 
 
-def _bodies(name, ax, model, point, runs):
-    """What draws the moving thing: a function of the last places, shape (runs, times, n)."""
-    return {"bead_on_hoop": _hoop, "pendulum": _rods, "double_pendulum": _rods}[name](ax, model, point, runs)
+def _parts(model, point):
+    """Kind of each part of the picture, whether it stands still, and a function from states to places.
+
+    The function takes (…, n) to (…, points, 2).
+    """
+    values = {p.symbol: point[p.name] for p in model.system.parameters.values()}
+    for kind, points, _ in picture(model.system, model.equations):
+        written = sp.Matrix(points).subs(values)
+        at = sp.lambdify(list(model.equations.q), list(written), "numpy")
+
+        def places(states, at=at, shape=written.shape):
+            numbers = np.broadcast_arrays(states[..., 0], *at(*np.moveaxis(states, -1, 0)))[1:]
+            return np.stack(numbers, axis=-1).reshape(*states.shape[:-1], *shape)
+
+        yield kind, not written.free_symbols, places
 
 
-def _hoop(ax, model, point, runs):
-    """The hoop in the plane that turns with it, its axis, and the beads with their trails."""
-    turn = np.linspace(0.0, 2.0 * math.pi, 181)
-    ax.plot(np.sin(turn), -np.cos(turn), color=colors.QUIET, lw=2.2)
-    ax.plot((0.0, 0.0), (-1.2, 1.2), color=colors.FAINT, lw=1.0, ls=(0, (4, 3)))
-    bow = np.linspace(-0.85 * math.pi, 0.45 * math.pi, 60)
-    ax.plot(0.16 * np.cos(bow), 1.12 + 0.05 * np.sin(bow), color=colors.QUIET, lw=1.0)
-    ax.plot([0.16 * math.cos(bow[-1])], [1.12 + 0.05 * math.sin(bow[-1])], "<", color=colors.QUIET, ms=4)
-    for run in runs:
-        x, y = math.sin(run.place[0]), -math.cos(run.place[0])
-        ax.plot([x], [y], "o", ms=11, mfc="none", color=COLORS[run.regime], mew=0.9)
-    trails, beads = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=9)
-
-    def move(q):
-        for trail, bead, one in zip(trails, beads, q[..., 0], strict=True):
-            trail.set_data(np.sin(one), -np.cos(one))
-            bead.set_data([math.sin(one[-1])], [-math.cos(one[-1])])
-        return [*trails, *beads]
-
-    return move
-
-
-def _rods(ax, model, point, runs):
-    """Rods from one pivot, each with its mass at the end and the trail of the last one."""
-    lengths = [point[name] for name in ("length", "length1", "length2") if name in point]
-    masses = [point[name] for name in ("mass", "mass1", "mass2") if name in point]
-    parts = np.array(lengths) / sum(lengths)
-    sizes = 5.0 + 5.0 * np.sqrt(np.array(masses) / max(masses))
-    ax.plot([0.0], [0.0], "o", color=colors.INK, ms=4)
-    ax.plot((-0.16, 0.16), (0.0, 0.0), color=colors.QUIET, lw=2.0, zorder=0)
-    for run in runs:
-        ax.plot(*_ends(run.place[None], parts)[0], color=COLORS[run.regime], lw=0.9, ls=(0, (3, 3)))
-    trails, rods = _lines(ax, runs, lw=1.4, alpha=0.45), _lines(ax, runs, lw=2.0)
-    bobs = [_lines(ax, runs, marker="o", ms=size) for size in sizes]
+def _scene(ax, model, point, runs, q):
+    """The picture, each run's part that moves in its colour, with where it rests; masses have trails."""
+    moving, reach = [], 0.0
+    for kind, is_still, places in _parts(model, point):
+        reach = max(reach, float(np.abs(places(q)).max()))
+        mark = {} if kind == "line" else {"ls": "none", "marker": "o", "mfc": "none", "ms": 9 if kind == "mass" else 4}
+        if is_still:
+            ax.plot(*places(runs[0].place).T, color=colors.QUIET, **{"lw": 1.5} | mark)
+            continue
+        for run in runs:
+            ax.plot(*places(run.place).T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
+        trails = _lines(ax, runs, lw=2.0, alpha=0.4) if kind == "mass" else []
+        moving.append(
+            (places, _lines(ax, runs, lw=2.0, **({} if kind == "line" else {"marker": "o", "ms": 9})), trails)
+        )
+    ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach), aspect="equal")
+    ax.axis("off")
 
     def move(q):
-        for k, one in enumerate(q):
-            ends = _ends(one, parts)
-            trails[k].set_data(ends[:, 0, -1], ends[:, 1, -1])
-            rods[k].set_data(*ends[-1])
-            for j, bob in enumerate(bobs):
-                bob[k].set_data([ends[-1, 0, j + 1]], [ends[-1, 1, j + 1]])
-        return [*trails, *rods, *(one for bob in bobs for one in bob)]
+        for places, artists, trails in moving:
+            seen = places(q)
+            for k, artist in enumerate(artists):
+                artist.set_data(*seen[k, -1].T)
+            for k, trail in enumerate(trails):
+                trail.set_data(*seen[k, :, 0].T)
+        return [artist for _, artists, trails in moving for artist in (*trails, *artists)]
 
     return move
-
-
-def _ends(q, parts):
-    """Pivot and ends of the rods in the plane, shape (times, 2, rods + 1)."""
-    corners = np.stack([np.cumsum(parts * np.sin(q), axis=1), -np.cumsum(parts * np.cos(q), axis=1)], axis=1)
-    return np.concatenate([np.zeros((*corners.shape[:2], 1)), corners], axis=2)
-
-
-def _curve(name, ax, ds, model, point, runs):
-    """What draws the motion on its curve: a function of the last places, shape (runs, times, n)."""
-    ax.spines[["top", "right"]].set_visible(False)
-    if len(model.system.kept) == 2:
-        return _surface(ax, model, point, runs)
-    if name == "bead_on_hoop" and ds.sizes["spin_rate"] > 2:
-        return _branches(ax, ds, point, runs)
-    return _valley(ax, model, point, runs)
-
-
-def _branches(ax, ds, point, runs):
-    """The equilibria over the spin rate, stable ones drawn through, and the beads at the hoop's own."""
-    others = {name: value for name, value in point.items() if name != "spin_rate"}
-    row = ds[["theta_equilibrium", "regime"]].sel(others).isel(mode=0)
-    row = row.isel({d: 0 for d in row["regime"].dims if d not in ("spin_rate", "equilibrium")})
-    x = row["spin_rate"].values
-    for regime, dash in (("stable", "-"), ("unstable", (0, (4, 2)))):
-        for equilibrium in row["equilibrium"].values:
-            one = row.sel(equilibrium=equilibrium)
-            there = one["regime"].values == REGIMES.index(regime) - 1
-            edge = np.convolve(there, (1, 0, 1), "same") > 0
-            there |= edge & (one["regime"].values == REGIMES.index("marginal") - 1)  # a line goes on to where it ends
-            theta = np.where(there, one["theta_equilibrium"].values, np.nan)
-            ax.plot(x, theta, color=COLORS[regime], ls=dash, lw=1.4)
-            if equilibrium == "top":
-                ax.plot(x, -theta, color=COLORS[regime], ls=dash, lw=1.4)
-    ax.axvline(point["spin_rate"], color=colors.FAINT, lw=1.0, zorder=0)
-    if style.is_logarithmic(x):
-        ax.set_xscale("log")
-    ax.set(xlabel=f"spin rate ({style.units('rad s-1')})", ylim=(-3.4, 3.4), xlim=(x[0], x[-1]))
-    ax.set_ylabel("θ of equilibria (rad)")
-    ax.set_yticks([-math.pi, 0.0, math.pi], ["−π", "0", "π"])
-    return _along(ax, runs, lambda one: (np.full(one.shape[0], point["spin_rate"]), _wrapped(one[:, 0])))
 
 
 def _valley(ax, model, point, runs):
@@ -269,14 +220,9 @@ def _along(ax, runs, seen):
     return move
 
 
-def _wrapped(angle):
-    """An angle within -π to π."""
-    return angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
-
-
 def _shown(angle):
     """An angle within the window."""
-    return 0.5 * math.pi + _wrapped(angle - 0.5 * math.pi)
+    return WINDOW[0] + np.mod(angle - WINDOW[0], 2.0 * math.pi)
 
 
 def _potential(model, point):

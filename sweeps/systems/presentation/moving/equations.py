@@ -37,7 +37,7 @@ def facts(system: "System") -> dict | None:
     from sweeps.mechanics.derivation import derive
 
     equations = derive(system)
-    drawn = _drawn(system, equations)
+    drawn = picture(system, equations)
     try:
         shared, found = _trees([*(equations.a or ()), *equations.forces], "shared")
         seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
@@ -70,8 +70,8 @@ def _trees(expressions: list, word: str) -> tuple[list, list]:
     return [[symbol.name, tree(e)] for symbol, e in shared], [tree(e) for e in found]
 
 
-def _drawn(system: "System", equations: "Equations") -> list:
-    """The picture: as described, else masses and rods in a plane, else the first two states."""
+def picture(system: "System", equations: "Equations") -> list:
+    """Return the parts of the picture: as described, else masses and rods in a plane, else the first two states."""
     from sweeps.mechanics.description import PicturePart
 
     if system.drawn:
