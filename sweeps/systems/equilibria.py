@@ -23,26 +23,20 @@ CERTIFIED = Variable(
 )
 
 
-def of_runs(terms: str, which: str = "") -> tuple[Variable, ...]:
-    """Return the variables of each run: bound on rates, window, steps, status, and whether all equilibria are found.
+def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
+    """Return the rows of each run: bound on rates, window, steps, status, and whether all equilibria are found.
 
     Args:
         terms: what the bound on rates comes from.
         which: which of several runs the number of samples is of.
     """
-    return (
-        Variable(
-            "rate_scale",
-            "s-1",
-            "bound on every possible rate at the equilibrium, which sets the length of the run",
-            comment=f"from the absolute values of the terms of {terms}, not from predicted rates",
-        ),
-        Variable("samples_used", "1", f"number of samples inside the measurement window{which}", "i4"),
-        Variable("window_end", "s", "time of the last sample inside the measurement window"),
-        STEPS,
-        status(),
-        CERTIFIED,
-    )
+    measured = f"""
+    rate_scale    s-1  bound on every possible rate at the equilibrium, which sets the length of the run
+        comment: from the absolute values of the terms of {terms}, not from predicted rates
+    samples_used  1  i4  number of samples inside the measurement window{which}
+    window_end    s  time of the last sample inside the measurement window
+    """
+    return measured, STEPS, status(), CERTIFIED
 
 
 def layout(

@@ -1,4 +1,8 @@
-"""Variables that the tables of several systems share: status, regime, and quantities with theory and error."""
+"""Variables that the tables of several systems share, and how tables are written: `rows`, one variable a row."""
+
+import re
+import textwrap
+from dataclasses import replace
 
 from kernels import statuses
 from sweeps.schema.quantities import Quantity
@@ -8,6 +12,31 @@ from sweeps.schema.variables import Role, Variable
 SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
 STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
 TRUSTED = "whether the measurement can be trusted"
+
+
+def rows(*parts: str | Variable) -> dict[str, Variable]:
+    """Return name → variable of a table, of which parts are text: one variable a row.
+
+    Its columns, two spaces apart, are name, unit, type (f8 where left out), meaning and [role]; indented lines continue
+    the row above, and what follows "comment:" is its comment. X_theory, X_exact and X_error of the same table are X's.
+    """
+    found, written = {}, []
+    for part in parts:
+        texts = re.split(r"\n(?! )", textwrap.dedent(part).strip()) if isinstance(part, str) else ()
+        made = [_row(text) for text in texts]
+        written += [variable.name for variable in made]
+        found |= {variable.name: variable for variable in made or [part]}
+    for kind in ("theory", "exact", "error"):
+        of = {name: f"{name}_{kind}" for name in written if f"{name}_{kind}" in found}
+        found |= {name: replace(found[name], **{kind: other}) for name, other in of.items()}
+    return found
+
+
+def _row(text: str) -> Variable:
+    row, _, comment = re.sub(r"\n +", " ", text).partition(" comment: ")
+    row, _, role = row.removesuffix("]").partition(" [")
+    name, units, *dtype, meaning = re.split(r"  +", row.rstrip())
+    return Variable(name, units, meaning, *dtype, comment=comment, role=Role(role))
 
 
 def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, comment: str = "") -> Variable:

@@ -4,6 +4,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import mpmath
@@ -23,8 +24,10 @@ from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.variables import Role, Variable
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
+from sweeps.systems import shared_variables
 from sweeps.systems.rigid_body.variables import TERMS
 
 TENSOR = [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]]
@@ -313,3 +316,22 @@ def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_m
         monkeypatch.setitem(survey.POWERS, column.name, wrong)
         with pytest.raises(ArithmeticError, match=rf"^{column.name}: collapsed"):
             dataset.survey_grid(sweep)
+
+
+def test_rows_of_a_table_in_text_are_variables():
+    found = shared_variables.rows(
+        """
+        rate        rad s-1  rate of the thing,
+            measured
+            comment: from samples,
+            and from them alone
+        rate_exact  rad s-1  rate of the thing, closed form
+        """,
+        shared_variables.STEPS,
+        "drift  1  f4  largest change [check]",
+    )
+    rate = Variable("rate", "rad s-1", "rate of the thing, measured", comment="from samples, and from them alone")
+    assert list(found) == ["rate", "rate_exact", "steps_per_sample", "drift"]
+    assert found["rate"] == replace(rate, exact="rate_exact")
+    assert found["drift"] == Variable("drift", "1", "largest change", "f4", role=Role.CHECK)
+    assert found["steps_per_sample"] is shared_variables.STEPS

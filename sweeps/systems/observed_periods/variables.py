@@ -5,47 +5,35 @@ from typing import Annotated
 from kernels import statuses
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import number
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Role, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import status
+from sweeps.systems.shared_variables import rows, status
 
 ARGUMENTS = (*MOMENTS, "P_psi", "P_phi", "sigma_psi", "sigma_phi")
 POSSIBLE = ("none", "sam", "lam", "both")
 EXCLUDED = 3.0  # standard errors beyond which a mode counts as excluded
 
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
-_MISSING = "missing where no motion of that mode has the observed ratio of periods"
 
 
-def _mode(mode: str) -> tuple[Variable, ...]:
+def _mode(mode: str) -> str:
     words = WORDS[mode]
-    return (
-        Variable(
-            f"exclusion_{mode}",
-            "1",
-            f"standard errors by which the observed ratio of periods is below the minimum of the {words}",
-            comment="0 where not below; infinite where the body has no such mode, or the periods have no errors",
-        ),
-        Variable(f"energy_{mode}", "1", f"energy that gives both periods in the {words}, 2T I3/L^2", comment=_MISSING),
-        Variable(
-            f"energy_{mode}_stderr",
-            "1",
-            f"standard error of energy_{mode}, from those of the periods",
-            comment="the larger deviation of the energies at one standard error of the ratio either way; of one "
-            "alone where the other ratio is below the minimum of the mode",
-        ),
-        Variable(
-            f"parameter_{mode}",
-            "1",
-            f"parameter m of the elliptic functions of that motion in the {words}",
-            comment="0 in the limit of small wobbles and for symmetric bodies, 1 on the separatrix",
-        ),
-        Variable(f"momentum_rate_{mode}", "rad s-1", f"L/I3 that gives P_psi in the {words}"),
-    )
+    return f"""
+    exclusion_{mode}      1  standard errors by which the observed ratio of periods is below the minimum of the {words}
+        comment: 0 where not below; infinite where the body has no such mode, or the periods have no errors
+    energy_{mode}         1  energy that gives both periods in the {words}, 2T I3/L^2
+        comment: missing where no motion of that mode has the observed ratio of periods
+    energy_{mode}_stderr  1  standard error of energy_{mode}, from those of the periods
+        comment: the larger deviation of the energies at one standard error of the ratio either way; of one alone where
+        the other ratio is below the minimum of the mode
+    parameter_{mode}      1  parameter m of the elliptic functions of that motion in the {words}
+        comment: 0 in the limit of small wobbles and for symmetric bodies, 1 on the separatrix
+    momentum_rate_{mode}  rad s-1  L/I3 that gives P_psi in the {words}
+    """
 
 
-VARIABLES = table(
+VARIABLES = rows(
     Variable(
         "modes",
         None,
@@ -61,8 +49,8 @@ VARIABLES = table(
         "whether the closed form reproduces the observed ratio from each energy",
         "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",
     ),
-    *_mode("sam"),
-    *_mode("lam"),
+    _mode("sam"),
+    _mode("lam"),
     bodies.TRIANGLE_MARGIN,
 )
 EXACT = VARIABLES  # nothing is followed

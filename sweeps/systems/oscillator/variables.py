@@ -2,13 +2,12 @@
 
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Variable, table
 from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import SIZE, regime
+from sweeps.systems.shared_variables import SIZE, regime, rows
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
-_START = "from the start of the run and the measured frequency"
 BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
@@ -16,46 +15,33 @@ VARIABLES = rates.columns(
     by="extrapolation",
     size="the amplitude of the mode",
     window="of the size of the system",
-) | table(
-    Variable("e_folds", "1", "e-folds of growth within the window of the log slope"),
+) | rows(
+    "e_folds  1  e-folds of growth within the window of the log slope",
     *regime(REGIMES),
-    Variable(
-        "amplitude",
-        "1",
-        "amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable",
-        comment=_START,
-    ),
-    Variable("initial_phase", "rad", "phase alpha of a cos(w t + alpha); missing where not stable", comment=_START),
+    """
+    amplitude      1    amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable
+        comment: from the start of the run and the measured frequency
+    initial_phase  rad  phase alpha of a cos(w t + alpha); missing where not stable
+        comment: from the start of the run and the measured frequency
+    """,
     *of_runs("the second derivatives of V"),
-    Variable(
-        "energy_drift",
-        "1",
-        "largest change of the energy above the equilibrium, relative to the sum of its absolute terms",
-        role=Role.CHECK,
-    ),
+    """
+    energy_drift   1    largest change of the energy above the equilibrium, relative to the sum of its absolute
+        terms [check]
+    """,
 )
 
-DEGENERATE = table(
-    Variable(
-        "degenerate_frequency",
-        "rad s-1",
-        "angular frequency at the amplitude of the perturbation where V'' = 0 and a higher-order term of V confines",
-        comment="closed form of the leading term (sweeps/mechanics/degenerate.py), proportional to the amplitude to "
-        "the power order/2 - 1; missing elsewhere",
-        error="degenerate_frequency_error",
-    ),
-    Variable(
-        "degenerate_frequency_error",
-        "rad s-1",
-        "error of the frequency at the amplitude of the perturbation",
-        comment="bounds the effect of the other terms of V and of a varying mass at that amplitude",
-    ),
-    Variable(
-        "degenerate_amplitude",
-        "1",
-        "turning point of that motion, relative to the size of the system",
-    ),
-    Variable("degenerate_order", "1", "order of the term of V that confines the motion; 0 where none does", "i1"),
+DEGENERATE = rows(
+    """
+    degenerate_frequency        rad s-1  angular frequency at the amplitude of the perturbation where V'' = 0 and a
+        higher-order term of V confines
+        comment: closed form of the leading term (sweeps/mechanics/degenerate.py), proportional to the amplitude to the
+        power order/2 - 1; missing elsewhere
+    degenerate_frequency_error  rad s-1  error of the frequency at the amplitude of the perturbation
+        comment: bounds the effect of the other terms of V and of a varying mass at that amplitude
+    degenerate_amplitude        1  turning point of that motion, relative to the size of the system
+    degenerate_order            1  i1  order of the term of V that confines the motion; 0 where none does
+    """
 )
 
 FOLLOWED = table(
@@ -65,7 +51,7 @@ FOLLOWED = table(
         "whether the branches are identified at this point",
         "i1",
         BRANCHES,
-        comment="decided: each equilibrium is followed from the default parameters with a proof, or straight through a "
+        "decided: each equilibrium is followed from the default parameters with a proof, or straight through a "
         "bifurcation; undecided: two branches fit one equilibrium nearly as well, or one appears or ends alone",
     ),
 )

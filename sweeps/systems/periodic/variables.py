@@ -7,7 +7,7 @@ from kernels.codes import REGIMES
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout
-from sweeps.systems.shared_variables import SIZE, regime, status, with_theory
+from sweeps.systems.shared_variables import SIZE, regime, rows, status, with_theory
 
 _BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
 _EACH = ("multiplier",)
@@ -22,7 +22,7 @@ def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
     return with_theory(*names, _ERROR, comment=comment, **more)
 
 
-MULTIPLIERS = table(
+MULTIPLIERS = rows(
     *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
     *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
     *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
@@ -34,45 +34,25 @@ MULTIPLIERS = table(
         REGIMES,
         "by the smooth invariants of the monodromy matrix and their errors; marginal where the errors leave it open",
     ),
-    Variable(
-        "determinant_residual",
-        "1",
-        "distance of the measured determinant from that of Liouville's formula, relative to its terms",
-        "f4",
-    ),
-    Variable(
-        "reciprocity_residual",
-        "1",
-        "distance of the measured multipliers from pairs of product 1, likewise; of the determinant without pairs",
-        "f4",
-    ),
-    Variable(
-        "phase_residual",
-        "1",
-        "distance of the traces of the variational flow from two phases of the period, relative to the matrix",
-        "f4",
-        role=Role.CHECK,
-    ),
-    Variable(
-        "propagation_error",
-        "1",
-        "largest distance of the measured monodromy matrix from the variational flow's, relative to the matrix",
-        "f4",
-        comment="the certificate: the variational flow over one period shares no code with the measurement",
-        role=Role.CERTIFICATE,
-    ),
-    Variable("steps", "1", "number of segments of a period from whose ends perturbed motions start", "i4"),
+    """
+    determinant_residual  1  f4  distance of the measured determinant from that of Liouville's formula, relative to its
+        terms
+    reciprocity_residual  1  f4  distance of the measured multipliers from pairs of product 1, likewise; of the
+        determinant without pairs
+    phase_residual        1  f4  distance of the traces of the variational flow from two phases of the period, relative
+        to the matrix [check]
+    propagation_error     1  f4  largest distance of the measured monodromy matrix from the variational flow's, relative
+        to the matrix [certificate]
+        comment: the certificate: the variational flow over one period shares no code with the measurement
+    steps                 1  i4  number of segments of a period from whose ends perturbed motions start
+    """,
     status(),
 )
-
-
-VARIABLES = MULTIPLIERS | table(
-    Variable(
-        "base_residual",
-        "1",
-        "distance of the base motion from where it began a period before, relative to the states' sizes",
-        comment="0 for an equilibrium at all times",
-    )
+VARIABLES = MULTIPLIERS | rows(
+    """
+    base_residual  1  distance of the base motion from where it began a period before, relative to the states' sizes
+        comment: 0 for an equilibrium at all times
+    """
 )
 INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
     *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))

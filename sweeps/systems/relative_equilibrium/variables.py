@@ -3,7 +3,7 @@
 from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout, of_runs
-from sweeps.systems.shared_variables import SIZE, regime, with_theory
+from sweeps.systems.shared_variables import SIZE, regime, rows, with_theory
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
@@ -18,24 +18,19 @@ def _measured(name: str, units: str, long_name: str, error: str = _BOUND, **more
     return with_theory(name, units, long_name, error, name, **more)
 
 
-VARIABLES = table(
+VARIABLES = rows(
     *_measured("eigenvalue_real", "s-1", _REAL, **_RATE),
     *_measured("eigenvalue_imag", "s-1", _IMAG, **_RATE),
     *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
     *regime(REGIMES, "marginal where the errors leave the regime open"),
-    Variable(
-        "eigenvalue_condition",
-        "1",
-        "condition number of the eigenvalue, linear theory: sensitivity to changes of the equations",
-        comment="product of the norms of its left and right eigenvectors, in units of the states; infinite where two "
-        "meet",
-    ),
-    Variable(
-        "smallest_singular_value",
-        "1",
-        "ratio of the smallest singular value of the samples to the largest",
-        comment="below 1e-4 a mode was not excited, and nothing is reported",
-    ),
+    """
+    eigenvalue_condition     1  condition number of the eigenvalue, linear theory: sensitivity to changes of the
+        equations
+        comment: product of the norms of its left and right eigenvectors, in units of the states; infinite where two
+        meet
+    smallest_singular_value  1  ratio of the smallest singular value of the samples to the largest
+        comment: below 1e-4 a mode was not excited, and nothing is reported
+    """,
     *of_runs("the Jacobian", ", of the shortest run"),
 )
 

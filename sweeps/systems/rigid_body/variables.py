@@ -2,11 +2,11 @@
 
 from kernels import statuses
 from sweeps.schema.quantities import Parameter
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import STEPS, regime, status
+from sweeps.systems.shared_variables import STEPS, regime, rows, status
 
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
@@ -21,114 +21,82 @@ VARIABLES = rates.columns(
     size="the transverse size",
     window="omega0",
     sparse=True,
-) | table(
-    Variable("e_folds", "1", "e-folds of growth within the window of the log slope", "f4"),
-    Variable("euler_period", "s", "wobble period in the body frame, measured; missing where not stable"),
+) | rows(
+    """
+    e_folds       1  f4  e-folds of growth within the window of the log slope
+    euler_period  s      wobble period in the body frame, measured; missing where not stable
+    """,
     *regime(REGIMES, known=True),
     bodies.SHAPE,
-    Variable("growing_fraction", "1", "projection of the initial perturbation on the growing mode", "f4"),
+    "growing_fraction  1  f4  projection of the initial perturbation on the growing mode",
     Variable(
         "encircles",
         None,
         "principal axis that the angular momentum encircles at the amplitude of the motion, exact",
         "i1",
         ENCIRCLED,
-        comment="from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where "
-        "rounding hides the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)",
+        "from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where rounding hides "
+        "the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)",
     ),
-    Variable("samples_used", "1", "number of samples inside the measurement window", "i4"),
+    "samples_used  1  i4  number of samples inside the measurement window",
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
     STEPS,
     status(statuses.NON_FINITE),
     bodies.TRIANGLE_MARGIN,
-    Variable("energy_drift", "1", "largest relative change of twice the kinetic energy", "f4", role=Role.CHECK),
-    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", "f4", role=Role.CHECK),
-    Variable(
-        "perturbation_drift",
-        "1",
-        "largest change of the invariant of the perturbation, relative to the sum of its absolute terms",
-        "f4",
-        comment="Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2: sensitive to errors that energy and momentum hide",
-        role=Role.CHECK,
-    ),
+    """
+    energy_drift        1  f4  largest relative change of twice the kinetic energy [check]
+    momentum_drift      1  f4  largest relative change of the squared angular momentum [check]
+    perturbation_drift  1  f4  largest change of the invariant of the perturbation, relative to the sum of its absolute
+        terms [check]
+        comment: Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2: sensitive to errors that energy and momentum hide
+    """,
 )
 
-TERMS = table(
-    Variable("omega_squared_error_scatter", "s-2", "term of omega_squared_error: scatter of the corrected samples"),
-    Variable("omega_squared_error_integration", "s-2", "term of omega_squared_error: integration error"),
-    Variable("omega_squared_error_amplitude", "s-2", "term of omega_squared_error: bias of the finite amplitude"),
-    Variable("omega_squared_error_rounding", "s-2", "term of omega_squared_error: rounding"),
+TERMS = rows(
+    """
+    omega_squared_error_scatter      s-2  term of omega_squared_error: scatter of the corrected samples
+    omega_squared_error_integration  s-2  term of omega_squared_error: integration error
+    omega_squared_error_amplitude    s-2  term of omega_squared_error: bias of the finite amplitude
+    omega_squared_error_rounding     s-2  term of omega_squared_error: rounding
+    """
 )
 
-CERTIFICATE = table(
-    Variable(
-        "propagation_error",
-        "1",
-        "maximum integration error, relative to the running maximum of the perturbation",
-        "f4",
-        comment="certificate: distance from the exact solution at the samples used, by an exact step that shares no "
-        "code with the direct integrator",
-        role=Role.CERTIFICATE,
-    )
+CERTIFICATE = rows(
+    """
+    propagation_error  1  f4  maximum integration error, relative to the running maximum of the perturbation
+        [certificate]
+        comment: certificate: distance from the exact solution at the samples used, by an exact step that shares no code
+        with the direct integrator
+    """
 )
 
-FLIPS = table(
-    Variable(
-        "flip_period",
-        "s",
-        "time between two flips (changes of sign of the spin), measured; missing where the spin keeps its sign",
-        comment="from the start forward to the first change and backward to the last one",
-        exact="flip_period_exact",
-    ),
-    Variable("flip_period_exact", "s", "time between two flips (changes of sign of the spin), closed form: 2 K/p"),
-    Variable(
-        "max_tilt",
-        "rad",
-        "largest angle of the angular velocity from the direction of the axis near which it starts, measured",
-        exact="max_tilt_exact",
-    ),
-    Variable("max_tilt_exact", "rad", "largest angle of the angular velocity from that direction, closed form"),
-    Variable(
-        "frequency_exact",
-        "rad s-1",
-        "angular frequency at the amplitude of the motion, closed form: pi p/(2 K)",
-        comment="tends to frequency_theory about a stable axis as epsilon tends to 0",
-    ),
+FLIPS = rows(
+    """
+    flip_period        s  time between two flips (changes of sign of the spin), measured; missing where the spin keeps
+        its sign
+        comment: from the start forward to the first change and backward to the last one
+    flip_period_exact  s  time between two flips (changes of sign of the spin), closed form: 2 K/p
+    max_tilt           rad  largest angle of the angular velocity from the direction of the axis near which it starts,
+        measured
+    max_tilt_exact     rad  largest angle of the angular velocity from that direction, closed form
+    frequency_exact    rad s-1  angular frequency at the amplitude of the motion, closed form: pi p/(2 K)
+        comment: tends to frequency_theory about a stable axis as epsilon tends to 0
+    """
 )
 
-IN_SPACE = table(
-    Variable(
-        "attitude_error",
-        "rad",
-        "largest angle between the integrated attitude and the exact one",
-        "f4",
-        comment="certificate of the attitude: at the samples used, by an exact step that shares no code with the "
-        "direct integrator",
-        role=Role.CERTIFICATE,
-    ),
-    Variable(
-        "space_rate",
-        "rad s-1",
-        "mean precession rate of the spin axis about L (inertial frame), measured; missing where not stable or L is "
-        "not encircled",
-        exact="space_rate_exact",
-        error="space_rate_error",
-    ),
-    Variable("space_rate_error", "rad s-1", "error of the measured precession rate about L"),
-    Variable(
-        "space_rate_exact",
-        "rad s-1",
-        "mean precession rate of the spin axis about L (inertial frame), closed form; missing where the polhode does "
-        "not encircle the axis",
-    ),
-    Variable(
-        "geometric_phase_residual",
-        "rad",
-        "residual of the geometric phase over one polhode period",
-        "f4",
-        comment="Montgomery's theorem: 2T P/L less the signed solid angle, by the trapezoidal rule",
-        role=Role.CHECK,
-    ),
+IN_SPACE = rows(
+    """
+    attitude_error    rad  f4  largest angle between the integrated attitude and the exact one [certificate]
+        comment: certificate of the attitude: at the samples used, by an exact step that shares no code with the direct
+        integrator
+    space_rate        rad s-1  mean precession rate of the spin axis about L (inertial frame), measured; missing where
+        not stable or L is not encircled
+    space_rate_error  rad s-1  error of the measured precession rate about L
+    space_rate_exact  rad s-1  mean precession rate of the spin axis about L (inertial frame), closed form; missing
+        where the polhode does not encircle the axis
+    geometric_phase_residual  rad  f4  residual of the geometric phase over one polhode period [check]
+        comment: Montgomery's theorem: 2T P/L less the signed solid angle, by the trapezoidal rule
+    """
 )
 
 PARAMETERS = (

@@ -8,9 +8,9 @@ from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Role, Variable
 from sweeps.systems.bodies import variables as bodies
-from sweeps.systems.shared_variables import STEPS, status
+from sweeps.systems.shared_variables import STEPS, rows, status
 
 SENSES = ("undetermined", "none", "with_spin", "against_spin")
 
@@ -30,22 +30,11 @@ def _precession(name: str, vector: str, of: str, comment: str, role: Role = Role
     )
 
 
-def _compared(name: str, units: str, long_name: str, missing: str = "") -> tuple[Variable, Variable]:
-    """Return a quantity in closed form, and as measured."""
-    theory = f"{name}_theory"
-    return (
-        Variable(theory, units, f"{long_name}, closed form{missing}"),
-        Variable(name, units, f"{long_name}, measured{missing}", theory=theory),
-    )
-
-
-VARIABLES = table(
-    Variable(
-        "precession_rate_theory",
-        "rad s-1",
-        "precession rate of the angular velocity about the figure axis, closed form",
-        comment="(I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2",
-    ),
+VARIABLES = rows(
+    """
+    precession_rate_theory  rad s-1  precession rate of the angular velocity about the figure axis, closed form
+        comment: (I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2
+    """,
     *_precession("precession_rate", "angular velocity", "", _RESOLVED, Role.MEASUREMENT),
     *_precession(
         "momentum_precession_rate",
@@ -53,7 +42,10 @@ VARIABLES = table(
         " of the angular momentum",
         f"integrated independently; {_RESOLVED}",
     ),
-    *_compared("period", "s", "period of the precession", "; missing where the rate is 0"),
+    """
+    period_theory  s  period of the precession, closed form; missing where the rate is 0
+    period         s  period of the precession, measured; missing where the rate is 0
+    """,
     Variable(
         "sense",
         None,
@@ -64,35 +56,20 @@ VARIABLES = table(
         role=Role.HEADLINE,
     ),
     bodies.SHAPE,
-    Variable("body_cone", "degree", "angle between the angular velocity and the figure axis, measured"),
-    *_compared("momentum_cone", "degree", "angle between the angular momentum and the figure axis"),
-    *_compared("space_cone", "degree", "angle between the angular velocity and the angular momentum"),
-    Variable(
-        "half_angle_drift",
-        "degree",
-        "largest change of the angle between the angular velocity and the figure axis",
-        role=Role.CHECK,
-    ),
-    Variable(
-        "coplanarity",
-        "1",
-        "largest distance of the angular momentum from the plane of angular velocity and figure axis",
-        comment="abs((L x omega) . e3)/(abs(L) abs(omega)), each vector integrated independently",
-    ),
-    Variable(
-        "energy_drift",
-        "1",
-        "largest relative change of twice the kinetic energy",
-        comment="L . omega, with L and omega integrated independently",
-        role=Role.CHECK,
-    ),
-    Variable("momentum_drift", "1", "largest relative change of the squared angular momentum", role=Role.CHECK),
-    Variable(
-        "propagation_error",
-        "1",
-        "maximum integration error of the transverse part, relative to its size",
-        role=Role.CERTIFICATE,
-    ),
+    """
+    body_cone             degree  angle between the angular velocity and the figure axis, measured
+    momentum_cone_theory  degree  angle between the angular momentum and the figure axis, closed form
+    momentum_cone         degree  angle between the angular momentum and the figure axis, measured
+    space_cone_theory     degree  angle between the angular velocity and the angular momentum, closed form
+    space_cone            degree  angle between the angular velocity and the angular momentum, measured
+    half_angle_drift      degree  largest change of the angle between the angular velocity and the figure axis [check]
+    coplanarity           1  largest distance of the angular momentum from the plane of angular velocity and figure axis
+        comment: abs((L x omega) . e3)/(abs(L) abs(omega)), each vector integrated independently
+    energy_drift          1  largest relative change of twice the kinetic energy [check]
+        comment: L . omega, with L and omega integrated independently
+    momentum_drift        1  largest relative change of the squared angular momentum [check]
+    propagation_error     1  maximum integration error of the transverse part, relative to its size [certificate]
+    """,
     STEPS,
     status(statuses.NON_FINITE),
     replace(bodies.TRIANGLE_MARGIN, dtype="f8"),

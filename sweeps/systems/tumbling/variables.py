@@ -8,7 +8,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import status, with_exact
+from sweeps.systems.shared_variables import rows, status, with_exact
 
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
 MODES = ("impossible", "sam", "lam", "separatrix", "principal")
@@ -23,18 +23,15 @@ PERIODS = {
     "period_phi_encircled": "mean precession period about L of the axis that the polhode encircles",
 }
 
-EXACT = table(
+EXACT = rows(
     Variable("mode_exact", None, "mode of the motion, from its energy", "i1", MODES, _MODES, -1),
     *(Variable(f"{name}_exact", "s", f"{text}, closed form") for name, text in PERIODS.items()),
-    Variable("period_ratio", "1", "P_psi over P_phi in the long-axis convention, closed form"),
-    Variable(
-        "tilt_mean",
-        "rad",
-        "mean nutation angle: angle between L and the encircled axis, mean over a period, closed form",
-        "f4",
-    ),
-    Variable("tilt_least", "rad", "least angle between L and the encircled axis, closed form", "f4"),
-    Variable("tilt_greatest", "rad", "greatest angle between L and the encircled axis, closed form", "f4"),
+    """
+    period_ratio   1    P_psi over P_phi in the long-axis convention, closed form
+    tilt_mean      rad  f4  mean nutation angle: angle between L and the encircled axis, mean over a period, closed form
+    tilt_least     rad  f4  least angle between L and the encircled axis, closed form
+    tilt_greatest  rad  f4  greatest angle between L and the encircled axis, closed form
+    """,
     bodies.TRIANGLE_MARGIN,
 )
 

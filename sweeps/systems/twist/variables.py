@@ -9,7 +9,7 @@ from sweeps.schema.values import Phase, number
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import status, with_exact
+from sweeps.systems.shared_variables import rows, status, with_exact
 
 ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
 ENDS = ("undetermined", "same_side", "reversed")
@@ -19,17 +19,15 @@ _MISSING = "missing where L is parallel to the handle"
 _TWIST = "twist per revolution of the handle about L (signed change of chi)"
 _TURN = "time of one revolution of the handle about L"
 
-EXACT = table(
-    Variable("twist_exact", "rad", f"{_TWIST}, closed form"),
-    Variable("time_of_turn_exact", "s", f"{_TURN}, closed form"),
-    Variable(
-        "twist_defect_theory",
-        "rad",
-        "shortfall of the twist from a half turn on the separatrix, symmetric start and end",
-        comment="2 eps with artanh(sqrt(a) cos(eps)/sqrt(a + b sin(eps)^2)) = growth (pi + arcsin(cos(eps) "
-        "sqrt(b/(a + b)))), a = I2/I1 - 1, b = 1 - I2/I3; falls with exp(-pi growth)",
-    ),
-    Variable("growth", "1", "growth rate about the intermediate axis over the spin rate, linear theory: sqrt(a b)"),
+EXACT = rows(
+    f"""
+    twist_exact          rad  {_TWIST}, closed form
+    time_of_turn_exact   s    {_TURN}, closed form
+    twist_defect_theory  rad  shortfall of the twist from a half turn on the separatrix, symmetric start and end
+        comment: 2 eps with artanh(sqrt(a) cos(eps)/sqrt(a + b sin(eps)^2)) = growth (pi + arcsin(cos(eps) sqrt(b/(a +
+        b)))), a = I2/I1 - 1, b = 1 - I2/I3; falls with exp(-pi growth)
+    growth               1    growth rate about the intermediate axis over the spin rate, linear theory: sqrt(a b)
+    """,
     bodies.TRIANGLE_MARGIN,
 )
 

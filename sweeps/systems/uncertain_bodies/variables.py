@@ -5,6 +5,7 @@ from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
+from sweeps.systems.shared_variables import rows
 
 STABILITIES = ("stable", "uncertain", "unstable")
 STATUSES = ("ok", "undecided")
@@ -26,7 +27,7 @@ def _quantile(name: str, units: str, long_name: str, comment: str) -> tuple[Vari
     return _with_error(f"{name}_quantile", units, long_name, _ALL.format(comment), over=("quantile",))
 
 
-VARIABLES = table(
+VARIABLES = rows(
     *_with_error(
         "probability_unstable",
         "1",
@@ -55,16 +56,19 @@ VARIABLES = table(
         role=Role.HEADLINE,
     ),
     Variable("status", None, "whether fewer than 1 % of the draws are undecided", "i1", STATUSES, role=Role.STATUS),
-    Variable(
-        "undecided", "1", "fraction of the draws whose regime is marginal or undetermined, or whose status is not ok"
-    ),
-    Variable("impossible_naive", "1", "fraction of Gaussian samples that violate the triangle inequality of moments"),
-    Variable("moment_mean_requested", "kg m2", "mean of the moment about the axis, requested"),
+    """
+    undecided                1  fraction of the draws whose regime is marginal or undetermined, or whose status is not
+        ok
+    impossible_naive         1  fraction of Gaussian samples that violate the triangle inequality of moments
+    moment_mean_requested    kg m2  mean of the moment about the axis, requested
+    """,
     *_with_error("moment_mean", "kg m2", "mean of the moment about the axis, sampled"),
-    Variable("moment_spread_requested", "kg m2", "standard deviation of the moment about the axis, requested"),
-    Variable("moment_spread", "kg m2", "standard deviation of the moment about the axis, sampled"),
-    Variable("draws", "1", "number of draws", "i4"),
-    Variable("draws_followed", "1", "number of draws that were followed to their flips", "i4"),
+    """
+    moment_spread_requested  kg m2  standard deviation of the moment about the axis, requested
+    moment_spread            kg m2  standard deviation of the moment about the axis, sampled
+    draws                    1  i4  number of draws
+    draws_followed           1  i4  number of draws that were followed to their flips
+    """,
     *_quantile("growth_rate", "s-1", "quantile of the measured growth rate", "0 where not unstable"),
     *_quantile("frequency", "rad s-1", "quantile of the measured angular frequency", "0 where not stable"),
     *_quantile(
