@@ -47,6 +47,8 @@ LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 class Described(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria.
 
+    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's.
+
     Args:
         name: what a definition's `system` says.
         load: makes the description.
@@ -56,10 +58,8 @@ class Described(Dynamics):
 
     library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
     asked: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
-    nudge: ClassVar[tuple[Parameter, ...]]  #: what a grid holds beside the description's parameters
-    #: coordinates beside those, by name: which equilibrium, and which of its numbers.
-    own: ClassVar[Mapping[str, Variable]]
-    reserved: ClassVar[frozenset[str]]  #: names of columns, which no description may take
+    #: name of a variable or coordinate by which a map of this kind is known; "" for a map of no other kind.
+    marker: ClassVar[str] = ""
     literature: ClassVar[str]  #: where the theory stands, if the description does not say it
     shown: ClassVar[str]  #: what its map shows
 
@@ -81,17 +81,17 @@ class Described(Dynamics):
     def describes(description: "mechanics.System") -> bool:
         """Return True if a description makes a system of this kind."""
 
-    @staticmethod
-    @abstractmethod
-    def holds(variables: Collection[str]) -> bool:
+    @classmethod
+    def holds(cls, variables: Collection[str]) -> bool:
         """Return whether a map of a description is one of this kind, from the names of its variables."""
+        return not cls.marker or cls.marker in variables
 
     @cached_property
     def description(self) -> "mechanics.System":
         """The description, read when it is asked for."""
         description = self._load()
         given = {*description.parameters, *description.coordinates, *description.states}
-        if taken := sorted(given & self.reserved):
+        if taken := sorted(given & {*self.layout().variables, *self.layout().coordinates, "point"}):
             raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
         return description
 
@@ -129,7 +129,7 @@ class Described(Dynamics):
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Table of what its grid may hold."""
-        return (*(_parameter(p) for p in self.description.parameters.values()), *self.nudge)
+        return (*(_parameter(p) for p in self.description.parameters.values()), *self.tables.NUDGE)
 
     @cached_property
     def model(self) -> type[Definition]:
@@ -158,7 +158,7 @@ class Described(Dynamics):
 
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Return name → coordinate."""
-        return quantities.coordinates(self.parameters) | dict(self.own)
+        return quantities.coordinates(self.parameters) | self.tables.COORDINATES
 
     def places(self) -> dict[str, Variable]:
         """Return name → variable of the position of an equilibrium along each coordinate or state."""

@@ -68,7 +68,10 @@ class Dynamics(ABC):
     picture_seconds: float = 1.5  #: for all pictures of a map, s, about
     #: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
     presentation: str = "sweeps.systems.presentation"
-    references_in: str = ""  #: name of the module whose REFERENCE :meth:`reference` returns; "" for none
+    method_text: str = ""  #: method of computation of every map, see :meth:`method`
+    #: name of the module with the REFERENCE that :meth:`reference` returns, or with a function `reference` of the
+    #: system that makes it; "" for none.
+    references_in: str = ""
     motion_in: str = ""  #: name of the module whose function `motion` :meth:`motion` calls; "" for none
     #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
     #: none, it covers every kernel.
@@ -149,9 +152,9 @@ class Dynamics(ABC):
 
         return fingerprint(*self.kernels)
 
-    @abstractmethod
     def method(self, definition: "Definition") -> str:
         """Return the method of computation, for a map's `source`: "direct integration of Euler's equations"."""
+        return self.method_text
 
     def kernels_of(self, definition: "Definition | None" = None) -> tuple[Kernel, ...]:
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
@@ -175,4 +178,7 @@ class Dynamics(ABC):
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
-        return import_module(self.references_in).REFERENCE if self.references_in else None
+        if not self.references_in:
+            return None
+        module = import_module(self.references_in)
+        return module.reference(self) if hasattr(module, "reference") else module.REFERENCE

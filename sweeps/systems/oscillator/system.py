@@ -3,18 +3,18 @@
 One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, PATHS, TAPES, Described
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.oscillator import variables as tables
 from sweeps.systems.oscillator.definition import OscillatorDefinition
-from sweeps.systems.oscillator.variables import COORDINATES, DEGENERATE, FOLLOWED, LAYOUT, NUDGE, VARIABLES
+from sweeps.systems.oscillator.variables import DEGENERATE, FOLLOWED, VARIABLES
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -28,6 +28,7 @@ class Oscillator(Described):
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
     presentation = "sweeps.systems.oscillator.presentation"
+    method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
     compiled = (
         Kernel("oscillations", seconds=3.0),
@@ -37,9 +38,7 @@ class Oscillator(Described):
     )
     library = MECHANICS / "library"
     asked = OscillatorDefinition
-    nudge = NUDGE
-    own = COORDINATES
-    reserved = frozenset({*VARIABLES, *DEGENERATE, *FOLLOWED, "equilibrium", "mode", "point"})
+    tables = tables
     literature = "Landau and Lifshitz, Mechanics, section 23"
     shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"
 
@@ -51,11 +50,6 @@ class Oscillator(Described):
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
         """Return True for any description of no other kind."""
-        return True
-
-    @staticmethod
-    def holds(variables: Collection[str]) -> bool:
-        """Return True for any map of a description of no other kind."""
         return True
 
     @property
@@ -79,19 +73,11 @@ class Oscillator(Described):
         followed = FOLLOWED if self.description.follow else {}
         return VARIABLES | self.places() | degenerate | followed
 
-    def layout(self) -> Layout:
-        """Return the layout of its maps: parameters and positions by the names of the description."""
-        return LAYOUT
-
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""
         self._compiled()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.direction, integration.degenerate)
-
-    def method(self, definition: Definition) -> str:
-        """Return the method of computation."""
-        return "direct integration of the full Euler-Lagrange equations"
 
 
 KIND = Oscillator

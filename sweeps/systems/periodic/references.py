@@ -14,18 +14,19 @@ from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
-    from sweeps.mechanics.model import Model
+    from sweeps.systems.periodic.system import Periodic
 
 STEP = 1e-30  # of a complex step: its square is nothing beside a double
 MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
 
 
-def reference(model: "Model") -> Reference:
+def reference(system: "Periodic") -> Reference:
     """Return what `verify` measures again."""
     import sympy as sp
 
     from sweeps.mechanics.periodic import Base
 
+    model = system.mechanism
     equations = model.equations
     arguments = (*equations.parameters, *equations.states, equations.system.time)
     forces = sp.lambdify(arguments, list(equations.f), "numpy")

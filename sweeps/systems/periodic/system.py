@@ -3,19 +3,19 @@
 One `Periodic` a description: those of `sweeps/mechanics/library/periodic`, and any Python file that says a period.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
-from sweeps.systems.periodic.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Cost, Points, Reference
+from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
+from sweeps.systems.system import Cost, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -28,13 +28,14 @@ class Periodic(Described):
     samples_per_second = 5_000
     start_seconds = 2.5
     presentation = "sweeps.systems.periodic.presentation"
+    references_in = "sweeps.systems.periodic.references"
+    method_text = "direct integration of the full equations over one period, certified by the variational flow"
     kernels = ("floquet", "jacobians", "paths", "runs", "statuses", "straight", "variational")
     compiled = (Kernel("jacobians", seconds=10.0), Kernel("variational", seconds=2.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     asked = PeriodicDefinition
-    nudge = NUDGE
-    own = COORDINATES
-    reserved = frozenset({*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
+    tables = tables
+    marker = "phase_residual"
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     shown = "measured multipliers of a periodic motion, beside the variational flow"
 
@@ -42,11 +43,6 @@ class Periodic(Described):
     def describes(description: "mechanics.System") -> bool:
         """Return True if a description says a period."""
         return description.given_period is not None
-
-    @staticmethod
-    def holds(variables: Collection[str]) -> bool:
-        """Return whether a map is one of multipliers."""
-        return "phase_residual" in variables
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return no dimension: multipliers are a further one of variables."""
@@ -69,10 +65,6 @@ class Periodic(Described):
         if self.description.kept:
             names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in moving]
         return table(*(Variable(f"{n}_start", unit, f"{words}, where a period begins") for n, unit, words in names))
-
-    def layout(self) -> Layout:
-        """Return the layout of its maps: parameters and starts by the names of the description."""
-        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """Return the variational flow beside what is measured; see `sweeps.mechanics.periodic`."""
@@ -106,16 +98,6 @@ class Periodic(Described):
     def cost(self, definition: Definition) -> Cost:
         """Return the work of a point: one period."""
         return Cost(1)
-
-    def reference(self) -> Reference:
-        """Return the trace by SciPy."""
-        from sweeps.systems.periodic.references import reference
-
-        return reference(self.mechanism)
-
-    def method(self, definition: Definition) -> str:
-        """Return how the motion was computed."""
-        return "direct integration of the full equations over one period, certified by the variational flow"
 
 
 KIND = Periodic

@@ -2,12 +2,16 @@
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.system import Reference
+
+if TYPE_CHECKING:
+    from sweeps.systems.pumped_body.system import PumpedBody
 
 MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
 
@@ -34,8 +38,9 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
     return float(y[0] + y[3])
 
 
-def reference(inverse: bool) -> Reference:
+def reference(system: "PumpedBody") -> Reference:
     """Return what `verify` measures again."""
+    inverse = system.inverse
 
     def by_scipy(point, integration: OnePeriod) -> float:
         return trace_by_scipy(point, inverse)

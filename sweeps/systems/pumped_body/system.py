@@ -12,7 +12,7 @@ from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import PumpedDefinition
-from sweeps.systems.system import Dynamics, Reference
+from sweeps.systems.system import Dynamics
 
 
 class PumpedBody(Dynamics):
@@ -24,6 +24,8 @@ class PumpedBody(Dynamics):
 
     name = "pumped_body"
     presentation = "sweeps.systems.pumped_body.presentation"
+    references_in = "sweeps.systems.pumped_body.references"
+    method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
     kernels = (*Periodic.kernels, "triangle")
     existence = variables.CHANGING
     compiled = Periodic.compiled
@@ -78,16 +80,6 @@ class PumpedBody(Dynamics):
 
         code = motion.model(self.inverse).perturbed_code(True)
         return described.fingerprint(self.kernels, code, Path(motion.__file__).read_bytes())
-
-    def reference(self) -> Reference:
-        """Return the trace by SciPy."""
-        from sweeps.systems.pumped_body.references import reference
-
-        return reference(self.inverse)
-
-    def method(self, definition: PumpedDefinition) -> str:
-        """Return how the motion was computed."""
-        return "direct integration of the angular momentum over one period, certified by the variational flow"
 
 
 def is_inverse(definition: PumpedDefinition) -> bool:

@@ -19,6 +19,7 @@ from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
+    from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
 
 STEP = 1e-30  # of a complex step: its square is nothing beside a double
 NUDGE = 3e-5  # of a motion: its cube, and DOP853's tolerance over it, weigh alike
@@ -188,16 +189,16 @@ def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
     return value, lambda point, _: 100.0 * JACOBIAN * equations.at(point)[0].scale ** POWERS[name]
 
 
-def reference(model: "Model") -> Reference:
+def reference(system: "RelativeEquilibrium") -> Reference:
     """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors."""
-    equations, found = Linearised(model), []
+    equations, found = Linearised(system.mechanism), []
     for part in ("real", "imag"):
         name = f"eigenvalue_{part}"
         found.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
         found.append((name, "SciPy DOP853", *_eigenvalue(equations, part, 1)))
     found.append(("growth_rate_theory", "LAPACK", *_growth(equations, 0)))
     found.append(("growth_rate", "SciPy DOP853", *_growth(equations, 1)))
-    for name in POWERS if model.n == 4 else ():
+    for name in POWERS if system.mechanism.n == 4 else ():
         found.append((f"{name}_theory", "LAPACK", *_invariant(equations, name)))
         found.append((name, "LAPACK", *_invariant(equations, name)))
     first, *others = (

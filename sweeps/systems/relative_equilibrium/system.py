@@ -4,20 +4,20 @@ One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/rela
 definition names and whose equations are of first order (see `sweeps.mechanics.equations`).
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.process.processors import cores
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, Described
 from sweeps.systems.kernel import Kernel
+from sweeps.systems.relative_equilibrium import variables as tables
 from sweeps.systems.relative_equilibrium.definition import FlowDefinition
-from sweeps.systems.relative_equilibrium.variables import COORDINATES, INVARIANTS, LAYOUT, NUDGE, VARIABLES
-from sweeps.systems.system import Cost, Reference
+from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
+from sweeps.systems.system import Cost
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -32,6 +32,8 @@ class RelativeEquilibrium(Described):
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
     presentation = "sweeps.systems.relative_equilibrium.presentation"
+    references_in = "sweeps.systems.relative_equilibrium.references"
+    method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots")
     compiled = (
         Kernel("enclosures", seconds=2.5),
@@ -44,9 +46,8 @@ class RelativeEquilibrium(Described):
     )
     library = MECHANICS / "library" / "relative"
     asked = FlowDefinition
-    nudge = NUDGE
-    own = COORDINATES
-    reserved = frozenset({*VARIABLES, *INVARIANTS, *COORDINATES, "point"})
+    tables = tables
+    marker = "eigenvalue"
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
     shown = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
 
@@ -56,11 +57,6 @@ class RelativeEquilibrium(Described):
         from sweeps.mechanics.derivation import derive
 
         return not derive(description).natural
-
-    @staticmethod
-    def holds(variables: Collection[str]) -> bool:
-        """Return whether a map is one of relative equilibria: no other kind has a coordinate `eigenvalue`."""
-        return "eigenvalue" in variables
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the eigenvalues of an equilibrium."""
@@ -81,10 +77,6 @@ class RelativeEquilibrium(Described):
             for name in model.quantities
         )
         return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts) | self.places()
-
-    def layout(self) -> Layout:
-        """Return the layout of its maps: parameters, positions and drifts by the names of the description."""
-        return LAYOUT
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
@@ -109,16 +101,6 @@ class RelativeEquilibrium(Described):
         runs, samples = self._runs(definition.integration), definition.integration.samples
         block = SAMPLE_BYTES * runs * samples * (self.mechanism.n + 1)
         return Cost(samples, cores() * max(block, min(CHUNK_BYTES, CHUNK // W * block)))
-
-    def reference(self) -> Reference:
-        """Return what `verify` measures again, with LAPACK and with SciPy."""
-        from sweeps.systems.relative_equilibrium import references
-
-        return references.reference(self.mechanism)
-
-    def method(self, definition: Definition) -> str:
-        """Return the method of computation."""
-        return "direct integration of the full equations of motion"
 
 
 KIND = RelativeEquilibrium

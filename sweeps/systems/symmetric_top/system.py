@@ -42,6 +42,7 @@ class SymmetricTop(Dynamics):
     presentation = "sweeps.systems.symmetric_top.presentation"
     references_in = "sweeps.systems.symmetric_top.references"
     motion_in = "sweeps.systems.symmetric_top.motion"
+    method_text = "direct integration of Euler's equations"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
     compiled = (Kernel("symmetric_top", "survey", example=(A_POINT, 1.0, 16, 1e-9), seconds=4.0),)
@@ -62,10 +63,6 @@ class SymmetricTop(Dynamics):
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where I3 exceeds the sum of the two other moments."""
         return triangle_margin(1.0, 1.0, points["ratio"]) < 0
-
-    def method(self, definition: SymmetricTopDefinition) -> str:
-        """Return the method of computation."""
-        return "direct integration of Euler's equations"
 
 
 SYSTEM = SymmetricTop()
