@@ -17,7 +17,7 @@ from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
 
 NAMES = list(own_systems.SYSTEMS)
-KINDS = {"driven": (Periodic, {"tongues_swinging"})}
+KINDS = {"driven": (Periodic, {"tongues_swinging", "theory_against_measured"})}
 OTHER = RelativeEquilibrium, {"stability", "theory_against_measured"}
 
 

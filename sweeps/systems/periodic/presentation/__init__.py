@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.systems.periodic.presentation.look import LOOK
+from sweeps.systems.periodic.presentation.look import COMPARED, LOOK
 from sweeps.systems.presentation import Page, Presentation, moving
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ class PeriodicPresentation(Presentation):
 
     look = LOOK
     least = ("epsilon",)
+    compared = COMPARED
     part = Page(
         (*moving.FILES, Path(__file__).parent / "page" / "part.js"),
         "Which periodic motions are stable, and how fast does a perturbation grow?",
@@ -44,7 +45,7 @@ class PeriodicPresentation(Presentation):
                 curves,
             )
             for name in ds["equilibrium"].values.tolist()
-        }
+        } | self.against_theory(ds)
 
 
 PRESENTATION = PeriodicPresentation

@@ -1,7 +1,7 @@
 """How the regimes of multipliers look."""
 
 from sweeps.figure import colors
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 MARKS = {
     "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
@@ -10,4 +10,5 @@ MARKS = {
     "perturbation_too_large": Mark("perturbation too large", "n", ""),
     "no_periodic_motion": Mark("no periodic motion", "o", ""),
 }
+COMPARED = (Compared(("trace",), "trace"), Compared(("growth_rate",), "growth rate"))
 LOOK = Look(marks=MARKS, symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")})

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
 from sweeps.systems.bodies.presentation import on_triangle
+from sweeps.systems.periodic.presentation.look import COMPARED
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.pumped_body.presentation.look import LOOK
 from sweeps.systems.rigid_body.presentation.look import is_of_shapes
@@ -22,6 +23,7 @@ class PumpedBodyPresentation(Presentation):
     """Figures of the regimes, and a page with the body turning."""
 
     look = LOOK
+    compared = COMPARED
     part = on_triangle(
         "Does a spin stay stable while the moments of inertia change?", Path(__file__).parent / "page" / "part.js"
     )
@@ -46,7 +48,8 @@ class PumpedBodyPresentation(Presentation):
             curves = lambda one, x, y: mathieu(ds, one, axis, y) if x == "frequency" else None  # noqa: E731
             return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
 
-        return {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}
+        tongues = {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}
+        return tongues | self.against_theory(ds)
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""

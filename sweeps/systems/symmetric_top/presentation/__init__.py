@@ -4,7 +4,7 @@ from pathlib import Path
 
 from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation, turning
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 LOOK = Look(
     {
@@ -22,6 +22,10 @@ class SymmetricTopPresentation(Presentation):
 
     look = LOOK
     part = Page((*turning.FILES, Path(__file__).parent / "page/part.js"), keys="Space: play or pause.")
+    compared = (
+        Compared(("precession_rate",), "precession of ω", "omega3"),
+        Compared(("momentum_precession_rate",), "precession of L", "omega3"),
+    )
     drawn = (("precession", "figure_precession.draw"), ("cones", "figure_cones.draw"))
 
 

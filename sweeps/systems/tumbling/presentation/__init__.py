@@ -5,7 +5,7 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import MODES, SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 
 class TumblingPresentation(Presentation):
@@ -22,6 +22,10 @@ class TumblingPresentation(Presentation):
     )
     part = on_triangle(
         "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
+    )
+    compared = (
+        Compared(("period_psi",), "period in the body"),
+        Compared(("period_phi_encircled",), "period about L"),
     )
     drawn = (("periods", "figure_periods.draw"), ("herpolhode", "figure_herpolhode.draw"))
 

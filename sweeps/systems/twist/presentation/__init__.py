@@ -5,7 +5,7 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 
 class TwistPresentation(Presentation):
@@ -16,6 +16,7 @@ class TwistPresentation(Presentation):
         SYMBOLS | {"chi": Symbol(r"$\chi$", "χ"), "theta": Symbol(r"$\theta$", "θ")},
     )
     part = on_triangle("How far does a thrown body twist?", Path(__file__).parent / "page/part.js")
+    compared = (Compared(("twist",), "twist"), Compared(("time_of_turn",), "time of a revolution"))
     drawn = (("twist", "figure_twist.draw_map"), ("defect", "figure_twist.draw_defect"))
 
 
