@@ -3,7 +3,7 @@
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
@@ -421,3 +421,19 @@ def _seen(artist):
 def few(length: int, most: int) -> list[int]:
     """Return at most `most` indices of a dimension, evenly spaced."""
     return list(range(0, length, max(1, math.ceil(length / most))))
+
+
+def even_stride(lengths: Iterable[int], most: int) -> int:
+    """Return the stride that keeps at most `most` points of a grid: 1, or a prime that divides no dimension's length.
+
+    A common factor would show some values of that dimension only.
+    """
+    lengths = tuple(lengths)
+    stride = max(1, -(-math.prod(lengths) // most))
+
+    def is_good(stride: int) -> bool:
+        return all(stride % k for k in range(2, math.isqrt(stride) + 1)) and all(n % stride for n in lengths)
+
+    while stride > 1 and not is_good(stride):
+        stride += 1
+    return stride

@@ -57,7 +57,7 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
     first = ds[one.names[0]]
     sizes = dict(zip(first.dims, first.shape, strict=True))
     counts = {role: dict.fromkeys(_meanings(ds, specs, role), 0) for role in (Role.HEADLINE, Role.STATUS)}
-    found = Agreement(first.size, even_stride(sizes.values(), most), counts)
+    found = Agreement(first.size, style.even_stride(sizes.values(), most), counts)
     parts, start = [], 0
     for box in blocks(sizes, BLOCK_POINTS):
         columns = _columns(ds, specs, one, box, sizes)
@@ -114,19 +114,6 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
     """Root of the sum of squares; of one component its size, to the last bit."""
     first, *others = components
     return np.hypot(first, *others) if others else np.abs(first)
-
-
-def even_stride(shape, most: int) -> int:
-    """Return the least stride that keeps at most `most` points and shares no factor with any dimension's length.
-
-    A common factor would see some values of that dimension only.
-    """
-    shape = tuple(shape)
-    points = math.prod(shape)
-    stride = max(1, -(-points // most))
-    while stride > 1 and any(math.gcd(stride, n) > 1 for n in shape if n > 1) and stride < points:
-        stride += 1
-    return stride
 
 
 # -- the picture

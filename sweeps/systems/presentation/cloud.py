@@ -28,7 +28,7 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
     if not names or not flag:
         return None
-    stride = _stride(ds.sizes["point"])
+    stride = style.even_stride([ds.sizes["point"]], MOST_DRAWN)
     chosen = [flag, *([measured] if measured else [])]
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
     subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
@@ -45,14 +45,6 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
             _histogram(column[1], ds[measured], panel, flag, colored)
     style.legend(figure, _legend(part[flag], flags(ds[flag]), colored, look))
     return figure
-
-
-def _stride(points: int) -> int:
-    """One point in how many is drawn: a prime, so that a plane of points is not thinned to some of its columns."""
-    stride = -(-points // MOST_DRAWN)
-    while any(stride % k == 0 for k in range(2, int(stride**0.5) + 1)):
-        stride += 1
-    return stride
 
 
 def _of_role(ds: xr.Dataset, specs: Mapping[str, Variable], role: Role) -> str:
