@@ -141,7 +141,7 @@ def test_pictures_read_of_it_what_they_read_of_a_dataset(both):
     plain, ds = both
     if ds.attrs["system"] != "rigid_body":
         pytest.skip("another system's pictures")
-    frequency, _ = systems.presentation_of(ds).compared
+    frequency, *_ = systems.presentation_of(ds).compared
     one, other = (agreement.agreement(each, systems.of_map(ds).layout().variables, frequency) for each in both)
     assert one.worst == other.worst
     for name, value in other.columns.items():

@@ -16,7 +16,7 @@ def compared(ds, most=agreement.MOST_DRAWN):
     """What each column of the picture of a map holds."""
     presentation = systems.presentation_of(ds)
     table = presentation.system.layout().variables
-    return [agreement.agreement(ds, table, one, most) for one in presentation.compared]
+    return [agreement.agreement(ds, table, one, most) for one in presentation.compared if not one.is_spare]
 
 
 def picture(ds):
@@ -151,3 +151,14 @@ def test_eigenvalues_are_compared_as_points_of_the_plane():
     expected = (np.hypot(*off) / ds["rate_scale"]).values.ravel()
     np.testing.assert_array_equal(found.columns["deviation"], expected)
     assert picture(ds).axes[0].get_title("left") == "eigenvalues"
+
+
+def test_a_map_without_rates_is_compared_by_their_squares(tiny):
+    names = ["omega_squared", "omega_squared_theory", "omega_squared_error", "regime", "regime_theory", "status"]
+    part = tiny[[*names, "triangle_margin"]]
+    figure = picture(part)
+    assert figure.axes[0].get_title("left") == "Ω²"
+    points = {
+        kind: line.get_xdata().size for kind in ("stable_major", "unstable") for line in of_gid(figure.axes[1], kind)
+    }
+    assert points["unstable"] == ((tiny.regime == 2) & (tiny.triangle_margin >= 0)).sum()

@@ -65,6 +65,7 @@ class Presentation:
         from sweeps.systems.presentation import agreement
 
         held = [one for one in self.compared if {*one.names} <= {*ds.variables}]
+        held = [one for one in held if not one.is_spare] or held
         draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.look)
         return {"theory_against_measured": draw} if held else {}
 

@@ -166,7 +166,7 @@ def _subtitle(ds: "xr.Dataset", specs: Specs, found: list[Agreement], look: Look
         rows.append(f"{name}:  " + " · ".join(f"{n:,} {look.words(meanings[k])}" for k, n in counts.items() if n))
     worst = np.fmax.reduce([one.worst for one in found])
     rows[-1] += "" if np.isnan(worst) else f";  largest relative deviation, status ok: {style.number(worst, 2)}"
-    rows += [BOUND] if "amplitude_shift" in ds.variables else []
+    rows += [BOUND] if "amplitude_shift" in specs else []
     if not np.isnan(first.certificate):
         rows.append(f"Certificate:  largest integration error {style.number(first.certificate, 2)}")
     return "\n".join(rows)

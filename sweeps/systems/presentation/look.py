@@ -29,6 +29,7 @@ class Compared(NamedTuple):
     names: tuple[str, ...]  #: a measured variable; of several, as of a vector's components, the root of squares
     title: str  #: of the column
     per: str = ""  #: variable or coordinate in whose size theory is drawn; "" for theory's own unit
+    is_spare: bool = False  #: whether it is compared only in a map that has no other
 
 
 COMMON = {

@@ -23,6 +23,7 @@ class RigidBodyPresentation(Presentation):
     compared = (
         Compared(("frequency",), "oscillates in theory", "omega0"),
         Compared(("growth_rate",), "grows in theory", "omega0"),
+        Compared(("omega_squared",), "Ω²", is_spare=True),
     )
 
     def opening(self, ds: "xr.Dataset") -> Opening:
