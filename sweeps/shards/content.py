@@ -4,13 +4,14 @@ Content is names, dimensions, types and values: no attribute, no encoding, no or
 """
 
 import hashlib
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.boxes import runs
-from sweeps.shards.chunks import Chunks
+from sweeps.schema.boxes import runs, tiles
+from sweeps.shards.chunks import chunk_shape
 
 if TYPE_CHECKING:
     import netCDF4
@@ -22,8 +23,8 @@ class ContentHash:
 
     Each variable has a hash of its own: over the SHA-256 of each of its runs of values in C order, where the runs are
     the chunks that `sweeps.shards.chunks` cuts its shape into and the values are little-endian bytes (text: UTF-8,
-    each item ended by a zero byte). So runs can be hashed by whoever makes them. The content hash runs over name,
-    dimensions, type and that hash of each variable and coordinate, in the order of names.
+    each item ended by a zero byte). The content hash runs over name, dimensions, type and that hash of each variable
+    and coordinate, in the order of names.
     """
 
     def __init__(self):
@@ -38,10 +39,6 @@ class ContentHash:
     def update(self, name: str, values: np.ndarray) -> None:
         """Add the next values of a variable, in C order."""
         self._bodies[name].update(np.asarray(values).reshape(-1))
-
-    def add_run(self, name: str, digest: bytes) -> None:
-        """Add the hash (see `run_digest`) of a variable's next whole run."""
-        self._bodies[name].add(digest)
 
     def digests(self) -> dict[str, str]:
         """Return name → hash of the variable's values, 64 hexadecimal digits."""
@@ -65,28 +62,23 @@ class _VariableHash:
     """The hash of one variable, whose values come in pieces of any length."""
 
     def __init__(self, shape: tuple[int, ...]):
-        self._chunks = Chunks(shape)
-        self._run, self._at, self._open = 0, 0, hashlib.sha256()
+        chunks = tiles(shape, chunk_shape(shape))
+        self._lengths = (math.prod(part.stop - part.start for part in chunk) for chunk in chunks)
         self.total = hashlib.sha256()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin the next run."""
+        self._run, self._left = hashlib.sha256(), next(self._lengths, 0)
 
     def update(self, values: np.ndarray) -> None:
         while values.size:
-            _, end = self._chunks.bounds(self._run)
-            part, values = values[: end - self._at], values[end - self._at :]
-            self._open.update(as_bytes(part))
-            self._at += part.size
-            if self._at == end:
-                self.add(self._open.digest())
-
-    def add(self, digest: bytes) -> None:
-        self.total.update(digest)
-        self._at = self._chunks.bounds(self._run)[1]
-        self._run, self._open = self._run + 1, hashlib.sha256()
-
-
-def run_digest(values: np.ndarray) -> bytes:
-    """Return the SHA-256 of one run of values, 32 bytes."""
-    return hashlib.sha256(as_bytes(values)).digest()
+            part, values = values[: self._left], values[self._left :]
+            self._run.update(as_bytes(part))
+            self._left -= part.size
+            if not self._left:
+                self.total.update(self._run.digest())
+                self._begin()
 
 
 def as_bytes(values: np.ndarray) -> bytes | memoryview:
