@@ -96,7 +96,7 @@ def main(arguments: list[str] | None = None) -> int:
         raise KeyboardInterrupt
 
     # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
-    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _heard_again(heard), _writing():
+    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard), _writing():
         try:
             words = sys.argv[1:] if arguments is None else arguments
             if not words:
@@ -188,6 +188,26 @@ def _heard_again(heard: list) -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = unraised
+
+
+@contextmanager
+def _without_words_of_h5py() -> Iterator[None]:
+    """Where a disk is full, h5py prints one traceback more for each object that it cannot close."""
+    excepted, unraised = sys.excepthook, sys.unraisablehook
+
+    def except_h5py(kind, value, trace):
+        from traceback import extract_tb
+
+        frames = extract_tb(trace)
+        if not (frames and frames[-1].filename.endswith("_objects.pyx")):
+            excepted(kind, value, trace)
+
+    sys.excepthook = except_h5py
+    sys.unraisablehook = lambda told: None if "h5py" in str(told.object) else unraised(told)
+    try:
+        yield
+    finally:
+        sys.excepthook, sys.unraisablehook = excepted, unraised
 
 
 def _answered(args: Namespace) -> int:

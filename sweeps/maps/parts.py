@@ -33,7 +33,7 @@ def write_part(ds: "PlainMap | xr.Dataset", path: str | Path, command: str) -> s
                 missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
                 file.add(name, variable.dims, variable.dtype, attributes, fill_value=missing)
             for box in runs(variable.shape, PART_VALUES):
-                file.put(name, box, variable[box].values)
+                file.put(name, variable[box].values)
         history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
         return file.seal(ds.attrs | {"history": history})
 

@@ -1,6 +1,5 @@
 """Dimensions of a map, boxes of bounded size that cover it, and meanings of flags."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
@@ -76,25 +75,6 @@ def tiles(shape: Sequence[int], box: Sequence[int]) -> Iterator[tuple[slice, ...
     """Yield the boxes into which an array is cut by a box of some shape, in C order; the last ones may be smaller."""
     for corner in product(*(range(0, n, step) for n, step in zip(shape, box, strict=True))):
         yield tuple(slice(at, min(at + step, n)) for at, step, n in zip(corner, box, shape, strict=True))
-
-
-def run_in_boxes(shape: Sequence[int], first: int, after: int) -> Iterator[tuple[slice, ...]]:
-    """Yield the fewest boxes, in C order, that hold the values first … after − 1 of an array, numbered in C order."""
-    if len(shape) < 2:
-        yield (slice(first, after),) if shape else ()
-        return
-    row = math.prod(shape[1:])
-    while first < after:
-        number, begun = divmod(first, row)
-        whole = after // row - number if not begun else 0  # rows, from here on
-        if whole:
-            yield slice(number, number + whole), *(slice(0, n) for n in shape[1:])
-            first += whole * row
-            continue
-        end = min(after, (number + 1) * row)
-        for box in run_in_boxes(shape[1:], begun, end - number * row):
-            yield slice(number, number + 1), *box
-        first = end
 
 
 def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:

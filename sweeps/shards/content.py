@@ -5,7 +5,7 @@ Content is names, dimensions, types and values: no attribute, no encoding, no or
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,7 +38,12 @@ class ContentHash:
 
     def update(self, name: str, values: np.ndarray) -> None:
         """Add the next values of a variable, in C order."""
-        self._bodies[name].update(np.asarray(values).reshape(-1))
+        for _ in self.runs(name, values):
+            pass
+
+    def runs(self, name: str, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
+        """Add the next values of a variable, in C order; yield the box and the values of each run that is whole now."""
+        return self._bodies[name].runs(np.asarray(values).reshape(-1))
 
     def digests(self) -> dict[str, str]:
         """Return name → hash of the variable's values, 64 hexadecimal digits."""
@@ -59,26 +64,23 @@ class ContentHash:
 
 
 class _VariableHash:
-    """The hash of one variable, whose values come in pieces of any length."""
+    """The hash of one variable, whose values come in pieces of any length and are hashed in whole runs."""
 
     def __init__(self, shape: tuple[int, ...]):
-        chunks = tiles(shape, chunk_shape(shape))
-        self._lengths = (math.prod(part.stop - part.start for part in chunk) for chunk in chunks)
-        self.total = hashlib.sha256()
-        self._begin()
+        self._boxes = tiles(shape, chunk_shape(shape))
+        self._box, self._parts, self.total = next(self._boxes, ()), [], hashlib.sha256()
 
-    def _begin(self) -> None:
-        """Begin the next run."""
-        self._run, self._left = hashlib.sha256(), next(self._lengths, 0)
-
-    def update(self, values: np.ndarray) -> None:
+    def runs(self, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
         while values.size:
-            part, values = values[: self._left], values[self._left :]
-            self._run.update(as_bytes(part))
-            self._left -= part.size
-            if not self._left:
-                self.total.update(self._run.digest())
-                self._begin()
+            size = math.prod(part.stop - part.start for part in self._box)
+            left = size - sum(part.size for part in self._parts)
+            self._parts.append(values[:left])
+            if values.size >= left:
+                run = np.concatenate(self._parts)
+                self.total.update(hashlib.sha256(as_bytes(run)).digest())
+                yield self._box, run
+                self._box, self._parts = next(self._boxes, ()), []
+            values = values[left:]
 
 
 def as_bytes(values: np.ndarray) -> bytes | memoryview:

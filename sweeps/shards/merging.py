@@ -90,8 +90,8 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
             with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
                     raise DamagedError(source, "was changed while it was read")
-                for block in shard.blocks():
-                    file.put_columns(*block)
+                for columns in shard.blocks():
+                    file.put_columns(columns)
                 motions += shard.motions
         return _sealed(file, sweep, motions)
 
@@ -121,7 +121,7 @@ def _begun(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
         for boxes in parts:  # of a part of the points all of their own coordinates, which come together
             for (name, (_, values, _)), box in zip(coordinates.items(), boxes, strict=True):
                 if box is not None:
-                    file.put(name, box, values[box])
+                    file.put(name, values[box])
         yield file
 
 

@@ -69,11 +69,7 @@ def write_shard(
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
     with written(path, {POINT.name: stop - start} | further(sweep), flush=False) as file:
         file.add_columns([POINT.name], sweep.variables)
-
-        def put(first: int, columns: Mapping[str, np.ndarray]) -> None:
-            file.put_columns(first - start, columns)
-
-        motions = measure(sweep, range(start, stop), put, threads, progress)
+        motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
         stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
         known = {name: text for name, text in identity(sweep).items() if text}
         file.seal(known | stated | {"seal": _seal(stated.values(), file.hexdigest())})
@@ -82,7 +78,7 @@ def write_shard(
 def measure(
     sweep: Sweep,
     points: range,
-    put: Callable[[int, Mapping[str, np.ndarray]], None],
+    put: Callable[[Mapping[str, np.ndarray]], None],
     threads: int = 1,
     progress: Callable[[int], None] = lambda points: None,
 ) -> int:
@@ -91,31 +87,31 @@ def measure(
     Args:
         sweep: the sweep.
         points: the numbers of the points, one after the other.
-        put: called with the number of a block's first point and its columns.
+        put: called with the columns of each block.
         threads: threads for the kernel.
         progress: called with the number of points after each block.
     """
     memory.keep_freed()
     motions = 0
     with measurers(threads) as pool:
-        for block, integrated, columns in _begun(sweep, points, pool, threads):
+        for size, integrated, columns in _begun(sweep, points, pool, threads):
             motions += integrated
-            put(block.start, columns())
-            progress(len(block))
+            put(columns())
+            progress(size)
     return motions
 
 
 def _begun(
     sweep: Sweep, points: range, pool: ThreadPoolExecutor, threads: int
-) -> Iterator[tuple[range, int, Callable[[], dict]]]:
-    """Yield (points, number of motions, wait) for each block, and start measuring the next block before yielding."""
+) -> Iterator[tuple[int, int, Callable[[], dict]]]:
+    """Yield (number of points, of motions, wait) for each block, and start measuring the next block before yielding."""
     waiting = deque()
     for low in range(points.start, points.stop, BLOCK_POINTS):
-        block = range(low, min(low + BLOCK_POINTS, points.stop))
-        values = sweep.grid.points(block.start, block.stop)
+        size = min(BLOCK_POINTS, points.stop - low)
+        values = sweep.grid.points(low, low + size)
         motions = sweep.system.motions(values, sweep.definition.integration)
-        parts = max(threads, ceil(integration_seconds(sweep, len(block)) / PART_SECONDS))
-        waiting.append((block, motions, begun(values, sweep, pool, parts)))
+        parts = max(threads, ceil(integration_seconds(sweep, size) / PART_SECONDS))
+        waiting.append((size, motions, begun(values, sweep, pool, parts)))
         if len(waiting) == BLOCKS_BEGUN:
             yield waiting.popleft()
     yield from waiting
@@ -189,8 +185,8 @@ class Shard:
             if not one.dtype or one.dtype == "str" or np.dtype(one.dtype) != np.dtype(spec.dtype):
                 raise DamagedError(self.path, f"{name}: is of another type")
 
-    def blocks(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
-        """Yield (number of the first point, columns) of its points, block after block.
+    def blocks(self) -> Iterator[dict[str, np.ndarray]]:
+        """Yield the columns of its points, block after block.
 
         Raises:
             DamagedError: at the latest behind the last block, where values are not those that were written.
@@ -206,7 +202,7 @@ class Shard:
             columns = {name: self._read(partial(one.read, box[name])) for name, one in values.items()}
             for name, column in columns.items():
                 digest.update(name, column)
-            yield self.first + low, columns
+            yield columns
         if _seal(self._stated, digest.hexdigest()) != self._sealed:
             raise DamagedError(self.path, "has another checksum than it was written with")
 

@@ -107,7 +107,7 @@ def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
 
     def held():
         with shard.Shard(path, sweep) as opened:
-            taken = [(first, {n: c.tobytes() for n, c in columns.items()}) for first, columns in opened.blocks()]
+            taken = [{n: c.tobytes() for n, c in columns.items()} for columns in opened.blocks()]
             return taken, opened.first, opened.after, opened.motions
 
     right, places, rng, ends = held(), parts(whole), random.Random(flips), Counter()

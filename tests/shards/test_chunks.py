@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sweeps.schema.boxes import run_in_boxes, tiles
+from sweeps.schema.boxes import tiles
 from sweeps.shards import chunks
 from sweeps.shards.chunks import chunk_shape
 
@@ -44,26 +44,3 @@ def test_a_chunk_is_one_run_of_values_in_c_order():
         assert np.concatenate(found).tolist() == list(range(numbers.size))
 
     check()
-
-
-def test_any_run_of_values_lies_in_a_few_boxes():
-    @given(shapes, st.data())
-    @settings(max_examples=50, deadline=None)
-    def check(shape, data):
-        numbers = np.arange(math.prod(shape)).reshape(shape)
-        first = data.draw(st.integers(0, numbers.size - 1))
-        after = data.draw(st.integers(first + 1, numbers.size))
-        boxes = list(run_in_boxes(shape, first, after))
-        assert len(boxes) <= max(1, 2 * len(shape) - 1)
-        found = [numbers[box].reshape(-1) for box in boxes]
-        assert np.concatenate(found).tolist() == list(range(first, after))
-
-    check()
-
-
-def test_numbers_beyond_64_bits_lie_in_boxes():
-    place = (10**8 + 3, 5 * 10**8, 12345)
-    first = (place[0] * 10**9 + place[1]) * 10**9 + place[2]
-    assert list(run_in_boxes((10**9,) * 3, first, first + 7)) == [
-        (slice(place[0], place[0] + 1), slice(place[1], place[1] + 1), slice(place[2], place[2] + 7))
-    ]

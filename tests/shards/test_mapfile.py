@@ -35,7 +35,7 @@ def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, mon
     with written(tmp_path / "map.nc", SIZES) as file:
         file.add_columns(("x", "y"), VARIABLES)
         for first, after in zip([0, *cuts], cuts, strict=False):
-            file.put_columns(first, {name: column[first:after] for name, column in values.items()})
+            file.put_columns({name: column[first:after] for name, column in values.items()})
         assert file.seal({"title": "a map"}) == wanted.hexdigest()
     with netCDF4.Dataset(tmp_path / "map.nc") as file:
         assert (file.title, file.content_hash) == ("a map", wanted.hexdigest())
@@ -48,9 +48,17 @@ def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, mon
             assert file[name].sha256 == wanted.digests()[name]
 
 
-def test_a_failing_write_is_told_in_the_systems_words(tmp_path):
-    with pytest.raises(OSError, match="cannot be written") as error, written(tmp_path / "map.nc", {}):
-        raise RuntimeError("NetCDF: HDF error")
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        (OSError(errno.ENOSPC, "[Errno 28] Can't synchronously write data"), "No space left on device"),
+        (OSError("Can't synchronously write data"), "cannot be written"),
+        (RuntimeError("NetCDF: HDF error"), "cannot be written"),
+    ],
+)
+def test_a_failing_write_is_told_in_the_systems_words(tmp_path, raised, told):
+    with pytest.raises(OSError, match=told) as error, written(tmp_path / "map.nc", {}):
+        raise raised
     assert error.value.filename == str(tmp_path / "map.nc")
     assert not list(tmp_path.iterdir())
 
