@@ -68,9 +68,13 @@ def runs(shape: Sequence[int], most: int) -> Iterator[tuple[slice, ...]]:
     for size in reversed(shape):
         box.append(max(1, min(size, left)))
         left = left // box[-1] if box[-1] == size else 1
-    for corner in product(*(range(0, n, step) for n, step in zip(shape, reversed(box), strict=True))):
-        ends = zip(corner, reversed(box), shape, strict=True)
-        yield tuple(slice(at, min(at + step, n)) for at, step, n in ends)
+    yield from tiles(shape, box[::-1])
+
+
+def tiles(shape: Sequence[int], box: Sequence[int]) -> Iterator[tuple[slice, ...]]:
+    """Yield the boxes into which an array is cut by a box of some shape, in C order; the last ones may be smaller."""
+    for corner in product(*(range(0, n, step) for n, step in zip(shape, box, strict=True))):
+        yield tuple(slice(at, min(at + step, n)) for at, step, n in zip(corner, box, shape, strict=True))
 
 
 def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:

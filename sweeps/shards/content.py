@@ -4,13 +4,14 @@ Content is names, dimensions, types and values: no attribute, no encoding, no or
 """
 
 import hashlib
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.boxes import runs
-from sweeps.shards.chunks import Chunks
+from sweeps.schema.boxes import runs, tiles
+from sweeps.shards.chunks import chunk_shape
 
 if TYPE_CHECKING:
     import netCDF4
@@ -22,8 +23,8 @@ class ContentHash:
 
     Each variable has a hash of its own: over the SHA-256 of each of its runs of values in C order, where the runs are
     the chunks that `sweeps.shards.chunks` cuts its shape into and the values are little-endian bytes (text: UTF-8,
-    each item ended by a zero byte). So runs can be hashed by whoever makes them. The content hash runs over name,
-    dimensions, type and that hash of each variable and coordinate, in the order of names.
+    each item ended by a zero byte). The content hash runs over name, dimensions, type and that hash of each variable
+    and coordinate, in the order of names.
     """
 
     def __init__(self):
@@ -37,11 +38,12 @@ class ContentHash:
 
     def update(self, name: str, values: np.ndarray) -> None:
         """Add the next values of a variable, in C order."""
-        self._bodies[name].update(np.asarray(values).reshape(-1))
+        for _ in self.runs(name, values):
+            pass
 
-    def add_run(self, name: str, digest: bytes) -> None:
-        """Add the hash (see `run_digest`) of a variable's next whole run."""
-        self._bodies[name].add(digest)
+    def runs(self, name: str, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
+        """Add the next values of a variable, in C order; yield the box and the values of each run that is whole now."""
+        return self._bodies[name].runs(np.asarray(values).reshape(-1))
 
     def digests(self) -> dict[str, str]:
         """Return name → hash of the variable's values, 64 hexadecimal digits."""
@@ -62,31 +64,23 @@ class ContentHash:
 
 
 class _VariableHash:
-    """The hash of one variable, whose values come in pieces of any length."""
+    """The hash of one variable, whose values come in pieces of any length and are hashed in whole runs."""
 
     def __init__(self, shape: tuple[int, ...]):
-        self._chunks = Chunks(shape)
-        self._run, self._at, self._open = 0, 0, hashlib.sha256()
-        self.total = hashlib.sha256()
+        self._boxes = tiles(shape, chunk_shape(shape))
+        self._box, self._parts, self.total = next(self._boxes, ()), [], hashlib.sha256()
 
-    def update(self, values: np.ndarray) -> None:
+    def runs(self, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
         while values.size:
-            _, end = self._chunks.bounds(self._run)
-            part, values = values[: end - self._at], values[end - self._at :]
-            self._open.update(as_bytes(part))
-            self._at += part.size
-            if self._at == end:
-                self.add(self._open.digest())
-
-    def add(self, digest: bytes) -> None:
-        self.total.update(digest)
-        self._at = self._chunks.bounds(self._run)[1]
-        self._run, self._open = self._run + 1, hashlib.sha256()
-
-
-def run_digest(values: np.ndarray) -> bytes:
-    """Return the SHA-256 of one run of values, 32 bytes."""
-    return hashlib.sha256(as_bytes(values)).digest()
+            size = math.prod(part.stop - part.start for part in self._box)
+            left = size - sum(part.size for part in self._parts)
+            self._parts.append(values[:left])
+            if values.size >= left:
+                run = np.concatenate(self._parts)
+                self.total.update(hashlib.sha256(as_bytes(run)).digest())
+                yield self._box, run
+                self._box, self._parts = next(self._boxes, ()), []
+            values = values[left:]
 
 
 def as_bytes(values: np.ndarray) -> bytes | memoryview:

@@ -30,9 +30,10 @@ from sweeps.points import columns
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.grid import Grid
 from sweeps.points.loading import read
+from sweeps.reading.stored_values import StoredValues
 from sweeps.shards import merging
 from sweeps.shards import shard as shards
-from sweeps.shards.chunkfile import ChunkFile
+from sweeps.shards.mapfile import MapFile
 
 SHARD_POINTS = 5_000_000
 BARE = ("omega_squared", "omega_squared_stderr")
@@ -51,10 +52,8 @@ COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
 STAGES = {  # what no sweep can do without, in this order, and the function that does it
     "kernels": (columns, "part"),
     "points": (Grid, "points"),
-    "compressing": (ChunkFile, "encode"),
-    "hashing": (shards, "run_digest"),
-    "writing": (ChunkFile, "put"),
-    "reading": (ChunkFile, "take"),
+    "reading": (StoredValues, "read"),
+    "writing and hashing": (MapFile, "put_columns"),
 }
 
 
@@ -141,6 +140,7 @@ RUN = """\
 import sys, time
 from pathlib import Path
 from sweeps.points.loading import read
+from sweeps.reading.stored_values import StoredValues
 from sweeps.pipeline import steps as pipeline
 
 small, large, cores, rounds = *map(read, sys.argv[1:3]), *map(int, sys.argv[3:])

@@ -11,7 +11,6 @@ import shutil
 from collections import Counter
 
 import damages
-import h5py
 import pytest
 from maps import DEFINITION, write
 
@@ -92,15 +91,9 @@ def test_a_bit_anywhere_in_a_map_is_noticed_or_has_no_effect(whole, tmp_path, fl
 
 
 def parts(path):
-    """Places in a shard of what a merge takes from it: (address, bytes) of chunks and of the lists of checksums."""
-    found = []
-    with h5py.File(path) as file:
-        for name in file:
-            if isinstance(file[name], h5py.Dataset) and file[name].chunks:
-                file[name].id.chunk_iter(lambda chunk: found.append((chunk.byte_offset, chunk.size)))
-        for name in (shard.CHECKSUMS, shard.DIGESTS):
-            found.append((file[name].id.get_offset(), file[name].id.get_storage_size()))
-    return found
+    """Places in a shard of the numbers that a merge takes from it: (address, bytes)."""
+    told = hdf5.read_structure(FileBytes(path))
+    return [tuple(place[-2:]) for one in told.variables.values() for place in one.places.tolist()]
 
 
 @pytest.mark.parametrize(
@@ -114,11 +107,11 @@ def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
 
     def held():
         with shard.Shard(path, sweep) as opened:
-            taken = [(piece, stored, opened.digests(piece)) for piece, stored in opened.pieces()]
+            taken = [{n: c.tobytes() for n, c in columns.items()} for columns in opened.blocks()]
             return taken, opened.first, opened.after, opened.motions
 
     right, places, rng, ends = held(), parts(whole), random.Random(flips), Counter()
-    assert len(places) == len(KINDS) + 2
+    assert len(places) == len(KINDS)
     for k in range(flips):
         address, size = rng.choice(places) if k % 2 else (0, whole.stat().st_size)
         bit = 8 * address + rng.randrange(8 * size)

@@ -1,0 +1,146 @@
+"""netCDF-4 files of maps and shards: written a run of points at a time, and hashed as they are written."""
+
+import errno
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import netCDF4
+import numpy as np
+from isal import isal_zlib
+
+from sweeps.process.files import replaced
+from sweeps.schema.variables import DEFLATED, Variable
+from sweeps.shards.chunks import chunk_shape
+from sweeps.shards.content import ContentHash, as_bytes
+
+
+@contextmanager
+def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> Iterator["MapFile"]:
+    """Yield a new file with dimensions of these sizes; it is at `path` when the block has ended without error.
+
+    For `flush` see `sweeps.process.files.replaced`.
+
+    Raises:
+        OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
+    """
+    with replaced(path, flush) as temporary:
+        try:
+            with closing(MapFile(temporary, sizes)) as file:
+                yield file
+        except RuntimeError as error:
+            raise _reason(temporary, path, error) from None
+        except OSError as error:
+            if error.filename is not None:
+                raise
+            words = os.strerror(error.errno) if error.errno else f"cannot be written ({error})"
+            raise OSError(error.errno or errno.EIO, words, str(path)) from None
+
+
+def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
+    """Return why netCDF could not write: what the system says to a further mebibyte."""
+    try:
+        handle = os.open(temporary, os.O_WRONLY)
+        try:
+            os.posix_fallocate(handle, temporary.stat().st_size, 2**20)
+        finally:
+            os.close(handle)
+    except OSError as said:
+        return OSError(said.errno, said.strerror, str(path))
+    return OSError(errno.EIO, f"cannot be written ({error})", str(path))
+
+
+class MapFile:
+    """A file that is being written, and the hash of its content.
+
+    netCDF makes the file, its dimensions, variables and attributes. The chunks of columns go past the filters of HDF5,
+    whose deflate takes ten times as long as that of ISA-L; what lies in the file is what these filters would have made.
+    """
+
+    def __init__(self, path: Path, sizes: Mapping[str, int]):
+        self._path, self._file, self._digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
+        for dim, size in sizes.items():
+            self._file.createDimension(dim, size)
+        self._deflated = set()
+
+    def add(self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, **options: Any) -> None:
+        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`."""
+        kind = str if np.dtype(dtype).kind in "OU" else dtype
+        variable = self._file.createVariable(name, kind, dims, **{"fill_value": False} | options)
+        variable.setncatts(dict(attributes))
+        self._digest.declare(name, dims, variable.shape, dtype)
+
+    def add_text(self, name: str, dims: Sequence[str], length: int, attributes: Mapping) -> None:
+        """Add text as characters of UTF-8, along one more dimension `string{length}`."""
+        variable = self._file.createVariable(name, "S1", (*dims, f"string{length}"), fill_value=False)
+        variable.setncatts(dict(attributes) | {"_Encoding": "utf-8"})
+        self._digest.declare(name, dims, variable.shape[:-1], str)
+
+    def add_columns(self, dims: Sequence[str], variables: Mapping[str, Variable], attributes: Mapping = {}) -> None:
+        """Add variables that have a value at every point, in dimensions `dims`, and `attributes` beside their own."""
+        self._deflated = {name for name, spec in variables.items() if spec.deflated}
+        for name, spec in variables.items():
+            shape = [len(self._file.dimensions[dim]) for dim in (*dims, *spec.over)]
+            packing = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
+            packing["fill_value"] = np.nan if spec.missing_is_nan else False
+            self.add(name, (*dims, *spec.over), spec.dtype, spec.attributes_among(variables) | attributes, **packing)
+
+    def put(self, name: str, values: np.ndarray) -> None:
+        """Write the next values of a variable, in C order."""
+        variable = self._file[name]
+        for box, run in self._digest.runs(name, values):
+            part = run.reshape([one.stop - one.start for one in box])
+            if run.dtype.kind in "OU":
+                part = part.astype(object) if variable.dtype is str else _characters(part, variable.shape[-1])
+            variable[box] = part
+
+    def put_columns(self, columns: Mapping[str, np.ndarray]) -> None:
+        """Write the values of the next points, once all other variables are written."""
+        if not isinstance(self._file, h5py.File):
+            self._reopen(h5py.File, "r+")
+        for name, values in columns.items():
+            chunks = self._file[name].id
+            for box, run in self._digest.runs(name, values):
+                content = as_bytes(_filled(run, box, self._file[name].chunks))
+                content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
+                chunks.write_direct_chunk(tuple(one.start for one in box), content)
+
+    def hexdigest(self) -> str:
+        """Return the hash of what has been written, once that is all."""
+        return self._digest.hexdigest()
+
+    def seal(self, attributes: Mapping[str, str]) -> str:
+        """Write the global attributes and the hashes of all that has been written; return the content hash."""
+        self._reopen(netCDF4.Dataset, "a")
+        self._file.setncatts(dict(attributes))
+        self._digest.seal(self._file)
+        return self.hexdigest()
+
+    def _reopen(self, library: Callable, mode: str) -> None:
+        self.close()
+        self._file = library(self._path, mode)
+
+    def close(self) -> None:
+        """Close the file, unless that is done."""
+        self._file, file = None, self._file
+        if file is not None:
+            file.close()
+
+
+def _filled(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
+    """Return a run as a whole chunk: at the end of a dimension with zeros beyond it."""
+    lengths = tuple(one.stop - one.start for one in box)
+    if lengths == chunk:
+        return run
+    whole = np.zeros(chunk, run.dtype)
+    whole[tuple(map(slice, lengths))] = run.reshape(lengths)
+    return whole
+
+
+def _characters(texts: np.ndarray, length: int) -> np.ndarray:
+    """Return texts as characters of UTF-8, along one more dimension."""
+    encoded = np.array([str(text).encode() for text in texts.reshape(-1)], f"S{length}")
+    return encoded.view("S1").reshape(*texts.shape, length)
