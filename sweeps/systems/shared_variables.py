@@ -5,13 +5,19 @@ import textwrap
 from dataclasses import replace
 
 from kernels import statuses
-from sweeps.schema.quantities import Quantity
+from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Epsilon
 from sweeps.schema.variables import Role, Variable
 
 SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
 STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
 TRUSTED = "whether the measurement can be trusted"
+
+
+def perturbation(default: float, of: str, words: str, more: str = "") -> Parameter:
+    """Return the parameter `epsilon`, relative to something; `words` and `more` stand around its bounds in refusals."""
+    description = f"size of the perturbation {words}, 0 < epsilon < 1{more}"
+    return Parameter("epsilon", SIZE, f"size of the perturbation relative to {of}", default, description)
 
 
 def rows(*parts: str | Variable) -> dict[str, Variable]:

@@ -196,7 +196,7 @@ def test_odd_maps_have_pictures(name, tmp_path, coarse):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_map_without_values_has_pictures(tiny, breaking, tmp_path, coarse):
-    for ds, count in ((tiny.isel(axis=[1]), 3), (breaking.isel(body=SOME), 4)):
+    for ds, count in ((tiny.isel(axis=[1]), 2), (breaking.isel(body=SOME), 3)):  # nothing is compared with theory
         empty = ds.copy(deep=True)
         for name in ("omega_squared", "omega_squared_reduced_error", "frequency", "growth_rate"):
             empty[name][:] = np.nan

@@ -8,7 +8,7 @@ from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.shared_variables import SIZE
+from sweeps.systems.shared_variables import perturbation
 
 MOMENTS = ("I1", "I2", "I3")
 SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
@@ -20,13 +20,7 @@ SignedSpin = spin_rate("omega0")
 MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
 SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin)
 SIGNED_SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SignedSpin, least=MIN_SPIN_RATE)
-EPSILON = Parameter(
-    "epsilon",
-    SIZE,
-    "size of the perturbation relative to the spin rate",
-    1e-6,
-    "size of the perturbation relative to omega0, 0 < epsilon < 1",
-)
+EPSILON = perturbation(1e-6, "the spin rate", "relative to omega0")
 PHASE = Parameter(
     "phase",
     Quantity("direction", "rad", "finite", Phase),

@@ -5,7 +5,7 @@ from sweeps.schema.values import Phase
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import SIZE, regime, rows
+from sweeps.systems.shared_variables import perturbation, regime, rows
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 BRANCHES = ("decided", "undecided")
@@ -57,13 +57,7 @@ FOLLOWED = table(
 )
 
 NUDGE = (
-    Parameter(
-        "epsilon",
-        SIZE,
-        "size of the perturbation relative to the size of the system",
-        1e-6,
-        "size of the perturbation along the mode, relative to the size of the system, 0 < epsilon < 1",
-    ),
+    perturbation(1e-6, "the size of the system", "along the mode, relative to the size of the system"),
     Parameter(
         "phase",
         Quantity("direction", "rad", "finite", Phase),

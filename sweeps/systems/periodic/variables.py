@@ -4,10 +4,9 @@ from dataclasses import replace
 
 from kernels.codes import INVARIANTS as NAMES
 from kernels.codes import REGIMES
-from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout
-from sweeps.systems.shared_variables import SIZE, regime, rows, status, with_theory
+from sweeps.systems.shared_variables import perturbation, regime, rows, status, with_theory
 
 _BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
 _EACH = ("multiplier",)
@@ -58,15 +57,8 @@ INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
     *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))
 )
 
-NUDGE = (
-    Parameter(
-        "epsilon",
-        SIZE,
-        "size of the perturbation relative to the size of the system",
-        1e-8,
-        "size of the perturbation where a segment of the period begins, relative to the states' sizes, 0 < epsilon < 1",
-    ),
-)
+_WHERE = "where a segment of the period begins, relative to the states' sizes"
+NUDGE = (perturbation(1e-8, "the size of the system", _WHERE),)
 NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
 LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS, NEEDED), spare=(MULTIPLIER.name,))
 COORDINATES = LAYOUT.coordinates

@@ -1,9 +1,8 @@
 """What a map of relative equilibria holds, beside the parameters and the places of the system described."""
 
-from sweeps.schema.quantities import Parameter
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.equilibria import layout, of_runs
-from sweeps.systems.shared_variables import SIZE, regime, rows, with_theory
+from sweeps.systems.shared_variables import perturbation, regime, rows, with_theory
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 
@@ -40,16 +39,8 @@ INVARIANTS = table(  # of four eigenvalues
     *_measured("discriminant", "s-4", "sum_of_squares² - 4 product_of_squares (pairs ±a, ±b: (a² - b²)²)"),
 )
 
-NUDGE = (
-    Parameter(
-        "epsilon",
-        SIZE,
-        "size of the perturbation relative to the size of the system",
-        1e-30,
-        "size of the perturbation relative to the size of the system, 0 < epsilon < 1; motions are carried in units "
-        "of it, so that none is too small",
-    ),
-)
+_UNITS = "; motions are carried in units of it, so that none is too small"
+NUDGE = (perturbation(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
 
 _EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
 LAYOUT = layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
