@@ -30,22 +30,20 @@ STEPS = 9  # of each slider
 PLAYED = 4000  # ms
 SCREEN = {"width": 1280, "height": 800}
 
-SLIDERS = """[...document.querySelectorAll("#controls input[type=range], .player input[type=range]")].filter(
-    (input) => input.checkVisibility())"""
-STEP = f"""async ([slider, steps]) => {{
-    const input = {SLIDERS}[slider];
+SLIDERS = "#controls input[type=range], .player input[type=range]"
+STEP = """async ([input, steps]) => {
     const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
     const taken = [];
-    for (let i = 0; i < steps; i++) {{
+    for (let i = 0; i < steps; i++) {
         await painted();
         const begun = performance.now();
         input.value = String((Number(input.value) + 1) % (Number(input.max) + 1));
-        input.dispatchEvent(new Event("input", {{ bubbles: true }}));
+        input.dispatchEvent(new Event("input", { bubbles: true }));
         await painted();
         taken.push((performance.now() - begun) / 1000);
-    }}
+    }
     return [input.getAttribute("aria-label"), taken];
-}}"""
+}"""
 FRAMES = """(wanted) => new Promise((done) => {
     const taken = [];
     let last = null;
@@ -132,7 +130,7 @@ def measure(browser, path):
     usable, processor = ([getattr(window, name) for window in windows] for name in ("usable", "processor"))
     show("usable after", usable, "s", statistics.median(processor))
     window, page = windows[-1], windows[-1].page
-    for slider in range(page.evaluate(f"{SLIDERS}.length")):
+    for slider in filter(lambda one: one.is_visible(), page.query_selector_all(SLIDERS)):
         (name, taken), spent = window.timed(STEP, [slider, STEPS])
         show(f"a step of {name}"[:50], taken, "s", spent / STEPS)
     if page.locator("#play").count() and page.locator("#play").is_visible():

@@ -29,6 +29,7 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
 from sweeps.systems.presentation.moving import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.rigid_body.presentation.page import PRESETS
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
 
@@ -536,6 +537,7 @@ class Opened:
 
     def row(self, name):
         """A value of the row that is shown: (the whole number behind it, its text)."""
+        self.page.evaluate("document.getElementById('all-values').open = true")  # it is filled while it is open
         data = self.page.locator(f'#row tr[data-name="{name}"] data')
         return data.get_attribute("value"), data.text_content()
 
@@ -972,7 +974,7 @@ def test_another_system_draws_with_its_mode(visit, folder):
     assert page.locator("#motion").is_hidden()
     assert "grow by a factor e" in page.locator("#mode-words").inner_text()
     page.get_by_label("hanging").check()
-    assert "oscillate with period" in page.locator("#mode-words").inner_text()
+    opened.until("document.getElementById('mode-words').textContent.includes('oscillate with period')")
     page.evaluate("location.hash = '#length=0.56&spin=0.1&equilibrium=hanging&mode=1'")
     opened.until("document.getElementById('mode-words').textContent.includes('stay constant')")
 
@@ -1365,6 +1367,16 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, folder):
     values = [float(opened.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
     assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
+    named = page.evaluate(
+        """() => {
+            const { x, y, text } = document.getElementById("map").data.find(({ mode }) => mode === "markers+text");
+            return text.map((name, i) => [name, x[i], y[i]]);
+        }"""
+    )
+    assert [name for name, *_ in named] == [body["name"] for body in PRESETS]
+    moments = np.array([body["moments"] for body in PRESETS])
+    ratios = moments[:, :2] / moments[:, 2:]
+    assert np.array([at for _, *at in named]) == pytest.approx(ratios, rel=1e-12)  # roundings of quotients
     rate = shapes.omega_squared.isel(axis=0, I3=1).squeeze()
     signed = (np.sign(rate) * np.sqrt(np.abs(rate))).values
     for across, up in np.random.default_rng(5).random((60, 2)).tolist():

@@ -24,7 +24,7 @@ function inkOf(color) {
 function colorScale(column, values, exists) {
   if (column.isFlag) return flagScale(column);
   const finite = values.filter((value, i) => Number.isFinite(value) && exists[i]);
-  const shown = (finite.length ? finite : values.filter(Number.isFinite)).sort((a, b) => a - b);
+  const shown = Float64Array.from(finite.length ? finite : values.filter(Number.isFinite)).sort();
   const [low, high] = shown.length ? [shown[0], shown[shown.length - 1]] : [0, 1];
   const unit = unitText(column.units);
   if (column.isSigned ?? (low < 0 && high > 0)) {
@@ -89,7 +89,7 @@ function plain(text) {
 /** The same of all texts in traces or a layout. */
 function plainly(value) {
   if (typeof value === "string") return plain(value);
-  if (Array.isArray(value)) return value.map(plainly);
+  if (Array.isArray(value)) return value.some((one) => typeof one === "string" || typeof one === "object") ? value.map(plainly) : value;
   return value?.constructor === Object ? Object.fromEntries(Object.entries(value).map(([key, one]) => [key, plainly(one)])) : value;
 }
 

@@ -75,6 +75,7 @@ async function start() {
   buildLecture();
   writeLink("replaceState");
   showRow(state.place);
+  document.getElementById("all-values").addEventListener("toggle", () => showRow(state.place));
   say(state.place);
   onChange(() => {
     showRow(state.place);

@@ -84,7 +84,7 @@ function namedPlace(name, place) {
 
 function showRow(place) {
   showHeadlines(place);
-  const body = document.querySelector("#row tbody");
+  if (!document.getElementById("all-values").open) return;
   const lines = coordinateNames().map((name) => {
     const value = coordinateAt(name, place);
     return rowLine(name, theMap.coordinates[name].longName, "", value, coordinateText(name, value));
@@ -93,7 +93,7 @@ function showRow(place) {
     const value = column.at(place);
     lines.push(rowLine(column.name, column.longName, column.comment, value, column.text(value)));
   }
-  body.replaceChildren(...lines);
+  document.querySelector("#row tbody").replaceChildren(...lines);
 }
 
 function placeText(place) {

@@ -18,33 +18,31 @@ const BESIDE = 200; // pixels beyond the window that count as seen
 
 /** What draws in an element only while that is in the window, or near it: what is hidden is drawn when it comes. */
 function whenSeen(target, draw) {
-  const seen = () => {
-    const { top, bottom, width } = target.getBoundingClientRect();
-    return width > 0 && bottom > -BESIDE && top < innerHeight + BESIDE;
-  };
-  let stale = false;
+  let [seen, stale] = [false, false];
   const late = () => {
     if (stale) draw();
     stale = false;
   };
-  new IntersectionObserver((entries) => entries.some((entry) => entry.isIntersecting) && late(), { rootMargin: `${BESIDE}px` }).observe(target);
+  const look = (entries) => {
+    seen = entries.at(-1).isIntersecting;
+    if (seen) late();
+  };
+  new IntersectionObserver(look, { rootMargin: `${BESIDE}px` }).observe(target);
   addEventListener("beforeprint", late);
   return () => {
-    stale = !seen() && !document.documentElement.hasAttribute("data-printing");
-    if (!stale) draw();
+    stale = true;
+    if (seen || document.documentElement.hasAttribute("data-printing")) late();
   };
 }
 
-const SWIFT = 250; // ms within which a change follows another, as of a slider that moves
+const REST = 80; // ms without a change, as of a slider that moves
 
-/** What takes long to draw: at once, but while one change follows another only after the last. */
+/** What takes long to draw: once changes have come to rest. */
 function atRest(draw) {
-  let [last, later] = [-Infinity, null];
+  let later;
   return () => {
     clearTimeout(later);
-    if (performance.now() - last > SWIFT) draw();
-    else later = setTimeout(draw, SWIFT);
-    last = performance.now(); // the end of it, however long it took
+    later = setTimeout(draw, REST);
   };
 }
 

@@ -105,7 +105,14 @@ class Scene {
     });
   }
 
+  /** Draws what is asked for several times once, after all else has changed: sizes are read of a page that rests. */
   render() {
+    if (!this.due) queueMicrotask(() => this.renderNow());
+    this.due = true;
+  }
+
+  renderNow() {
+    this.due = false;
     const { pen, width, height } = sharpPen(this.canvas);
     if (width === 0) return;
     const [right, up, toward] = viewAxes();

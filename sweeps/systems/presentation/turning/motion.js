@@ -70,21 +70,18 @@ function motionInWords(shown) {
   return `Stable. ${spun} keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
 }
 
-/** First time, s, at which the spin about its axis passes zero, or nothing. */
+/** First time, s, at which the spin about its axis passes zero, which it does once in a flip's period; or nothing. */
 function firstFlip({ trajectory, axis, end }) {
   const spin = (t) => trajectory.at(t)[axis - 1];
-  const n = 4000;
-  for (let i = 0; i < n; i++) {
-    let [low, high] = [(i * end) / n, ((i + 1) * end) / n];
-    if (spin(low) * spin(high) > 0) continue;
-    for (let k = 0; k < 40; k++) {
-      const middle = 0.5 * (low + high);
-      if (spin(low) * spin(middle) <= 0) high = middle;
-      else low = middle;
-    }
-    return low;
+  let [low, high] = [0, Math.min(end, trajectory.flipPeriod)];
+  const start = spin(low);
+  if (start * spin(high) > 0) return null;
+  for (let k = 0; k < 60; k++) {
+    const middle = 0.5 * (low + high);
+    if (start * spin(middle) <= 0) high = middle;
+    else low = middle;
   }
-  return null;
+  return low;
 }
 
 function showMotion() {

@@ -13,7 +13,7 @@ function neighbours(trajectory) {
       w[least] = sl * Math.sqrt(energy / moments[least]) * Math.cos(angle);
       w[greatest] = sg * Math.sqrt(energy / moments[greatest]) * Math.sin(angle);
       const neighbour = new Trajectory(moments, w);
-      if (!neighbour.isStationary) curves.push(neighbour.polhode(240));
+      if (!neighbour.isStationary) curves.push(neighbour.polhode(120));
     }
   }
   return [...curves, ...separatrices(moments, energy, least, middle, greatest)];
@@ -25,8 +25,8 @@ function separatrices(moments, energy, least, middle, greatest) {
   if (Il === Im || Im === Ig) return [];
   const slope = Math.sqrt((Il * (Im - Il)) / (Ig * (Ig - Im))); // w_greatest over w_least
   const long = Math.sqrt(energy / (Il + Ig * slope * slope));
-  return [1, -1].map((sign) => Array.from({ length: 241 }, (_, i) => {
-    const phi = (2 * Math.PI * i) / 240;
+  return [1, -1].map((sign) => Array.from({ length: 121 }, (_, i) => {
+    const phi = (2 * Math.PI * i) / 120;
     const w = [];
     w[middle] = Math.sqrt(energy / Im) * Math.cos(phi);
     w[least] = long * Math.sin(phi);

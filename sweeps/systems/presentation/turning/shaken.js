@@ -29,19 +29,20 @@ class ShakenTrajectory {
   }
 
   /** d/dt of (L, q): L × ω, and half of q times ω. */
-  slope(t, state) {
-    const L = state.slice(0, 3);
-    const w = this.momentsAt(t).map((I, i) => L[i] / I);
-    return [...cross(L, w), ...quaternionProduct(state.slice(3), [0, ...w]).map((x) => 0.5 * x)];
+  slope([A, B, C], [x, y, z, a, b, c, d]) {
+    const [u, v, w] = [x / A, y / B, z / C];
+    const turn = [-b * u - c * v - d * w, a * u + c * w - d * v, a * v + d * u - b * w, a * w + b * v - c * u];
+    return [y * w - z * v, z * u - x * w, x * v - y * u, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2], 0.5 * turn[3]];
   }
 
   step(t, y) {
     const { h } = this;
     const to = (k, part) => y.map((x, i) => x + part * h * k[i]);
-    const a = this.slope(t, y);
-    const b = this.slope(t + h / 2, to(a, 0.5));
-    const c = this.slope(t + h / 2, to(b, 0.5));
-    const d = this.slope(t + h, to(c, 1));
+    const [before, middle, after] = [t, t + h / 2, t + h].map((at) => this.momentsAt(at));
+    const a = this.slope(before, y);
+    const b = this.slope(middle, to(a, 0.5));
+    const c = this.slope(middle, to(b, 0.5));
+    const d = this.slope(after, to(c, 1));
     return y.map((x, i) => x + (h / 6) * (a[i] + 2 * b[i] + 2 * c[i] + d[i]));
   }
 
