@@ -4,6 +4,7 @@ import importlib.util
 import inspect
 import io
 import re
+import shutil
 import subprocess
 import sys
 from functools import partial
@@ -20,7 +21,7 @@ from docutils.utils import new_document
 import sweeps
 from sweeps import plot, systems
 from sweeps.handbook import __main__ as making
-from sweeps.handbook import evidence, formulas, gallery, generated, numbers, pages
+from sweeps.handbook import evidence, formulas, gallery, generated, lecture, numbers, pages
 from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
 
@@ -296,6 +297,25 @@ def test_links_between_pages_lead_somewhere():
         for target in re.findall(r"\]\((?!https?:|#)([^)#]+)[^)]*\)", text):
             path = (ROOT / "x" / page).parent.joinpath(target).resolve().relative_to(ROOT / "x")
             assert str(path.with_suffix("")) in names, (page, target)
+
+
+def test_the_lecture_in_one_file_has_its_chapters_in_order_and_its_outputs_open(tmp_path, monkeypatch):
+    (tmp_path / "lecture").mkdir()
+    for name in ("one", "two"):
+        text = f"<html><head><title>{name}</title></head><article><h1>{name}</h1><details>4</details></article></html>"
+        (tmp_path / f"lecture/{name}.html").write_text(text)
+    links = [f'<a href="lecture/{name}.html">' for name in ("two", "one", "all", "two")]
+    (tmp_path / "index.html").write_text("".join(links))
+    monkeypatch.setattr(lecture, "BROWSERS", ())
+    assert lecture.write(tmp_path) == tmp_path / "lecture/all.html"
+    whole = (tmp_path / "lecture/all.html").read_text()
+    assert re.findall("<h1>(.*?)</h1>", whole) == ["two", "one"]
+    assert whole.count("<details open>") == 2
+    monkeypatch.undo()
+    if not any(map(shutil.which, lecture.BROWSERS)):
+        pytest.skip("no Chromium")
+    assert lecture.write(tmp_path).read_bytes()[:5] == b"%PDF-"
+    assert "lecture/lecture.pdf" in (tmp_path / "index.html").read_text()
 
 
 def test_without_sphinx_one_message_names_the_extra(monkeypatch, capsys):

@@ -79,6 +79,8 @@ def _make(work: Path) -> None:
 
 def _html(work: Path, output: Path) -> int:
     """Run Sphinx, which runs the pages' code with `polhode` of this environment; print the warnings that stop it."""
+    from sweeps.handbook import lecture
+
     made, warned = work / "html", work / "warnings.txt"
     paths = [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
     environment = {**os.environ, "PATH": os.pathsep.join(paths), "COLUMNS": COLUMNS, "PYTHONPATH": _python_path()}
@@ -89,10 +91,9 @@ def _html(work: Path, output: Path) -> int:
     if subprocess.run(command, env=environment, check=False).returncode:
         print(f"handbook: stopped by these warnings of Sphinx:\n{warned.read_text(encoding='utf-8')}", file=sys.stderr)
         return 1
-    for name in (".buildinfo", ".doctrees"):
-        (made / name).unlink(missing_ok=True)
     shutil.rmtree(output, ignore_errors=True)
-    shutil.copytree(made, output)
+    shutil.copytree(made, output, ignore=shutil.ignore_patterns(".buildinfo", ".doctrees"))
+    print(lecture.write(output))
     print(output / "index.html")
     return 0
 
