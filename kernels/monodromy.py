@@ -21,7 +21,8 @@ from kernels.blocks import W, rows_of, scratch
 from kernels.dense import product_in_lanes
 from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
 
-NOISE = 6.0 * float(np.finfo(np.float64).eps)  # rounding of a segment, relative to its terms
+EPSILON = float(np.finfo(np.float64).eps)
+NOISE = 6.0 * EPSILON  # rounding of a segment, relative to its terms
 LARGE = 1e3  # trace from which on the lesser pair is found from the product of both
 ADVANCE = types.FunctionType(void(float64[::1], float64[:, ::1], int64))
 
@@ -81,6 +82,7 @@ def chain(S, G, steps, d, later, told):
 def rate_rounding(S, off, steps, n, G, most):
     """Write the sizes of the errors of segments: of terms' roundings, |S||S| or the largest entry, and of ``off``."""
     whole_vectors()
+    alike = 0.5 * EPSILON / NOISE * math.sqrt(steps * n)  # the length of a step is rounded in all alike
     for s in range(steps):
         here = S[s * n * n :]
         for lane in range(W):
@@ -97,7 +99,7 @@ def rate_rounding(S, off, steps, n, G, most):
                     for lane in range(W):
                         row[lane] += abs(here[i * n + b, lane] * here[b * n + j, lane])
                 for lane in range(W):  # states apart stay apart
-                    row[lane] = min(row[lane], most[s, lane]) + off[s, lane]
+                    row[lane] = min(row[lane], most[s, lane]) + alike * most[s, lane] + off[s, lane]
 
 
 @njit(**OPTIONS)
@@ -139,6 +141,8 @@ def compose(S, off, steps, n, later, has_minors, told):
     for i in range(n * n):
         for lane in range(W):
             is_large |= abs(told[i, lane]) > LARGE
+    for lane in range(W):
+        told[3 * n * n + 1, lane] = told[3 * n * n + 2, lane] = 0.0 if has_minors and is_large else np.nan
     if has_minors and is_large:
         d = n * (n - 1) // 2
         C, R, whole = rows_of(steps * d * d), rows_of(steps * d * d), rows_of(3 * d * d + 1)
@@ -148,6 +152,14 @@ def compose(S, off, steps, n, later, has_minors, told):
             for lane in range(W):
                 told[3 * n * n + 1, lane] += whole[i * d + i, lane]
                 told[3 * n * n + 2, lane] += whole[2 * d * d + i * d + i, lane]
+
+
+@njit(**OPTIONS)
+def load(source, first, target):
+    """Write what W points from the first on have, shape (rows, points), the last one in place of those not there."""
+    for row in range(len(source)):
+        for lane in range(W):
+            target[row, lane] = source[row, min(first + lane, source.shape[1] - 1)]
 
 
 @njit(
@@ -179,40 +191,38 @@ def measure(advance, base, columns, sizes, bend, numbers, out):
     segments, steps, rows, states, left_out, has_minors = numbers
     n, points = sizes.shape
     height, motions = columns.shape[1], len(columns)
-    sides, share = motions // n, n / motions
-    S, C = scratch(rows), scratch(motions * height).reshape(motions, height * W)
-    matrices, off, told, uneven = rows_of(segments * n * n), rows_of(segments), rows_of(3 * n * n + 3), rows_of(1)[0]
-    coherent = math.sqrt(segments * n) / NOISE
+    sides = motions // n
+    S, C, size = scratch(rows), scratch(motions * height).reshape(motions, height * W), rows_of(n)
+    matrices, off, told = rows_of(segments * n * n), rows_of(segments), rows_of(3 * n * n + 3)
+    (lost, uneven, bent), coherent = rows_of(3), math.sqrt(segments * n) / NOISE
     for first in range(0, points, W):
-        lost, count = np.zeros(W), min(W, points - first)
+        count = min(W, points - first)
+        load(sizes, first, size)
+        for lane in range(W):
+            lost[lane], bent[lane] = 0.0, bend[first + min(lane, count - 1)]
         for s in range(segments):
             if s < base.shape[1]:
-                for row in range(len(base)):
-                    for lane in range(W):
-                        S[row * W + lane] = base[row, s, first + min(lane, count - 1)]
-            at = min(s, columns.shape[2] - 1)
+                load(base[:, s], first, S.reshape(rows, W))
             for c in range(motions):
-                for row in range(height):
-                    for lane in range(W):
-                        C[c, row * W + lane] = columns[c, row, at, first + min(lane, count - 1)]
+                load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(height, W))
             advance(S, C, steps)
-            worst, uneven[:] = off[s], 0.0
+            worst = off[s]
             for lane in range(W):
-                worst[lane] = 0.0
+                worst[lane], uneven[lane] = 0.0, 0.0
             for i in range(n):
                 for j in range(n):
-                    row = matrices[(s * n + i) * n + j]
+                    row, plus = matrices[(s * n + i) * n + j], C[j, (states + i) * W :]
+                    minus, sign = C[motions - n + j, (states + i) * W :], 1.0 if sides == 1 else -1.0
                     for lane in range(W):
-                        size = sizes[i, first + min(lane, count - 1)]
-                        plus = C[j, (states + i) * W + lane] / size
-                        minus = -C[n + j, (states + i) * W + lane] / size if sides == 2 else plus
-                        row[lane] = 0.5 * (plus + minus)
-                        uneven[lane] = max(uneven[lane], abs(plus - minus))
-                        for side in range(sides):
-                            worst[lane] = max(worst[lane], C[side * n + j, (left_out + i) * W + lane] / size)
+                        row[lane] = 0.5 * (plus[lane] + sign * minus[lane]) / size[i, lane]
+                        uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) / size[i, lane])
+                    for c in range(j, motions, n):
+                        lacks = C[c, (left_out + i) * W :]
+                        for lane in range(W):
+                            worst[lane] = max(worst[lane], lacks[lane] / size[i, lane])
             for lane in range(W):
                 lost[lane] += worst[lane]
-                worst[lane] = (worst[lane] + bend[first + min(lane, count - 1)] * uneven[lane]) * coherent
+                worst[lane] = (worst[lane] + bent[lane] * uneven[lane]) * coherent
         compose(matrices, off, segments, n, 0, has_minors > 0, told)
         for lane in range(count):
             for i in range(3 * n * n + 3):

@@ -7,7 +7,8 @@ are states. They are found at once, by elimination without exchange of rows: in 
 k and c are at most a few in size, and the matrix is near 1. The order is twice STAGES.
 
 Where k is even in the time and c odd, :math:`u(-t)` solves the equations where u(t) does: the second half of the period
-undoes the first one with velocities reversed, :math:`M = R\,P^{-1}R\,P`, step by step, P of half a period.
+undoes the first one with velocities reversed, :math:`M = R\,P^{-1}R\,P`, step by step, P of half a period. Of one
+coordinate the inverse of a step loses no digits, as its determinant is known: :math:`\exp\int c`.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.14 (Nystrom methods).
 """
@@ -106,21 +107,6 @@ def _step(k, c, m, second, A, B, f, S):
                     row[lane] += weight * source[lane]
 
 
-@njit(**OPTIONS)
-def _reverse(S, T, n, A, B, f):
-    """Write the matrix of the step that is the mirror image in time of another one: T = R S^-1 R, R turns velocities."""
-    whole_vectors()
-    for i in range(n * n):
-        for lane in range(f.size):
-            A[i, lane], B[i, lane] = S[i, lane], 1.0 if i % (n + 1) == 0 else 0.0
-    solve_in_lanes(A, B, n, n, True, -math.inf, f)
-    for i in range(n):
-        for j in range(n):
-            sign = 1.0 if (2 * i < n) == (2 * j < n) else -1.0
-            for lane in range(f.size):
-                T[i * n + j, lane] = sign * B[j * n + i, lane]
-
-
 @njit(
     "void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[::1], float64[:, ::1], int64[::1], float64[:, ::1])",
     nogil=True,
@@ -136,7 +122,7 @@ def flow(k, c, h, sizes, numbers, out):
         h (numpy.ndarray, shape (points,)): Length of the steps.
         sizes (numpy.ndarray, shape (n, points)): Of the states.
         numbers (numpy.ndarray): Steps in a period; those before the phase of another period; whether slopes are those
-            of half a period, k even and c odd about its ends; whether second compounds are wanted.
+            of half a period, k even and c odd about its ends, of one coordinate; whether second compounds are wanted.
         out (numpy.ndarray, shape (3 n n + 4, points)): Written: as told by :func:`kernels.monodromy.compose`, in the
             states' sizes; then the integral of the trace of c.
     """
@@ -145,31 +131,36 @@ def flow(k, c, h, sizes, numbers, out):
     m, second, half = c.shape[0], k.shape[2] > 0, steps // 2 if mirrored else steps
     n, size = 2 * m if second else m, STAGES * m
     slopes, A, B = rows_of(2 * size * m), rows_of(size * size), rows_of(size * n)
-    S, off, told = rows_of(steps * n * n), rows_of(steps), rows_of(3 * n * n + 3)
-    f, step, square, trace = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(1)[0]
+    S, off, told, size_of = rows_of(steps * n * n), rows_of(steps), rows_of(3 * n * n + 3), rows_of(n)
+    f, step, square, trace, lost = rows_of(5)
     for first in range(0, h.size, W):
         for lane in range(W):
             at = min(first + lane, h.size - 1)
             step[lane], square[lane], trace[lane] = h[at], h[at] ** 2, 0.0
+            for i in range(n):
+                size_of[i, lane] = sizes[i, at] * (h[at] if second and i >= m else 1.0)
         for s in range(half):
             _load(k if second else c, s, first, square, slopes)
             _load(c, s, first, step, slopes[size * m :])
             here = S[s * n * n :]
             _step(slopes, slopes[size * m :], m, second, A, B, f, here)
+            for lane in range(W):
+                lost[lane] = 0.0
             for stage in range(STAGES):
                 for i in range(m):
                     for lane in range(W):
-                        trace[lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
+                        lost[lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
+            for lane in range(W):
+                trace[lane] += lost[lane]
             for i in range(n):
                 for j in range(n):
                     for lane in range(W):
-                        at = min(first + lane, h.size - 1)
-                        ratio = sizes[j, at] / sizes[i, at]
-                        if second and (i < m) != (j < m):
-                            ratio = ratio * step[lane] if i < m else ratio / step[lane]
-                        here[i * n + j, lane] *= ratio
+                        here[i * n + j, lane] *= size_of[j, lane] / size_of[i, lane]
             if mirrored:
-                _reverse(here, S[(steps - 1 - s) * n * n :], n, A, B, f)
+                there = S[(steps - 1 - s) * n * n :]
+                for i in range(4):
+                    for lane in range(W):
+                        there[i, lane] = here[(3, 1, 2, 0)[i], lane] * math.exp(-lost[lane])
         compose(S, off, steps, n, later, has_minors > 0, told)
         for lane in range(min(W, h.size - first)):
             for i in range(3 * n * n + 3):

@@ -3,20 +3,22 @@ r"""Perturbations of a periodic motion over one period: matrices from perturbed 
 *Base motion.* From the place that a name gives, at rest at the time 0: where the rates vanish there at all times it is
 an equilibrium; else Newton's method on the period map finds the motion of the system's period from there on.
 
-*Segments.* A period T is cut into K of equal length, at most TURN/S; S, a bound on every rate along the base motion,
-and the states' sizes come from the absolute values of the Jacobian's terms, as those of `sweeps.mechanics.relative`. So
-no perturbation grows by more than a few times before it is sampled, however large the multipliers are.
+*Segments.* A period T is cut into K of equal length, at most TURN/(S + 2 pi/T); S, a bound on every rate along the base
+motion, and the states' sizes come from the absolute values of the Jacobian's terms, as those of
+`sweeps.mechanics.relative`. So no perturbation grows by more than some times before it is sampled, however large the
+multipliers are.
 
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
 direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
-`sweeps.mechanics.perturbed`; half the difference of both sides is a column of the segment's matrix, and the matrix of
-the period is the product. It is measured again, perturbed by an eighth as much and in steps shorter by a third: the
-difference of both holds what the amplitude and the steps change, and rounding is bounded by what grows of it.
+`sweeps.mechanics.perturbed`, which are halved until they leave out less than the tolerance; `kernels.monodromy` makes
+the matrix of the period of them. Unless the derivation proves that the equations are linear, it is measured again,
+perturbed by an eighth as much: the difference of both holds what the amplitude changes.
 
 *Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), whose slopes
 are derivatives of the equations by SymPy: nothing is shared with the generated Taylor steps. It is found again in fewer
 steps from another phase, and compared with what the finer steps make of the period that begins there, entry by entry:
-steps are halved until the difference is rounding.
+steps are halved until the difference is rounding. Where the slopes are proved to be even in the time, half a period
+gives the finer one (the coarser one is followed through all of it).
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
@@ -34,9 +36,9 @@ from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.perturbed import PerturbedCode
 from sweeps.mechanics.problem import magnitude
 
-TURN = 2.0  # of 1/S: no longer segment, in which a perturbation turns by less than a half turn
-SEGMENTS = [k * 2**j for j in range(1, 10) for k in (2, 3)]  # that a period may have
-STEPS = 2  # in a segment, of the first try
+TURN = 2.4  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
+SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
+STEPS = 3  # in a segment, of the first try
 SMALLER = 0.125  # perturbation of the second measurement, relative to the first
 APART = 1.1  # of the difference of both: the error of the first, if that of the second is less than a tenth
 WIDE = 0.1  # of a matrix, that the amplitude may change
@@ -46,9 +48,8 @@ FALLING = 0.25  # of the difference before: else what is left is rounding, or th
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 4096  # steps in a period, at most
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
-COARSER = 0.2  # of the difference of both flows: the error of the finer, of order 16 and 4/3 to 3/2 times the steps
+COARSER = 0.1  # of the difference of both flows: the error of the finer, of order 16 and 5/4 times the steps
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
-NOISE = 6 * float(np.finfo(np.float64).eps)  # of a measured segment
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
@@ -71,11 +72,11 @@ class Variation:
         timed = {equations.system.time: self._phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
         slopes = [e.diff(x) for e in forces for x in equations.states]
-        n = equations.n
-        signed = [*((e, 1 if i % n < self.m else -1) for i, e in enumerate(slopes)), *((e, 1) for e in masses)]
-        turned = [sp.expand(e - sign * e.subs(self._phase, -self._phase)) for e, sign in signed if self.second]
-        #: where all of these vanish, slopes by coordinates are even in the time, and those by velocities odd
-        self.uneven = factors(turned, (*equations.states, self._phase)) if self.second else [sp.Integer(1)]
+        has_one = self.second and self.m == 1
+        signed = [(e.subs(equations.still), sign) for e, sign in zip([*slopes, *masses], (1, -1, 1), strict=False)]
+        turned = [e - sign * e.subs(self._phase, -self._phase) for e, sign in signed]
+        #: where all of these vanish, the slope by the one coordinate is even in the time, and that by its velocity odd
+        self.uneven = factors(turned, (*equations.states, self._phase)) if has_one else [sp.Integer(1)]
         self._still = self._written([e.subs(equations.still) for e in [*slopes, *masses]])
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
@@ -285,7 +286,7 @@ class Base:
     @cached_property
     def number(self) -> np.ndarray:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
-        needed = np.ceil(self.period * self.scale / TURN)
+        needed = np.ceil((self.period * self.scale + 2.0 * np.pi) / TURN)
         at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
         return np.array([*SEGMENTS, 0])[at]
 
@@ -313,6 +314,11 @@ class Found(NamedTuple):
         matrix, other, noise = np.moveaxis(told[:-4].reshape(3, n, n, -1), 3, 1)
         is_large = np.abs(matrix).max(axis=(1, 2)) > monodromy.LARGE
         return cls(matrix, other, noise, told[-4], np.where(is_large, told[-3:-1], np.nan), told[-1])
+
+
+def first_steps(base: Base) -> int:
+    """Return the steps of a period that the variational flow tries first, an even number: four for three segments."""
+    return 2 * (5 * int(base.number[0]) // 8 + 1)
 
 
 def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Found:
@@ -367,8 +373,8 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndar
     while left.size:
         part, size = base.chosen(left), epsilon[left]
         found = followed(part, size, steps)
-        matrix[left], error[left], turns[left] = found.matrix, NOISE * found.noise, found.turns
-        minors[:, left] = found.minors * [[1.0], [2.0 * NOISE]]
+        matrix[left], error[left], turns[left] = found.matrix, monodromy.NOISE * found.noise, found.turns
+        minors[:, left] = found.minors * [[1.0], [2.0 * monodromy.NOISE]]
         if not part.code.linear:
             smaller = followed(part, SMALLER * size, steps)
             apart = np.abs(found.matrix - smaller.matrix)
@@ -387,11 +393,11 @@ def certified(base: Base) -> tuple[np.ndarray, ...]:
     points, n = base.sizes.shape
     matrix, exact, elsewhere = np.full((points, n, n), np.nan), np.full((points, n, n), np.nan), np.full(points, np.nan)
     determinant, turns, minors = np.ones(points), np.zeros(points), np.empty((2, points))
-    left, steps, last = np.arange(points), 2 * (int(base.number[0]) // 2 + 1), np.full(points, np.inf)
+    left, steps, last = np.arange(points), first_steps(base), np.full(points, np.inf)
     while left.size and steps <= FINEST:
         part, later = base.chosen(left), round(ELSEWHERE * steps)
         found = varied(part, steps, later)
-        coarser = varied(part, -(-2 * steps // 3), 1, later / steps)
+        coarser = varied(part, 4 * steps // 5, 1, later / steps)
         matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.last)
         elsewhere[left] = np.abs(np.trace(found.matrix - coarser.matrix, axis1=1, axis2=2))
         apart = COARSER * np.abs(found.other - coarser.matrix).max(axis=(1, 2))

@@ -11,9 +11,9 @@ so no perturbation is too small, wherever the base motion is. A function :math:`
 deviation: :math:`\dot W = f'(U)\dot U` and
 :math:`\dot{\hat w} = \widehat{f'(u)}\,\dot U + (f'(U) + \varepsilon\widehat{f'(u)})\,\dot{\hat u}`.
 
-The base motion's terms are found once a step, and all perturbed ones read them. Terms that vanish are not written: where
-the base motion is an equilibrium at all times only the time moves in U, and where equations are linear, epsilon does
-not occur: that proves it.
+The base motion's terms are found once a step, and all perturbed ones read them. Terms that vanish are not written:
+where the base motion is an equilibrium at all times only the time moves in U, and where equations are linear, epsilon
+does not occur: that proves it.
 
 *What a step leaves out* is taken from its last four terms, as of a geometric series: with
 :math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|` it is :math:`a^2/b`.
@@ -305,9 +305,7 @@ class PerturbedCode(Code):
 
         base, perturbed = (re.sub(r"<(\w+) (\d+)>", placed, "\n".join(some)) for some in (base, perturbed))
         title, size = in_quotes(self.graph.equations.system.title), W * len(self.perturbed)
-        return TEXT.format(
-            title=title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W
-        )
+        return TEXT.format(title=title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W)
 
     def _left_out(self, i, number):
         """Yield lines that add what a step leaves out of a state."""
