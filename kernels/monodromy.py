@@ -29,7 +29,7 @@ ADVANCE = types.FunctionType(void(float64[::1], float64[:, ::1], int64))
 
 @njit(**OPTIONS)
 def chain(S, G, steps, d, later, told):
-    """Multiply the matrices of steps, shape d x d, lane by lane.
+    """Write the products of the matrices of steps, d x d, lane by lane.
 
     Args:
         S, G (numpy.ndarray, shape (steps d d, W)): Matrices, row by row, and the sizes of their errors.

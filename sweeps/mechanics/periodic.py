@@ -291,7 +291,7 @@ class Base:
         return np.array([*SEGMENTS, 0])[at]
 
 
-class Found(NamedTuple):
+class Monodromy(NamedTuple):
     """Matrices of points in the states' sizes, and what they are known by; see `kernels.monodromy`.
 
     Attributes:
@@ -309,7 +309,7 @@ class Found(NamedTuple):
     last: np.ndarray
 
     @classmethod
-    def of(cls, told, n) -> "Found":
+    def of(cls, told, n) -> "Monodromy":
         """Return what rows (3 n n + 4, points) hold."""
         matrix, other, noise = np.moveaxis(told[:-4].reshape(3, n, n, -1), 3, 1)
         is_large = np.abs(matrix).max(axis=(1, 2)) > monodromy.LARGE
@@ -321,7 +321,7 @@ def first_steps(base: Base) -> int:
     return 2 * (5 * int(base.number[0]) // 8 + 1)
 
 
-def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Found:
+def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Monodromy:
     """Return the variational flow over a period; see `kernels.variational`.
 
     Args:
@@ -335,10 +335,10 @@ def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Found:
     k, c = base.model.variation.at(base.parameters, base(phases), phases, bool(base.still.all()))
     told, numbers = np.empty((3 * n * n + 4, base.period.size)), np.array([steps, later, half, base.has_minors])
     variational.flow(k, c, base.period / steps, np.ascontiguousarray(base.sizes.T), numbers, told)
-    return Found.of(told, n)
+    return Monodromy.of(told, n)
 
 
-def followed(base: Base, epsilon: np.ndarray, steps: int) -> Found:
+def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     """Return what perturbed motions make of the segments.
 
     Args:
@@ -355,7 +355,7 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Found:
     numbers = np.array([K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], base.has_minors])
     told = np.empty((3 * n * n + 4, base.period.size))
     monodromy.measure(code.module().advance, rows, columns, sizes, n * base.error / epsilon, numbers, told)
-    return Found.of(told, n)
+    return Monodromy.of(told, n)
 
 
 def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
