@@ -36,10 +36,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.codes import INVARIANTS
+from kernels.monodromy import LARGE
 
 STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
 UNDETERMINED = -1
-LARGE = 1e3  # trace from which on the lesser pair is found from the product of both
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 

@@ -253,14 +253,3 @@ def store(S, first, table):
     for row in range(len(table)):
         for lane in range(min(W, table.shape[1] - first)):
             table[row, first + lane] = S[row * W + lane]
-
-
-@njit(void(ADVANCE, float64[:, ::1], int64), nogil=True, **OPTIONS)
-def advance_table(advance, table, steps):
-    """Advance runs, shape (rows, runs), by so many steps, in place."""
-    rows, runs = table.shape
-    S = scratch(rows * (1 + ORDER))  # and the terms of a step
-    for first in range(0, runs, W):
-        load(table, first, S)
-        advance(S, steps)
-        store(S, first, table)

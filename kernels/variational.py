@@ -6,6 +6,10 @@ step are the highest derivatives at its points, of which u and u' are integrals:
 are states. They are found at once, by elimination without exchange of rows: in a step that is short enough to be exact,
 k and c are at most a few in size, and the matrix is near 1. The order is twice STAGES.
 
+Where k is even in the time and c odd, :math:`u(-t)` solves the equations where u(t) does: the second half of the period
+undoes the first one with velocities reversed, :math:`M = R\,P^{-1}R\,P`, step by step, P of half a period. Of one
+coordinate the inverse of a step loses no digits, as its determinant is known: :math:`\exp\int c`.
+
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.14 (Nystrom methods).
 """
 
@@ -14,8 +18,9 @@ import math
 import numpy as np
 
 from kernels.blocks import W, rows_of
-from kernels.dense import product_in_lanes, solve_in_lanes
+from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.monodromy import compose
 
 GAUSS = (  # the roots of the Legendre polynomial P_8 that are > 0, and their weights: Abramowitz and Stegun, table 25.4
     (0.1834346424956498049394761, 0.3626837833783619829651505),
@@ -103,11 +108,11 @@ def _step(k, c, m, second, A, B, f, S):
 
 
 @njit(
-    "void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[::1], float64[:, ::1], int64, int64, float64[:, ::1])",
+    "void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[::1], float64[:, ::1], int64[::1], float64[:, ::1])",
     nogil=True,
     **OPTIONS,
 )
-def flow(k, c, h, sizes, steps, later, out):
+def flow(k, c, h, sizes, numbers, out):
     """Write the matrix of the period of each point, and what it is known by.
 
     Args:
@@ -116,92 +121,48 @@ def flow(k, c, h, sizes, steps, later, out):
             all.
         h (numpy.ndarray, shape (points,)): Length of the steps.
         sizes (numpy.ndarray, shape (n, points)): Of the states.
-        steps, later (int): In a period, and before the phase of another period.
-        out (numpy.ndarray, shape (3 n n + 2, points)): The matrix in the states' sizes, row by row; that of the period
-            that begins later; of each entry of the first the sum of squares of what one rounding of all that a step
-            gives becomes in it; the integral of the trace of c; and, of two states, the whole half turns of the first
-            column, of a rate's sign from rate to state.
+        numbers (numpy.ndarray): Steps in a period; those before the phase of another period; whether slopes are those
+            of half a period, k even and c odd about its ends, of one coordinate; whether second compounds are wanted.
+        out (numpy.ndarray, shape (3 n n + 4, points)): Written: as told by :func:`kernels.monodromy.compose`, in the
+            states' sizes; then the integral of the trace of c.
     """
     whole_vectors()
-    m, second = c.shape[0], k.shape[2] > 0
+    steps, later, mirrored, has_minors = numbers
+    m, second, half = c.shape[0], k.shape[2] > 0, steps // 2 if mirrored else steps
     n, size = 2 * m if second else m, STAGES * m
     slopes, A, B = rows_of(2 * size * m), rows_of(size * size), rows_of(size * n)
-    S, P, X, Y = rows_of(steps * n * n), rows_of((steps + 1) * n * n), rows_of(n * n), rows_of(n * n)
-    f, step, square, told = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(2 * n * n + 2)
+    S, off, told, size_of = rows_of(steps * n * n), rows_of(steps), rows_of(3 * n * n + 3), rows_of(n)
+    f, step, square, trace, lost = rows_of(5)
     for first in range(0, h.size, W):
-        told[:] = 0.0
         for lane in range(W):
             at = min(first + lane, h.size - 1)
-            step[lane], square[lane] = h[at], h[at] ** 2
+            step[lane], square[lane], trace[lane] = h[at], h[at] ** 2, 0.0
             for i in range(n):
-                size_i = sizes[i, at] * (step[lane] if second and i >= m else 1.0)
-                for j in range(n):
-                    P[i * n + j, lane], X[i * n + j, lane] = 0.0, 0.0
-                P[i * n + i, lane], X[i * n + i, lane] = size_i, 1.0 / size_i
-        for s in range(steps):
+                size_of[i, lane] = sizes[i, at] * (h[at] if second and i >= m else 1.0)
+        for s in range(half):
             _load(k if second else c, s, first, square, slopes)
             _load(c, s, first, step, slopes[size * m :])
-            here, before, after = S[s * n * n :], P[s * n * n :], P[(s + 1) * n * n :]
+            here = S[s * n * n :]
             _step(slopes, slopes[size * m :], m, second, A, B, f, here)
-            product_in_lanes(here, before, after, n)
+            for lane in range(W):
+                lost[lane] = 0.0
             for stage in range(STAGES):
                 for i in range(m):
                     for lane in range(W):
-                        told[2 * n * n, lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
-            if n == 2:
-                for lane in range(W):
-                    forward = before[2, lane] * after[0, lane] > before[0, lane] * after[2, lane]
-                    if (before[2, lane] > 0.0) != (after[2, lane] > 0.0):
-                        told[2 * n * n + 1, lane] += 1.0 if forward else -1.0
-        for s in range(steps, 0, -1):
-            if s == later:
-                product_in_lanes(P[s * n * n :], X, told, n)
+                        lost[lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
+            for lane in range(W):
+                trace[lane] += lost[lane]
             for i in range(n):
-                for b in range(n):
-                    for j in range(n):
-                        left, right, row = X[i * n + b], P[(s * n + b) * n + j], told[n * n + i * n + j]
-                        for lane in range(W):
-                            row[lane] += (left[lane] * right[lane]) ** 2
-            product_in_lanes(X, S[(s - 1) * n * n :], Y, n)
-            X, Y = Y, X
+                for j in range(n):
+                    for lane in range(W):
+                        here[i * n + j, lane] *= size_of[j, lane] / size_of[i, lane]
+            if mirrored:
+                there = S[(steps - 1 - s) * n * n :]
+                for i in range(4):
+                    for lane in range(W):
+                        there[i, lane] = here[(3, 1, 2, 0)[i], lane] * math.exp(-lost[lane])
+        compose(S, off, steps, n, later, has_minors > 0, told)
         for lane in range(min(W, h.size - first)):
-            at = first + lane
-            for i in range(n):
-                size_i = sizes[i, at] * (step[lane] if second and i >= m else 1.0)
-                for j in range(n):
-                    out[i * n + j, at] = P[(steps * n + i) * n + j, lane] / size_i
-                    told[i * n + j, lane] *= P[j * n + j, lane] / size_i
-            for i in range(2 * n * n + 2):
-                out[n * n + i, at] = told[i, lane]
-
-
-@njit("void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[:, :, :, ::1])", nogil=True, **OPTIONS)
-def multiply(A, B, out):
-    """Write the products of small matrices A B, of the last two dimensions."""
-    points, steps, rows, inner = A.shape
-    for p in range(points):
-        for k in range(steps):
-            for i in range(rows):
-                for j in range(B.shape[3]):
-                    total = 0.0
-                    for m in range(inner):
-                        total += A[p, k, i, m] * B[p, k, m, j]
-                    out[p, k, i, j] = total
-
-
-@njit("void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[:, :, :, ::1])", nogil=True, **OPTIONS)
-def chain(matrices, before, after):
-    """Write the products of the matrices before each step and after it, shape (points, steps, n, n)."""
-    points, steps, n, _ = matrices.shape
-    for p in range(points):
-        for i in range(n):
-            for j in range(n):
-                before[p, 0, i, j] = after[p, steps - 1, i, j] = 1.0 if i == j else 0.0
-        for k in range(1, steps):
-            for i in range(n):
-                for j in range(n):
-                    total, other = 0.0, 0.0
-                    for m in range(n):
-                        total += matrices[p, k - 1, i, m] * before[p, k - 1, m, j]
-                        other += after[p, steps - k, i, m] * matrices[p, steps - k, m, j]
-                    before[p, k, i, j], after[p, steps - 1 - k, i, j] = total, other
+            for i in range(3 * n * n + 3):
+                out[i, first + lane] = told[i, lane]
+            out[3 * n * n + 3, first + lane] = 0.0 if mirrored else trace[lane]

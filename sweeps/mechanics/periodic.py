@@ -3,52 +3,53 @@ r"""Perturbations of a periodic motion over one period: matrices from perturbed 
 *Base motion.* From the place that a name gives, at rest at the time 0: where the rates vanish there at all times it is
 an equilibrium; else Newton's method on the period map finds the motion of the system's period from there on.
 
-*Segments.* A period T is cut into K of equal length, at most TURN/S; S, a bound on every rate along the base motion,
-and the states' sizes come from the absolute values of the Jacobian's terms, as those of `sweeps.mechanics.relative`. So
-no perturbation grows by more than a few times before it is sampled, however large the multipliers are.
+*Segments.* A period T is cut into K of equal length, at most TURN/(S + 2 pi/T); S, a bound on every rate along the base
+motion, and the states' sizes come from the absolute values of the Jacobian's terms, as those of
+`sweeps.mechanics.relative`. So no perturbation grows by more than some times before it is sampled, however large the
+multipliers are.
 
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
 direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
-`sweeps.mechanics.perturbed`; half the difference of both sides is a column of the segment's matrix, and the matrix of
-the period is the product. It is measured again, perturbed by an eighth as much and in steps shorter by a third: the
-difference of both holds what the amplitude and the steps change, and rounding is bounded by what grows of it.
+`sweeps.mechanics.perturbed`, which are halved until they leave out less than the tolerance; `kernels.monodromy` makes
+the matrix of the period of them. Unless the derivation proves that the equations are linear, it is measured again,
+perturbed by an eighth as much: the difference of both holds what the amplitude changes.
 
 *Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), whose slopes
 are derivatives of the equations by SymPy: nothing is shared with the generated Taylor steps. It is found again in fewer
 steps from another phase, and compared with what the finer steps make of the period that begins there, entry by entry:
-steps are halved until the difference is rounding.
+steps are halved until the difference is rounding. Where the slopes are proved to be even in the time, half a period
+gives the finer one (the coarser one is followed through all of it).
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 
-from kernels import floquet, jacobians, statuses, variational
-from kernels.runs import advance_table
+from kernels import floquet, jacobians, monodromy, statuses, variational
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.perturbed import PerturbedCode
 from sweeps.mechanics.problem import magnitude
 
-TURN = 2.0  # of 1/S: no longer segment, in which a perturbation turns by less than a half turn
-SEGMENTS = [k * 2**j for j in range(1, 10) for k in (2, 3)]  # that a period may have
-STEPS, MOST_STEPS = 3, 192  # in a segment: of the first try, and at most
-SMALLER, FINER = 0.125, 4 / 3  # perturbation and steps of the second measurement, relative to the first
+TURN = 2.4  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
+SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
+STEPS = 3  # in a segment, of the first try
+SMALLER = 0.125  # perturbation of the second measurement, relative to the first
 APART = 1.1  # of the difference of both: the error of the first, if that of the second is less than a tenth
 WIDE = 0.1  # of a matrix, that the amplitude may change
 TOGETHER = 32_768  # segments times squares of states: points of one number of segments that are followed side by side
 ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
-FINEST = 32  # times the segments, that the variational flow may need
+FINEST = 4096  # steps in a period, at most
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
-COARSER = 0.2  # of the difference of both flows: the error of the finer, of order 16 and 4/3 to 3/2 times the steps
+COARSER = 0.1  # of the difference of both flows: the error of the finer, of order 16 and 5/4 times the steps
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
-NOISE = 6 * float(np.finfo(np.float64).eps)  # of a measured segment
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
@@ -71,6 +72,11 @@ class Variation:
         timed = {equations.system.time: self._phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
         slopes = [e.diff(x) for e in forces for x in equations.states]
+        has_one = self.second and self.m == 1
+        signed = [(e.subs(equations.still), sign) for e, sign in zip([*slopes, *masses], (1, -1, 1), strict=False)]
+        turned = [e - sign * e.subs(self._phase, -self._phase) for e, sign in signed]
+        #: where all of these vanish, the slope by the one coordinate is even in the time, and that by its velocity odd
+        self.uneven = factors(turned, (*equations.states, self._phase)) if has_one else [sp.Integer(1)]
         self._still = self._written([e.subs(equations.still) for e in [*slopes, *masses]])
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
@@ -157,72 +163,24 @@ def stacked(rows, points: int) -> np.ndarray:
     return found
 
 
-def product(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return products of the steps' matrices, shape (points, steps, n, n): of all, of those before, of those after."""
-    before, after = np.empty(matrices.shape), np.empty(matrices.shape)
-    variational.chain(np.ascontiguousarray(matrices), before, after)
-    return matrices[:, -1] @ before[:, -1], before, after
-
-
-def multiplied(*factors: np.ndarray) -> np.ndarray:
-    """Return the product of small matrices, of four dimensions."""
-    found = np.ascontiguousarray(factors[0])
-    for factor in factors[1:]:
-        left, found = found, np.empty((*found.shape[:3], factor.shape[3]))
-        variational.multiply(left, np.ascontiguousarray(factor), found)
-    return found
-
-
-def compound(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the second compounds of matrices (points, steps, n, n), their minors of two rows, and those' terms' sizes.
-
-    The compound of a product is the product of the compounds. Its trace is the determinant (n = 2), or the second
-    invariant (n = 4): so these keep all their digits where products of the whole matrix's entries would cancel.
-    """
-    i, j = np.triu_indices(A.shape[-1], 1)
-    one, other = A[..., i[:, None], i] * A[..., j[:, None], j], A[..., i[:, None], j] * A[..., j[:, None], i]
-    return one - other, np.abs(one) + np.abs(other)
-
-
-def minors_trace(segments: np.ndarray, others: np.ndarray, rounding: float) -> np.ndarray:
-    """Return the trace of the second compound of the product of segments, and its error, shape (2, points).
-
-    Args:
-        segments: shape (points, steps, n, n).
-        others: found in another way.
-        rounding: of a segment, relative.
-    """
-    (found, sizes), (theirs, _) = compound(segments), compound(others)
-    whole, before, after = product(found)
-    b = np.trace(whole, axis1=1, axis2=2)
-    apart = np.abs(b - np.trace(product(theirs)[0], axis1=1, axis2=2))
-    grown = np.einsum("pkii->p", multiplied(np.abs(after), sizes, np.abs(before)))
-    return np.array([b, APART * apart + 2.0 * rounding * grown])
-
-
-def half_turns(matrices: np.ndarray) -> np.ndarray | None:
-    """Return whole half turns of a perturbation in the steps, of two states, of a rate's sign from rate to state."""
-    if matrices.shape[-1] != 2:
-        return None
-    before = product(matrices)[1]
-    a, b = before[..., 0], multiplied(matrices, before)[..., 0]
-    turned = np.arctan2(a[..., 1] * b[..., 0] - a[..., 0] * b[..., 1], (a * b).sum(axis=-1)).sum(axis=1)
-    return np.floor(turned / np.pi)
-
-
 def unpaired(equations: Equations) -> list[sp.Expr]:
     """Return expressions in the parameters: where all vanish, the multipliers are proved to come in pairs of product 1.
 
     Of coordinates, factors of all that is not of T and V: Hamilton's equations are left. Of two states, the divergence.
     """
     if equations.v:
-        extra, moving = [*equations.system.dissipation_terms, *equations.system.forces.values()], equations.states
+        extra = [*equations.system.dissipation_terms, *equations.system.forces.values()]
     elif equations.n == 2:
-        extra, moving = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))], equations.states
+        extra = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))]
     else:
         return [sp.Integer(1)]
-    terms = [term for e in extra for term in sp.Add.make_args(sp.expand(e))]
-    return [term.as_independent(*moving, equations.system.time, as_Add=False)[0] for term in terms]
+    return factors(extra, (*equations.states, equations.system.time))
+
+
+def factors(expressions, moving) -> list[sp.Expr]:
+    """Return what does not move of each term of expressions: where all of it vanishes, so do they."""
+    terms = [term for e in expressions for term in sp.Add.make_args(sp.expand(e))]
+    return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
 
 
 class Base:
@@ -246,6 +204,9 @@ class Base:
             self.reciprocal &= factor == 0.0
         with np.errstate(all="ignore"):
             self.still = self._measure_sizes(places)
+            self.even = self.still.copy()
+            for factor in lambdified(model.equations.parameters, model.variation.uneven)(*parameters):
+                self.even &= factor == 0.0
             self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
                 model.perturbed(False)
@@ -308,7 +269,7 @@ class Base:
         """Return the motions of some points."""
         part = object.__new__(Base)
         part.model, part.parameters = self.model, [p[which] for p in self.parameters]
-        for name in ("period", "start", "closed", "error", "still", "mirrored", "scale", "sizes", "reciprocal"):
+        for name in ("period", "start", "closed", "error", "still", "even", "mirrored", "scale", "sizes", "reciprocal"):
             setattr(part, name, getattr(self, name)[which])
         return part
 
@@ -317,112 +278,136 @@ class Base:
         """The generated steps of the perturbed motion: all points have to be at rest, or all not."""
         return self.model.perturbed(bool(self.still[0]))
 
+    @property
+    def has_minors(self) -> bool:
+        """Return whether smooth invariants stand on minors of two rows where multipliers are large."""
+        return self.sizes.shape[1] == (4 if self.reciprocal[0] else 2)
+
     @cached_property
     def number(self) -> np.ndarray:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
-        needed = np.ceil(self.period * self.scale / TURN)
+        needed = np.ceil((self.period * self.scale + 2.0 * np.pi) / TURN)
         at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
         return np.array([*SEGMENTS, 0])[at]
 
 
-def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0, share: float = 1.0) -> tuple[np.ndarray, ...]:
-    """Return the variational flow over a period, or a part of it, in the states' sizes; see `kernels.variational`.
+class Monodromy(NamedTuple):
+    """Matrices of points in the states' sizes, and what they are known by; see `kernels.monodromy`.
+
+    Attributes:
+        matrix, other, noise: Of the period; of the period that begins later; errors. Shapes (points, n, n).
+        turns: Whole half turns of the first direction.
+        minors: Trace of the second compound and its error, shape (2, points); NaN where no entry is large.
+        last: Integral of the trace of the equations, or what steps left out.
+    """
+
+    matrix: np.ndarray
+    other: np.ndarray
+    noise: np.ndarray
+    turns: np.ndarray
+    minors: np.ndarray
+    last: np.ndarray
+
+    @classmethod
+    def of(cls, told, n) -> "Monodromy":
+        """Return what rows (3 n n + 4, points) hold."""
+        matrix, other, noise = np.moveaxis(told[:-4].reshape(3, n, n, -1), 3, 1)
+        is_large = np.abs(matrix).max(axis=(1, 2)) > monodromy.LARGE
+        return cls(matrix, other, noise, told[-4], np.where(is_large, told[-3:-1], np.nan), told[-1])
+
+
+def first_steps(base: Base) -> int:
+    """Return the steps of a period that the variational flow tries first, an even number: four for three segments."""
+    return 2 * (5 * int(base.number[0]) // 8 + 1)
+
+
+def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Monodromy:
+    """Return the variational flow over a period; see `kernels.variational`.
 
     Args:
         base: of points of one kind.
-        steps: of the period or part.
+        steps: of the period: an even number.
         later: step at which the other period begins.
-        begin: phase of the period where the first one, or the part, begins.
-        share: of the period that the part is.
-
-    Returns:
-        Matrices of both periods (points, n, n); what one rounding in each step makes in the first; determinants, by
-        Liouville; half turns.
+        begin: phase of the period where the first one begins.
     """
-    points, n = base.sizes.shape
-    phases = begin + share * (np.arange(steps)[:, None] + variational.POINTS).ravel() / steps
+    n, half = base.sizes.shape[1], bool(base.even[0]) and begin == 0.0
+    phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
     k, c = base.model.variation.at(base.parameters, base(phases), phases, bool(base.still.all()))
-    found = np.empty((3 * n * n + 2, points))
-    variational.flow(k, c, base.period * (share / steps), np.ascontiguousarray(base.sizes.T), steps, later, found)
-    matrix, other, squares = np.moveaxis(found[:-2].reshape(3, n, n, points), 3, 1)
-    return matrix, other, np.sqrt(squares), np.exp(found[-2]), found[-1]
+    told, numbers = np.empty((3 * n * n + 4, base.period.size)), np.array([steps, later, half, base.has_minors])
+    variational.flow(k, c, base.period / steps, np.ascontiguousarray(base.sizes.T), numbers, told)
+    return Monodromy.of(told, n)
 
 
-def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the segments' matrices in the states' sizes, shape (points, segments, n, n), and how far sides differ.
+def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
+    """Return what perturbed motions make of the segments.
 
     Args:
         base: of points of one kind.
         epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
         steps: in each segment.
     """
-    points, K, n, code = base.period.size, int(base.number[0]), base.sizes.shape[1], base.code
+    n, K, code = base.sizes.shape[1], int(base.number[0]), base.code
     sides = np.array([1.0] if code.linear or base.mirrored[0] else [1.0, -1.0])
-    phases = np.arange(K) / K
-    shape = points, K, sides.size, n  # of runs: point, segment, side, direction
-    place = [y[..., None, None] for y in (*base(phases).swapaxes(1, 2), base.period[:, None] * phases)]
-    starts = sides[:, None, None] * np.eye(n) * base.sizes[:, None, None, None]
-    given, x = [p[:, None, None, None] for p in base.parameters], [*np.moveaxis(starts, 4, 0), np.zeros((1, 1, 1, 1))]
-    epsilon, step = (y[:, None, None, None] for y in (epsilon, base.period / (K * steps)))
-    table = code.starts(shape, given, place, epsilon, x, step)
-    advance_table(code.module().advance, table, steps)
-    ends = table[[code.row_of("x", i) for i in range(n)]].reshape(n, *shape) / base.sizes.T[:, :, None, None, None]
-    matrix = np.einsum("ipksj,s->pkij", ends, sides / sides.size)
-    return matrix, np.abs(ends.sum(axis=3)).max(axis=(0, 3)) if sides.size == 2 else np.zeros((points, K))
+    phases = np.arange(K if code.is_mixed else 1) / K
+    place, sizes = [*base(phases), base.period * phases[:, None]], np.ascontiguousarray(base.sizes.T)
+    x = (sides[:, None, None, None] * np.eye(n)[:, :, None] * sizes).reshape(-1, n, base.period.size)
+    rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
+    numbers = np.array([K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], base.has_minors])
+    told = np.empty((3 * n * n + 4, base.period.size))
+    monodromy.measure(code.module().advance, rows, columns, sizes, n * base.error / epsilon, numbers, told)
+    return Monodromy.of(told, n)
 
 
-def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the segments' matrices in the states' sizes, the error of their product, and if epsilon is too large.
+def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
+    """Return the measured matrices in the states' sizes, their errors, half turns, minors, and if epsilon is too large.
 
     Args:
         base: of points of one kind.
         epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
-        tolerance: of the matrix of the period, relative to its largest entry: steps are halved until it is met.
+        tolerance: what steps may leave out, relative to the segments' matrices: they are halved until it is met.
     """
-    points, K, n = base.period.size, int(base.number[0]), base.sizes.shape[1]
-    segments, error, wide = np.empty((points, K, n, n)), np.empty((points, n, n)), np.zeros(points, dtype=bool)
-    left, last, steps = np.arange(points), np.full(points, np.inf), STEPS
-    while left.size and steps <= MOST_STEPS:
+    points, n = base.sizes.shape
+    matrix, error, wide = np.empty((points, n, n)), np.empty((points, n, n)), np.zeros(points, dtype=bool)
+    turns, minors = np.empty(points), np.empty((2, points))
+    left, steps = np.arange(points), STEPS
+    while left.size:
         part, size = base.chosen(left), epsilon[left]
-        found, uneven = followed(part, size, steps)
-        whole, before, after = product(found)
-        other = product(followed(part, SMALLER * size, int(np.ceil(FINER * steps)))[0])[0]
-        apart, most = np.abs(whole - other), np.abs(whole).max(axis=(1, 2))
-        rows = np.abs(found)
-        rounding = np.minimum(multiplied(rows, rows), rows.max(axis=(2, 3), keepdims=True))  # states apart stay apart
-        noise = multiplied(after**2, multiplied(rounding**2, before**2) + multiplied(found, before) ** 2)
-        segments[left] = found
-        error[left] = APART * apart + NOISE * np.sqrt(noise.sum(axis=1))
-        if part.error.any():
-            bent = n * part.error[:, None] * uneven / size[:, None]  # what the base motion's own error changes
-            bent = np.broadcast_to(bent[..., None, None], found.shape)
-            error[left] += multiplied(np.abs(after), bent, np.abs(before)).sum(axis=1)
-        change = apart.max(axis=(1, 2)) / most
-        wide[left] = change > WIDE
-        going = (change > tolerance) & (change < FALLING * last[left])
-        last[left], steps = change, 2 * steps
-        left = left[going]
-    return segments, error, wide
+        found = followed(part, size, steps)
+        matrix[left], error[left], turns[left] = found.matrix, monodromy.NOISE * found.noise, found.turns
+        minors[:, left] = found.minors * [[1.0], [2.0 * monodromy.NOISE]]
+        if not part.code.linear:
+            smaller = followed(part, SMALLER * size, steps)
+            apart = np.abs(found.matrix - smaller.matrix)
+            error[left] += APART * apart
+            minors[1, left] += APART * np.abs(found.minors[0] - smaller.minors[0])
+            wide[left] = apart.max(axis=(1, 2)) > WIDE * np.abs(found.matrix).max(axis=(1, 2))
+        going = ~(found.last <= tolerance)
+        left, steps = left[going], 2 * steps
+        if steps * int(base.number[0]) > FINEST:
+            break
+    return matrix, error, turns, minors, wide
 
 
-def certified(base: Base) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """Return the variational flow's matrix of the period, its error, the difference of traces, det, and half turns."""
+def certified(base: Base) -> tuple[np.ndarray, ...]:
+    """Return the variational flow's matrix, its error, the difference of traces, det, half turns and minors."""
     points, n = base.sizes.shape
     matrix, exact, elsewhere = np.full((points, n, n), np.nan), np.full((points, n, n), np.nan), np.full(points, np.nan)
-    determinant, turns, left, finer = np.ones(points), np.zeros(points), np.arange(points), 1
-    last = np.full(points, np.inf)
-    while left.size and finer <= FINEST:
-        part, steps = base.chosen(left), finer * (3 * int(base.number[0]) // 2 + 2)
-        later = round(ELSEWHERE * steps)
-        matrix[left], other, noise, determinant[left], turns[left] = varied(part, steps, later)
-        coarser = varied(part, -(-2 * steps // 3), 1, later / steps)[0]
-        elsewhere[left] = np.abs(np.trace(matrix[left] - coarser, axis1=1, axis2=2))
-        apart = COARSER * np.abs(other - coarser).max(axis=(1, 2))
-        exact[left] = ROUNDING * noise + apart[:, None, None]
-        going = (apart > ROUNDING * noise.max(axis=(1, 2))) & (apart < FALLING * last[left])
+    determinant, turns, minors = np.ones(points), np.zeros(points), np.empty((2, points))
+    left, steps, last = np.arange(points), first_steps(base), np.full(points, np.inf)
+    while left.size and steps <= FINEST:
+        part, later = base.chosen(left), round(ELSEWHERE * steps)
+        found = varied(part, steps, later)
+        coarser = varied(part, 4 * steps // 5, 1, later / steps)
+        matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.last)
+        elsewhere[left] = np.abs(np.trace(found.matrix - coarser.matrix, axis1=1, axis2=2))
+        apart = COARSER * np.abs(found.other - coarser.matrix).max(axis=(1, 2))
+        exact[left] = ROUNDING * found.noise + apart[:, None, None]
+        minors[0, left] = found.minors[0]
+        minors[1, left] = 2.0 * ROUNDING * found.minors[1] + np.abs(found.minors[0] - coarser.minors[0])
+        going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~(apart >= FALLING * last[left])
         last[left] = apart
-        left, finer = left[going], 2 * finer
-    return matrix, exact, elsewhere, determinant, turns if n == 2 else None
+        left, steps = left[going], 2 * steps
+    return matrix, exact, elsewhere, determinant, turns, minors
 
 
 def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
@@ -430,7 +415,7 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     slot = np.asarray(points["equilibrium"])
     base = Base(model, model.parameters(points, slot.size), slot)
     epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
-    kinds = 8 * base.number + 4 * base.reciprocal + 2 * base.still + base.mirrored
+    kinds = 16 * base.number + 8 * base.even + 4 * base.reciprocal + 2 * base.still + base.mirrored
     for key in np.unique(kinds):
         which = np.flatnonzero(kinds == key)
         size = max(1, TOGETHER // (max(1, base.number[which[0]]) * base.sizes.shape[1] ** 2))
@@ -484,19 +469,12 @@ def _columns(base, epsilon, tolerance):
     matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
     elsewhere, wide, determinant, more = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
     if base.number[0]:
-        segments, error, wide = measured(base, epsilon, tolerance)
-        matrix = product(segments)[0]
-        linear, exact, elsewhere, determinant, theirs = certified(base)
+        matrix, error, turns, minors, wide = measured(base, epsilon, tolerance)
+        linear, exact, elsewhere, determinant, other_turns, other_minors = certified(base)
         linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
-        more = [x[None] if n == 2 else None for x in (half_turns(segments), theirs)]
-        large = np.abs(matrix).max(axis=(1, 2)) > floquet.LARGE
-        if n == (4 if reciprocal else 2) and base.still[0] and large.any():
-            part, K, given = base.chosen(large), int(base.number[0]), np.full((2, 2, points), np.nan)
-            again = followed(part, SMALLER * epsilon[large], 4 * STEPS)[0]
-            given[0][:, large] = minors_trace(segments[large], again, NOISE)
-            theirs = (np.stack([varied(part, k, 1, j / K, 1 / K)[0] for j in range(K)], axis=1) for k in (4, 3))
-            given[1][:, large] = minors_trace(*theirs, ROUNDING)
-            more = [one if n == 4 else np.vstack([x, one]) for x, one in zip(more, given, strict=True)]
+        more = [[turns, *minors], [other_turns, *other_minors]]
+        more = [np.array(x[1:] if n == 4 else x if np.isfinite(x[1]).any() else x[:1]) for x in more]
+        more = [None if n == 4 and np.isnan(x).all() else x for x in more]
     matrix[wide] = np.nan
     columns, agree = floquet.compared(
         floquet.Matrices(matrix, error, linear, exact, elsewhere, *more), base.period, reciprocal, determinant

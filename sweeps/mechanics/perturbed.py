@@ -1,7 +1,7 @@
 r"""The integrator of perturbations of a motion that itself changes with time: Taylor steps for 32 lanes.
 
-A lane holds one perturbed motion: the base motion and what the perturbed one deviates from it, over epsilon. Each node
-of the graph is :math:`u = U(t) + \varepsilon\hat u(t)`, both with a power series within the step, and
+A lane holds a base motion, and beside it perturbed ones: what each deviates from it, over epsilon. Each node of the
+graph is :math:`u = U(t) + \varepsilon\hat u(t)`, both with a power series within the step, and
 
 .. math:: \widehat{uv}_n = \sum_k U_k\hat v_{n-k} + \hat u_k (V + \varepsilon\hat v)_{n-k}, \qquad
           \widehat{u/v}_n = \Big(\hat u_n - \sum_k W_k\hat v_{n-k} - \sum_{k>0}(V + \varepsilon\hat v)_k \hat w_{n-k}
@@ -11,31 +11,55 @@ so no perturbation is too small, wherever the base motion is. A function :math:`
 deviation: :math:`\dot W = f'(U)\dot U` and
 :math:`\dot{\hat w} = \widehat{f'(u)}\,\dot U + (f'(U) + \varepsilon\widehat{f'(u)})\,\dot{\hat u}`.
 
-Terms that vanish are not written: where the base motion is an equilibrium at all times only the time moves in U, and
-where equations are linear, epsilon does not occur.
+The base motion's terms are found once a step, and all perturbed ones read them. Terms that vanish are not written:
+where the base motion is an equilibrium at all times only the time moves in U, and where equations are linear, epsilon
+does not occur: that proves it.
+
+*What a step leaves out* is taken from its last four terms, as of a geometric series: with
+:math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|` it is :math:`a^2/b`.
 
 Source: as for :mod:`sweeps.mechanics.taylor`; derived here.
 """
 
+import re
 from functools import cached_property
 
 import numpy as np
 
 from kernels.blocks import W
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, Values, X
-from sweeps.mechanics.taylor import ADVANCE, Code, in_quotes
+from sweeps.mechanics.taylor import Code, in_quotes
 
 ORDER = 16
 
-TEXT = (
-    '''"""{title}: one Taylor step of order {order} of a perturbed motion, for {W} lanes."""
+TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
 from kernels.jit import PASSED, njit
 from kernels.straight import lines
 
+BASE = lines("""
+{base}
+""")
+PERTURBED = lines("""
+{perturbed}
+""")
+
+
+@njit("void(float64[::1], float64[:, ::1], int64)", **PASSED)
+def advance(S, columns, steps):
+    """Advance every lane by so many steps."""
+    for _ in range(steps):
+        for lane in range({W}):
+            BASE(S, lane)
+        for c in range(len(columns)):
+            for i in range({size}):
+                S[{first} + i] = columns[c, i]
+            for lane in range({W}):
+                PERTURBED(S, lane)
+            for i in range({size}):
+                columns[c, i] = S[{first} + i]
 '''
-    + ADVANCE
-)
+TINY = 1e-300
 
 
 def _joined(terms: list[str]) -> str:
@@ -46,8 +70,9 @@ def _joined(terms: list[str]) -> str:
 class PerturbedCode(Code):
     """The rows of the scratch array and the text of the module.
 
-    Rows, each W long, in the order of `rows_of`: the base motion's states, the time last; the deviations of the states;
-    functions' values and deviations; epsilon; the step; constants.
+    Rows, each W long: of the base motion (X its states, the time last; U functions' values and constants; epsilon; h
+    the step), of a perturbed one (x deviations of the states; e what its steps left out of each; w functions'
+    deviations), and the terms of the base motion.
 
     Args:
         graph: of any motion: its last state is the time.
@@ -57,9 +82,11 @@ class PerturbedCode(Code):
     def __init__(self, graph: Graph, still: bool):
         self.graph, self.still = graph, still
         self.time, self.linear = len(graph.rates) - 1, True
-        self._lines: list[str] = []
+        self._lines: dict[bool, list[str]] = {True: [], False: []}  # of the base motion, of a perturbed one
         self._names: dict[tuple, str | None] = {}
-        self._rows: dict[tuple, int] = {}
+        #: (kind, number) → row, of the base motion and of a perturbed one
+        self.base: dict[tuple, int] = {}
+        self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
         self.text = self._text()
 
     @cached_property
@@ -68,44 +95,50 @@ class PerturbedCode(Code):
         return Values(self.graph)
 
     @property
-    def rows(self) -> int:
-        """Number of rows of the scratch array."""
-        return len(self._rows)
+    def is_mixed(self) -> bool:
+        """Return whether a function depends on states and time at once, or the base motion moves."""
+        mixed = (self._deviates(k) and self._is_timed(k) for kind, k in self.perturbed if kind == "w")
+        return not self.still or any(mixed)
 
-    def starts(self, shape, parameters, place, epsilon, x, step) -> np.ndarray:
-        """Return the scratch array's rows of motions, shape (rows, motions).
+    def starts(self, parameters, place, epsilon, step, x) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows of base motions (rows, segments, points) and of perturbed ones (motions, rows, …).
 
         Args:
-            shape: of the motions; all other arrays broadcast to it.
-            parameters: a list of arrays.
-            place: the base motion's states and the time, a list of arrays.
-            epsilon: size of the perturbation.
-            x: deviations of the states over epsilon, and 0 of the time, a list of arrays.
-            step: length of a step.
+            parameters: a list of arrays (points,).
+            place: the base motion's states and the time, a list of arrays (segments, points).
+            epsilon: size of the perturbation, shape (points,).
+            step: length of a step, shape (points,).
+            x: deviations of the states over epsilon, shape (motions, states, points).
         """
+        shape = np.broadcast_shapes(*(np.shape(y) for y in place))
         with np.errstate(all="ignore"):
-            U, slopes = self.values.bases(parameters, place)
-            hat, _ = self.values.deviations(U, slopes, parameters, epsilon, x)
-        rows = np.empty((self.rows, *shape))
-        for (kind, number), row in self._rows.items():
-            source = {"X": place, "x": x, "U": U, "w": hat, "epsilon": [epsilon], "h": [step]}[kind]
-            rows[row] = source[number]
-        return rows.reshape(self.rows, -1)
-
-    def row_of(self, kind: str, number: int) -> int:
-        """Return the row of a quantity: X and x of a state, U and w of a node, epsilon, h; a new one for a new one."""
-        return self._rows.setdefault((kind, number), len(self._rows))
+            U, slopes = self.values.bases(parameters, [np.broadcast_to(y, shape) for y in place])
+            columns = np.zeros((len(x), len(self.perturbed), *shape))
+            for k, one in enumerate(x):
+                columns[k, : self.time] = one[:, None]
+                if len(self.perturbed) > 2 * self.time:
+                    deviation = [np.broadcast_to(y, shape) for y in (*one, np.zeros(1))]
+                    hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
+                    for (_, number), row in [*self.perturbed.items()][2 * self.time :]:
+                        columns[k, row] = hat[number]
+        base = np.empty((len(self.base), *shape))
+        for (kind, number), row in self.base.items():
+            base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step]}[kind][number]
+        return base, columns
 
     # -- terms of the series: names of locals, None where they vanish
 
     def _load(self, kind, number):
-        return f"S[{self.row_of(kind, number) * W} + lane]"
+        """Return a row, in brackets until all rows are known."""
+        rows = self.perturbed if kind in "xew" else self.base
+        rows.setdefault((kind, number), len(rows))
+        return f"S[<{kind} {number}>]"
 
     def _put(self, key, text):
         """Write a line that gives a term its value, once."""
         if text is not None:
             name = "_".join(map(str, key))
-            self._lines.append(f"{name} = {text}")
+            self._lines[key[0] in "BKR"].append(f"{name} = {text}")
             text = name
         self._names[key] = text
         return text
@@ -214,6 +247,12 @@ class PerturbedCode(Code):
             self._names[key] = (node.kind == X and node.parts[0] != self.time) or any(map(self._deviates, parts))
         return self._names[key]
 
+    def _is_timed(self, number):
+        """Return whether a node depends on the time."""
+        node = self.graph.nodes[number]
+        parts = node.parts if node.kind not in (X, CONSTANT) else ()
+        return (node.kind == X and node.parts[0] == self.time) or any(map(self._is_timed, parts))
+
     def _rate(self, kind, i, n):
         rate = self._term(kind, self.graph.rates[i], n - 1)
         return rate and f"(h * {1.0 / n!r}) * {rate}"
@@ -228,23 +267,57 @@ class PerturbedCode(Code):
     # -- the module
 
     def _text(self):
-        self._lines += [f"h = {self._load('h', 0)}", f"epsilon = {self._load('epsilon', 0)}"]
+        step = f"h = {self._load('h', 0)}"
         states = [self.graph.build(x) for x in self.graph.states]
         sums = [(kind, i, number, "X" if kind == "B" else "x") for i, number in enumerate(states) for kind in "BH"]
-        done, ends = set(), []
+        done, ends = set(), {True: [], False: []}
         for n in range(ORDER + 1):
             for kind, _, number, _ in sums:
                 self._term(kind, number, n)
+        for i in range(self.time):
+            ends[False] += self._left_out(i, states[i])
         while sums:  # functions that the others stand on are found on the way
             for kind, at, number, row in sums:
                 done.add((row, at))
                 terms = [x for x in (self._term(kind, number, n) for n in range(ORDER, -1, -1)) if x]
                 if len(terms) > 1:
-                    ends.append(f"{self._load(row, at)} = {' + '.join(terms)}")
+                    ends[kind == "B"].append(f"{self._load(row, at)} = {' + '.join(terms)}")
             sums = [
                 ("B" if row == "U" else "H", number, number, row)
-                for row, number in self._rows
+                for row, number in [*self.base, *self.perturbed]
                 if row in "Uw" and (row, number) not in done and self.graph.nodes[number].kind == FUNCTION
             ]
-        title = self.graph.equations.system.title
-        return TEXT.format(title=in_quotes(title), order=ORDER, W=W, lines="\n".join([*self._lines, *ends]))
+        base, perturbed = ([step, *self._lines[of], *ends[of]] for of in (True, False))
+        if not self.linear:
+            perturbed.insert(0, f"epsilon = {self._load('epsilon', 0)}")
+        first = len(self.base)
+        shared = self._shared(base, perturbed)
+        series = {name: first + len(self.perturbed) + k for k, name in enumerate(shared)}
+        base = [*base, *(f"S[{row * W} + lane] = {name}" for name, row in series.items())]
+        perturbed = [*(f"{name} = S[{row * W} + lane]" for name, row in series.items()), *perturbed]
+        #: number of rows of the scratch array
+        self.scratch = first + len(self.perturbed) + len(series)
+
+        def placed(found):
+            kind, number = found[1], int(found[2])
+            at = first + self.perturbed[kind, number] if kind in "xew" else self.base[kind, number]
+            return f"{at * W} + lane"
+
+        base, perturbed = (re.sub(r"<(\w+) (\d+)>", placed, "\n".join(some)) for some in (base, perturbed))
+        title, size = in_quotes(self.graph.equations.system.title), W * len(self.perturbed)
+        return TEXT.format(title=title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W)
+
+    def _left_out(self, i, number):
+        """Yield lines that add what a step leaves out of a state."""
+        terms = [self._term("H", number, n) for n in range(ORDER - 3, ORDER + 1)]
+        early, late = ([f"abs({x})" for x in pair if x] for pair in (terms[:2], terms[2:]))
+        if late:
+            row = self._load("e", i)
+            yield f"late_{i} = {' + '.join(late)}"
+            yield f"{row} = {row} + late_{i} * (late_{i} / ({' + '.join([*early, repr(TINY)])}))"
+
+    def _shared(self, base, perturbed):
+        """Return the names of the base motion's terms that perturbed motions read, in order."""
+        made = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
+        read = {name for line in perturbed for name in re.findall(r"\b[BKR]_\d+_\d+\b", line)}
+        return [name for name in made if name in read]

@@ -44,29 +44,16 @@ def ours(name: str) -> None:
     def each(work):
         return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
 
-    def of(part):
-        return 3 * int(part.number[0]) // 2 + 2, 1
-
-    matrix = each(lambda part, size: periodic.product(periodic.followed(part, size, periodic.STEPS)[0]))
+    matrix = each(lambda part, size: periodic.followed(part, size, periodic.STEPS))
     works = {
         "one matrix from parameters": matrix,
         "blind measurement, with errors": each(lambda part, size: periodic.measured(part, size, 1e-12)),
-        "variational flow by collocation alone": each(lambda part, _: periodic.varied(part, *of(part))),
+        "variational flow by collocation alone": each(
+            lambda part, _: periodic.varied(part, periodic.first_steps(part))
+        ),
         "the same with its error, from two phases": each(lambda part, _: periodic.certified(part)),
         "all columns": lambda: periodic.survey(model, points, 1e-12),
     }
-    advance, taken = periodic.advance_table, []
-
-    def timed(*arguments):
-        start = time.process_time()
-        advance(*arguments)
-        taken.append(time.process_time() - start)
-
-    periodic.advance_table = timed
-    for _ in range(ROUNDS):
-        matrix()
-    periodic.advance_table = advance
-    print(f"{name}: steps of one matrix alone {POINTS * ROUNDS / sum(taken):,.0f} a second and core")
     for words, work in works.items():
         print(f"{name}: {words} {POINTS / seconds(work):,.0f}")
 

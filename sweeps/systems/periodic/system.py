@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 
+SECONDS = {"jacobians": 10.0, "monodromy": 5.0, "variational": 7.0}  # to compile
+
+
 class Periodic(Described):
     """The full equations of a described system near a motion of their own period, by its multipliers."""
 
@@ -30,8 +33,8 @@ class Periodic(Described):
     presentation = "sweeps.systems.periodic.presentation"
     references_in = "sweeps.systems.periodic.references"
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
-    kernels = ("floquet", "jacobians", "paths", "runs", "statuses", "straight", "variational")
-    compiled = (Kernel("jacobians", seconds=10.0), Kernel("variational", seconds=2.0), PATHS)
+    kernels = ("floquet", "jacobians", "monodromy", "paths", "runs", "statuses", "straight", "variational")
+    compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)
     library = MECHANICS / "library" / "periodic"
     asked = PeriodicDefinition
     tables = tables

@@ -14,7 +14,7 @@ MULTIPLIER = Variable("multiplier", "1", "multiplier, by falling modulus, then a
 LONG_NAMES = ("trace a of the monodromy matrix M", "(a² - tr M²)/2", "a² - 4b + 8", "det(M - 1)", "det(M + 1)")
 
 
-_ERROR = "a bound: motions of two sizes and with different steps, and rounding"
+_ERROR = "a bound: what the steps leave out, what the size changes, and rounding"
 
 
 def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
