@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,13 +18,6 @@ from sweeps.points.scattered import POINT, Scattered
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range
 from sweeps.systems import Dynamics
-
-
-class _Runs(NamedTuple):
-    """Which values of a dimension some points have, one after the other."""
-
-    index: np.ndarray  #: numbers of the values
-    counts: np.ndarray | None  #: how many points each lasts; None where that is one
 
 
 @dataclass(frozen=True)
@@ -108,30 +100,36 @@ class Grid:
         if not 0 <= start <= stop <= self.size:
             allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
             raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
-        runs = self._runs(start, stop)
-        own = self._own(runs[POINT].index) if POINT in runs else {}
+        index = self._index(start, stop)
+        own = self._own(index[POINT]) if POINT in index else {}
         given = {*self.arguments, *self.following.needed} - {*self.following.names}
-        columns = {name: self._column(name, runs, own) for name in given}
+        columns = {name: own[name] if name in own else self._column(name, index) for name in given}
         columns |= self.following.at(columns)
         return {name: columns[name] for name in self.arguments}
 
-    def _column(self, name: str, runs: dict[str, _Runs], own: dict[str, np.ndarray]) -> np.ndarray:
-        """One of the coordinates that the points have, from the runs of their dimensions."""
-        dim = POINT if name in own else name if name in runs else self.auxiliary[name][0][0]
-        index, counts = runs[dim]
-        if name in own:
-            values = own[name]
+    def _index(self, start: int, stop: int) -> dict[str, np.ndarray]:
+        """Return dimension → the number along it of each of the points start … stop − 1."""
+        found, carried = {}, np.arange(stop - start)
+        for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
+            start, first = divmod(start, length)  # of Python's integers: a point's number may exceed 64 bits
+            total = first + carried
+            carried = total // length
+            found[dim] = total - carried * length
+        return found
+
+    def _column(self, name: str, index: dict[str, np.ndarray]) -> np.ndarray:
+        """Return one of the coordinates of points, from their numbers along the dimensions."""
+        if name in index:
+            values = self.values(name, index[name])
         else:
-            values = self.values(name, index) if name in runs else self.auxiliary[name][1][index]
-        values = values if counts is None else np.repeat(values, counts)
+            (dim, *_), along = self.auxiliary[name]
+            values = along[index[dim]]
         return values.astype(np.int64) if values.dtype.kind == "i" else values
 
     def _own(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        """What scattered points have of their own, at these numbers, which follow each other."""
-        if not numbers.size:
-            return {name: np.empty(0) for name in self.scattered.names}
-        rows = self.scattered.rows(int(numbers[0]), int(numbers[-1]) + 1)
-        return {name: np.ascontiguousarray(values) for name, values in rows.items()}
+        """Return what scattered points have of their own, at these numbers, which ascend."""
+        first, after = (int(numbers[0]), int(numbers[-1]) + 1) if numbers.size else (0, 0)
+        return {name: values[numbers - first] for name, values in self.scattered.rows(first, after).items()}
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
         """Cut the points into `count` consecutive ranges [start, stop) whose sizes differ by at most one."""
@@ -139,25 +137,6 @@ class Grid:
             raise ValueError(f"count: {count} is out of range; allowed: 1 to {self.size}, one a point")
         cuts = [self.size * k // count for k in range(count + 1)]
         return list(pairwise(cuts))
-
-    def _runs(self, start: int, stop: int) -> dict[str, _Runs]:
-        """Dimension → the runs of its values that the points start … stop − 1 go through."""
-        found, inner = {}, 1  # how many points one value of the dimension lasts
-        for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
-            if length == 1:
-                found[dim] = _Runs(np.zeros(1, dtype=np.int64), np.array([stop - start]))
-                continue
-            # Only offsets are arrays: the number of the first point may exceed 64 bits.
-            first, after = start // inner, -(-stop // inner)
-            index = np.arange(after - first) + first % length
-            counts = None
-            if inner > 1:
-                counts = np.full(index.size, min(inner, stop - start))
-                counts[:1] = min((first + 1) * inner, stop) - start
-                counts[-1:] = stop - max((after - 1) * inner, start)
-            found[dim] = _Runs(index % length if first % length + index.size > length else index, counts)
-            inner *= length
-        return found
 
     @cached_property  # longer axes are computed where they are asked for
     def _tables(self) -> dict[str, np.ndarray]:
