@@ -1,37 +1,38 @@
 """Tables of points: CSV, Parquet or netCDF in; checked rows out, any part of them without the rest.
 
 A table is read once, a part at a time, every value held against what its parameter may be. What passes lies in the
-cache beside the compiled kernels, row after row as doubles in the parameters' own units, under a name made of the
-file's SHA-256 and of what was asked of it; so each shard reads its own rows alone, and no list of all is ever made.
+cache beside the compiled kernels, in HDF5 with checksums, as doubles in the parameters' own units, under a name made of
+the file's SHA-256 and of what was asked of it; so each shard reads its own rows alone, and no list of all is ever made.
 """
 
 import hashlib
 import json
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
-from isal import isal_zlib
 
 from kernels.cache import cache_folder
 from sweeps.process import memory
 from sweeps.process.files import remove_all_leftovers, replaced
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
-from sweeps.reading.tables import PART_ROWS, refusal
+from sweeps.reading.tables import refusal
 from sweeps.schema import units
 from sweeps.schema.layout import telling, wrong
 from sweeps.schema.parameters import Derived, GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
+ROWS = "rows"  # what they are called there
+DAMAGES = (OSError, RuntimeError, KeyError)  # which h5py raises at a damaged file
 KINDS = "a CSV (.csv), Parquet (.parquet) or netCDF (.nc) file, its path relative to the definition's"
-FORMAT = "1"
+FORMAT = "2"
 SETTLED_SECONDS = 2.0  # after its last change a file's times tell the next one, on any file system
 KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
 
@@ -66,24 +67,15 @@ class Table:
         """The file as the definition names it, with its SHA-256."""
         return f"{self.file} {self.digest}"
 
-    @cached_property
-    def _checksums(self) -> list[int]:
-        return _told(self.cached)["checksums"]
-
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,)."""
-        first, after = start // BLOCK_ROWS, -(-stop // BLOCK_ROWS)
-        width = 8 * len(self.names)
-        with self.cached.open("rb") as file:
-            file.seek(first * BLOCK_ROWS * width)
-            content = file.read((min(after * BLOCK_ROWS, self.num) - first * BLOCK_ROWS) * width if stop > start else 0)
-        for k, number in enumerate(range(first, after) if stop > start else ()):
-            part = content[k * BLOCK_ROWS * width : (k + 1) * BLOCK_ROWS * width]
-            if isal_zlib.crc32(part) != self._checksums[number]:
-                self.cached.unlink(missing_ok=True)
-                raise OSError(0, "was damaged and is removed: the same command reads the table again", str(self.cached))
-        low = start - first * BLOCK_ROWS
-        values = np.frombuffer(content, "<f8").reshape(-1, len(self.names))[low : low + stop - start]
+        try:
+            with h5py.File(self.cached, locking=False) as file:
+                values = file[ROWS][start:stop]
+        except DAMAGES:
+            self.cached.unlink(missing_ok=True)
+            reason = "was damaged and is removed: the same command reads the table again"
+            raise OSError(0, reason, str(self.cached)) from None
         return {name: values[:, k] for k, name in enumerate(self.names)}  # seen in the rows: most want one column
 
 
@@ -123,14 +115,14 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
     cached = kept_in() / _key(columns, [FORMAT, digest, path.suffix, fixed])
-    if _told(cached) is None:
+    if _size(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
     if seen:
         _note(path, seen)
-    told = _told(cached)
+    num, ends = _size(cached)
     cached.touch()
-    return Table(file, digest, tuple(c.name for c in columns), cached, told["num"], tuple(map(tuple, told["ends"])))
+    return Table(file, digest, tuple(c.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
 
 
 def _key(columns: Sequence[ColumnOf], beside: list) -> str:
@@ -198,52 +190,32 @@ def _write(
 ) -> None:
     """Reads, checks and keeps all rows; nothing is left where one is refused."""
     memory.keep_freed()
-    num, checksums, ends = 0, [], None
-    names = [column.name for column in columns]
-    with replaced(cached, flush=False) as temporary, temporary.open("wb") as file:
-        for values in _even(source.parts([column.place for column in columns])):
-            by_column = np.ascontiguousarray(values.T)
+    names, ends = [column.name for column in columns], []
+    with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
+        shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
+        rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
+        for values in filter(len, source.parts([column.place for column in columns])):
+            num, by_column = len(rows), np.ascontiguousarray(values.T)
             for column, own in zip(columns, by_column, strict=True):
                 own *= column.factor
                 _check_column(column, own, num)
             _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
-            content = memoryview(np.ascontiguousarray(by_column.T, "<f8")).cast("B")
-            file.write(content)
-            size = BLOCK_ROWS * 8 * len(names)
-            checksums += [isal_zlib.crc32(content[at : at + size]) for at in range(0, len(content), size)]
-            these = np.stack([by_column.min(axis=1), by_column.max(axis=1)])
-            ends = these if ends is None else np.stack([np.minimum(ends[0], these[0]), np.maximum(ends[1], these[1])])
-            num += len(values)
-        if num == 0:
+            rows.resize(num + len(values), axis=0)
+            rows[num:] = by_column.T
+            ends.append([by_column.min(axis=1), by_column.max(axis=1)])
+        if not ends:
             raise refusal("", display(source.name), "has no rows", "a row for each point, below the names")
-        told = json.dumps({"num": num, "ends": ends.T.tolist(), "checksums": checksums}).encode()
-        file.write(told + isal_zlib.crc32(told).to_bytes(4, "little") + len(told).to_bytes(8, "little"))
+        low, high = np.moveaxis(ends, 1, 0)
+        rows.attrs["ends"] = np.stack([low.min(axis=0), high.max(axis=0)], axis=1)
 
 
-def _even(parts: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The same rows, `PART_ROWS` at a time: checksums are of whole blocks."""
-    held, rows = [], 0
-    for part in parts:
-        held, rows = [*held, part], rows + len(part)
-        while rows >= PART_ROWS:
-            whole = np.concatenate(held)
-            yield whole[:PART_ROWS]
-            held, rows = [whole[PART_ROWS:]], rows - PART_ROWS
-    if rows:
-        yield np.concatenate(held)
-
-
-def _told(cached: Path) -> dict | None:
-    """What stands behind the rows in the cache; None where there is no whole file."""
+def _size(cached: Path) -> tuple[int, np.ndarray] | None:
+    """Return the number of rows in the cache and the ends of their columns; None where there is no whole file."""
     try:
-        with cached.open("rb") as file:
-            size = file.seek(-12, 2)
-            check, length = (int.from_bytes(file.read(n), "little") for n in (4, 8))
-            file.seek(max(0, size - length))
-            told = file.read(min(length, size))
-    except (OSError, ValueError):
+        with h5py.File(cached, locking=False) as file:
+            return len(file[ROWS]), file[ROWS].attrs["ends"]
+    except DAMAGES:
         return None
-    return json.loads(told) if len(told) == length and isal_zlib.crc32(told) == check else None
 
 
 def _forget_others(cached: Path) -> None:

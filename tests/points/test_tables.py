@@ -158,12 +158,12 @@ def test_a_damaged_cache_is_never_read(tmp_path):
     assert np.array_equal(points(path)[:, 0], ROWS[:, 0])
 
 
-def test_parts_are_evened(monkeypatch):
-    monkeypatch.setattr(tables, "PART_ROWS", 10)
-    parts = [np.full((n, 1), n) for n in (3, 0, 25, 1, 11)]
-    found = list(tables._even(parts))
-    assert [len(part) for part in found] == [10, 10, 10, 10]
-    assert np.array_equal(np.concatenate(found), np.concatenate(parts))
+def test_rows_that_come_in_parts_of_any_length_are_the_same(tmp_path, monkeypatch):
+    path = write(tmp_path, text(ROWS[:50]))
+    whole = points(path)
+    monkeypatch.setattr(formats, "PART_ROWS", 7)
+    monkeypatch.setattr(tables, "FORMAT", "in other parts")  # so that it is read again
+    assert np.array_equal(points(path), whole)
 
 
 @pytest.mark.parametrize(
