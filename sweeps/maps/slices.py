@@ -87,17 +87,10 @@ def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     """Return the slice with its dimensions in storage order, and the values along each of them in order."""
     known = [*layout.coordinates]
     order = sorted(map(str, ds.coords), key=lambda name: known.index(name) if name in known else -1)
-    unsorted = {}
     for dim in ds.dims:
         values = ds[dim].values
         if values.dtype.kind in "OU":
-            if len(set(values)) < values.size:
-                unsorted[dim] = np.sort(np.unique(values.astype(str), return_index=True)[1])
+            ds = ds.drop_duplicates(dim)
         elif values.dtype.kind in "iuf" and not ((np.diff(values) > 0).all() or (np.diff(values) < 0).all()):
-            unsorted[dim] = np.unique(values, return_index=True)[1]
-    ds = ds.isel(unsorted) if unsorted else ds
-    for name, variable in ds.variables.items():
-        stored = tuple(dim for dim in order if dim in variable.dims)
-        if variable.dims != stored:
-            ds = ds.assign({name: variable.transpose(*stored)})
-    return ds
+            ds = ds.drop_duplicates(dim).sortby(dim)
+    return ds.transpose(*(dim for dim in order if dim in ds.dims))
