@@ -194,7 +194,7 @@ def measure(advance, base, columns, sizes, bend, numbers, out):
     sides = motions // n
     S, C, size = scratch(rows), scratch(motions * height).reshape(motions, height * W), rows_of(n)
     matrices, off, told = rows_of(segments * n * n), rows_of(segments), rows_of(3 * n * n + 3)
-    (lost, uneven, bent), coherent = rows_of(3), math.sqrt(segments * n) / NOISE
+    lost, uneven, bent, coherent = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], math.sqrt(segments * n) / NOISE
     for first in range(0, points, W):
         count = min(W, points - first)
         load(sizes, first, size)

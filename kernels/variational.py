@@ -132,7 +132,7 @@ def flow(k, c, h, sizes, numbers, out):
     n, size = 2 * m if second else m, STAGES * m
     slopes, A, B = rows_of(2 * size * m), rows_of(size * size), rows_of(size * n)
     S, off, told, size_of = rows_of(steps * n * n), rows_of(steps), rows_of(3 * n * n + 3), rows_of(n)
-    f, step, square, trace, lost = rows_of(5)
+    f, step, square, trace, lost = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(1)[0]
     for first in range(0, h.size, W):
         for lane in range(W):
             at = min(first + lane, h.size - 1)

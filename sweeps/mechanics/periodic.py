@@ -46,7 +46,7 @@ TOGETHER = 32_768  # segments times squares of states: points of one number of s
 ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
-FINEST = 4096  # steps in a period, at most
+FINEST = 1 << 14  # steps in a period, at most
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
 COARSER = 0.1  # of the difference of both flows: the error of the finer, of order 16 and 5/4 times the steps
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
@@ -332,10 +332,13 @@ def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Monodr
     """
     n, half = base.sizes.shape[1], bool(base.even[0]) and begin == 0.0
     phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
-    k, c = base.model.variation.at(base.parameters, base(phases), phases, bool(base.still.all()))
-    told, numbers = np.empty((3 * n * n + 4, base.period.size)), np.array([steps, later, half, base.has_minors])
-    variational.flow(k, c, base.period / steps, np.ascontiguousarray(base.sizes.T), numbers, told)
-    return Monodromy.of(told, n)
+    numbers, told = np.array([steps, later, half, base.has_minors]), []
+    for first in range(0, base.period.size, max(1, TOGETHER // steps)):
+        part = base.chosen(slice(first, first + max(1, TOGETHER // steps)))
+        k, c = part.model.variation.at(part.parameters, part(phases), phases, bool(part.still.all()))
+        told.append(np.empty((3 * n * n + 4, part.period.size)))
+        variational.flow(k, c, part.period / steps, np.ascontiguousarray(part.sizes.T), numbers, told[-1])
+    return Monodromy.of(np.hstack(told), n)
 
 
 def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
@@ -359,7 +362,7 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
 
 
 def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
-    """Return the measured matrices in the states' sizes, their errors, half turns, minors, and if epsilon is too large.
+    """Return measured matrices in the states' sizes, errors, half turns, minors, if epsilon or the steps are too large.
 
     Args:
         base: of points of one kind.
@@ -381,11 +384,12 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndar
             error[left] += APART * apart
             minors[1, left] += APART * np.abs(found.minors[0] - smaller.minors[0])
             wide[left] = apart.max(axis=(1, 2)) > WIDE * np.abs(found.matrix).max(axis=(1, 2))
-        going = ~(found.last <= tolerance)
+        going = ~((found.last <= tolerance) & np.isfinite(found.matrix).all(axis=(1, 2)))
         left, steps = left[going], 2 * steps
         if steps * int(base.number[0]) > FINEST:
             break
-    return matrix, error, turns, minors, wide
+    unresolved = np.isin(np.arange(points), left)
+    return matrix, error, turns, minors, wide, unresolved
 
 
 def certified(base: Base) -> tuple[np.ndarray, ...]:
@@ -404,7 +408,8 @@ def certified(base: Base) -> tuple[np.ndarray, ...]:
         exact[left] = ROUNDING * found.noise + apart[:, None, None]
         minors[0, left] = found.minors[0]
         minors[1, left] = 2.0 * ROUNDING * found.minors[1] + np.abs(found.minors[0] - coarser.minors[0])
-        going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~(apart >= FALLING * last[left])
+        rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * np.abs(found.matrix).max(axis=(1, 2)))
+        going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~rounded
         last[left] = apart
         left, steps = left[going], 2 * steps
     return matrix, exact, elsewhere, determinant, turns, minors
@@ -468,8 +473,9 @@ def _columns(base, epsilon, tolerance):
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
     matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
     elsewhere, wide, determinant, more = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
+    unresolved = wide
     if base.number[0]:
-        matrix, error, turns, minors, wide = measured(base, epsilon, tolerance)
+        matrix, error, turns, minors, wide, unresolved = measured(base, epsilon, tolerance)
         linear, exact, elsewhere, determinant, other_turns, other_minors = certified(base)
         linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
         more = [[turns, *minors], [other_turns, *other_minors]]
@@ -479,8 +485,15 @@ def _columns(base, epsilon, tolerance):
     columns, agree = floquet.compared(
         floquet.Matrices(matrix, error, linear, exact, elsewhere, *more), base.period, reciprocal, determinant
     )
-    sound = np.isfinite(matrix + error + linear).all(axis=(1, 2))
-    cases = [~(base.closed <= CLOSED), base.number == 0, wide, ~sound, ~agree]
-    kinds = ["NO_PERIODIC_MOTION", "NOT_CONVERGED", "PERTURBATION_TOO_LARGE", "NON_FINITE", "NOT_CONVERGED"]
+    sound = np.isfinite(matrix + error).all(axis=(1, 2))
+    cases = [~(base.closed <= CLOSED), base.number == 0, wide, unresolved, ~sound, ~agree]
+    kinds = [
+        "NO_PERIODIC_MOTION",
+        "NOT_CONVERGED",
+        "PERTURBATION_TOO_LARGE",
+        "NOT_CONVERGED",
+        "NON_FINITE",
+        "NOT_CONVERGED",
+    ]
     status = np.select(cases, [getattr(statuses, name) for name in kinds], statuses.OK)
     return columns | {"status": status.astype(np.int8)}
