@@ -17,6 +17,7 @@ from sweeps.systems.presentation.regimes import Regimes
 
 DEEPEST = 1.0  # growth in a period that has the full colour
 MOST_PANELS = 4
+ROOM = (2.6, 1.9)  # inches along both sides for the names of their parameters
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
 
@@ -62,8 +63,10 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         for number, pair in enumerate(found):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
-        labels = {f"{k}label": style.label_of(ds, name, look.symbols) for k, name in (("x", x), ("y", y))}
-        place.set(**labels, xlim=ends(one, x), ylim=ends(one, y))
+        labels = [
+            style.wrapped(style.label_of(ds, name, look.symbols), room) for name, room in zip((x, y), ROOM, strict=True)
+        ]
+        place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes[: len(values)], "growth per period")
     return figure
 
