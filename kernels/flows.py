@@ -27,9 +27,11 @@ import math
 
 import numpy as np
 
-from kernels import invariants, measure, projection, spectrum
+from kernels import fitting, measure
 from kernels.blocks import W, scratch
+from kernels.invariants import tell
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
+from kernels.projection import step
 from kernels.runs import (
     CHANGE,
     EPSILON,
@@ -44,6 +46,7 @@ from kernels.runs import (
     has_converged,
     refined,
 )
+from kernels.spectrum import fit_block
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_WINDOW
 
 ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
@@ -140,7 +143,7 @@ def _take_means(Y, weight, runs, count, n, used, h, kept):
 
 @njit(
     void(
-        *(spectrum.FIT, projection.STEP, invariants.TELL),
+        *(fitting.FIT, fitting.STEP, fitting.TELL),
         *(int64[::1], int64[::1], int64[::1], int64[::1], float64[:, :, ::1], float64[:, ::1]),
     ),
     nogil=True,
@@ -151,7 +154,7 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
     whole_vectors()
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
     floor, bend, used, total = scratch(1), scratch(1), scratch(1), scratch(1)
-    part = np.empty((W, invariants.HEAD + 4 * n))
+    part = np.empty((W, fitting.HEAD + 4 * n))
     kept = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
         Q, first, lanes = blocks[b], bounds[b], bounds[b + 1] - bounds[b]
@@ -201,15 +204,15 @@ def run(integrator, points, quantities, sampling):
         sampling (runs.Sampling): How the runs are sampled.
 
     Returns:
-        numpy.ndarray, shape (points, FIRST + quantities + invariants.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,
+        numpy.ndarray, shape (points, FIRST + quantities + fitting.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,
         AMPLITUDE, LEFT, the largest change of each conserved quantity's deviation, and those of
         :mod:`kernels.spectrum`, in units of s; its errors are bounds.
     """
     runs, n = points.starts.shape[1], points.project.shape[1]
 
     def fitted(*block):
-        raw = np.full((block[0].size, FIRST + quantities + invariants.HEAD + 4 * n), np.nan)
-        _fit_blocks(*spectrum.PARTS, *block, raw)
+        raw = np.full((block[0].size, FIRST + quantities + fitting.HEAD + 4 * n), np.nan)
+        _fit_blocks(fit_block, step, tell, *block, raw)
         return raw
 
     size = rows(runs, quantities, n, sampling.intervals)
@@ -223,13 +226,13 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
     """
     told = raw[:, FIRST + quantities :]
-    moved = told[:, invariants.MOVED]
+    moved = told[:, fitting.MOVED]
     least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
         (raw[:, SAMPLES] < least) | ((raw[:, SAMPLES] - 1.0) * spacing < LEAST_SPAN),
-        moved < projection.LEAST_MOVED,
-        ~np.isfinite(told[:, invariants.HEAD]),
+        moved < fitting.LEAST_MOVED,
+        ~np.isfinite(told[:, fitting.HEAD]),
         ~has_converged(raw, intervals, tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
@@ -253,8 +256,8 @@ def is_too_wide(raw, quantities, n, scale, paired):
         numpy.ndarray of bool.
     """
     told = raw[:, FIRST + quantities :]
-    re, im, re_error, im_error = (told[:, invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4))
+    re, im, re_error, im_error = (told[:, fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
     with np.errstate(invalid="ignore", over="ignore"):
         impossible = (np.hypot(re, im) > scale[:, None] + np.hypot(re_error, im_error)).any(axis=1)
-        bent = raw[:, LEFT] > LINEAR * told[:, invariants.MOVED]
-        return bent | impossible | (paired & (told[:, invariants.ODD] > 1.0))
+        bent = raw[:, LEFT] > LINEAR * told[:, fitting.MOVED]
+        return bent | impossible | (paired & (told[:, fitting.ODD] > 1.0))

@@ -24,24 +24,27 @@ import numpy as np
 
 from kernels.blocks import put, rows_of, scratch
 from kernels.dense import add_inner, eigenvalues, logarithm, order, product_in_lanes, solve_in_lanes
-from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
+from kernels.fitting import (
+    DISCRIMINANT,
+    DISCRIMINANT_ERROR,
+    EPSILON,
+    HEAD,
+    ODD,
+    PRODUCT,
+    PRODUCT_ERROR,
+    SUM,
+    SUM_ERROR,
+    TOLD,
+)
+from kernels.jit import OPTIONS, PASSED, njit, whole_vectors
 
 SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
-EPSILON = float(np.finfo(np.float64).eps)
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
 # Roundings that a term of a covariance may hold, which a large sum of terms cancels down to: at least, and over the
 # least pivot, which bounds them (a thirtieth of that bound, in an error, holds those of the benchmark).
 LOST, PIVOTED = 1e4, 1e-3
-
-ROWS, LANES = float64[::1], float64[:, ::1]
-TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, ROWS, int64, LANES)
-TELL = types.FunctionType(TOLD)
-
-# Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
-EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
-HEAD = 10
 
 
 class Motions(NamedTuple):

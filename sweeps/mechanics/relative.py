@@ -145,13 +145,13 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     Returns:
         `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
     """
+    from kernels import fitting
     from kernels import flows as kernel
-    from kernels import invariants
 
     sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
     intervals, spacing, _ = sampling
     count, quantities = len(points["epsilon"]), len(model.quantities)
-    raw = np.full((count, kernel.FIRST + quantities + invariants.HEAD + 4 * model.n), np.nan)
+    raw = np.full((count, kernel.FIRST + quantities + fitting.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
     here = status == statuses.OK
     sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
@@ -206,8 +206,8 @@ def survey(
 
 def _columns(model, theory, measured):
     """Columns over the motions; those of eigenvalues have them along their last axis."""
+    from kernels import fitting as column
     from kernels import flows as kernel
-    from kernels import invariants as column
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
     raw = measured["raw"]

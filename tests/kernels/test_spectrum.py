@@ -30,8 +30,8 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
-    global dense, invariants, projection, spectrum
-    from kernels import dense, invariants, projection, spectrum
+    global dense, fitting, invariants, projection, spectrum
+    from kernels import dense, fitting, invariants, projection, spectrum
 
 
 class Spectrum(NamedTuple):
@@ -49,7 +49,7 @@ def measure(samples, spacing, used=None):
     """Measure sampled motions, shape (..., runs, count, n), with standard errors; ``used`` samples of each run."""
     runs, count, n = samples.shape[-3:]
     flat = samples.reshape(-1, runs, count, n)
-    raw = np.empty((len(flat), invariants.HEAD + 4 * n))
+    raw = np.empty((len(flat), fitting.HEAD + 4 * n))
     weight = np.repeat((np.arange(count) < (count if used is None else used)).astype(float), runs * W)
     weight = np.ascontiguousarray(np.moveaxis(weight.reshape(count, runs, W), 0, 1)).reshape(-1, W)
     for first in range(0, len(flat), W):
@@ -58,13 +58,13 @@ def measure(samples, spacing, used=None):
         Y = np.where(np.repeat(weight, n, axis=0) > 0.0, block, 0.0)
         part, nothing = np.empty((W, raw.shape[1])), np.zeros(W)
         numbers = (runs, count, n, np.full(W, spacing), nothing, nothing, 0.0, lanes)
-        spectrum.fit_block(*spectrum.PARTS[1:], Y, weight, *numbers, part)
+        spectrum.fit_block(projection.step, invariants.tell, Y, weight, *numbers, part)
         raw[first : first + lanes] = part[:lanes]
     raw = raw.reshape(*samples.shape[:-3], -1)
-    re, im, e_re, e_im = (raw[..., invariants.HEAD + i * n : invariants.HEAD + (i + 1) * n] for i in range(4))
-    values = raw[..., [invariants.SUM, invariants.PRODUCT, invariants.DISCRIMINANT]]
-    errors = raw[..., [invariants.SUM_ERROR, invariants.PRODUCT_ERROR, invariants.DISCRIMINANT_ERROR]]
-    scatter, moved = raw[..., invariants.SCATTER], raw[..., invariants.MOVED]
+    re, im, e_re, e_im = (raw[..., fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
+    values = raw[..., [fitting.SUM, fitting.PRODUCT, fitting.DISCRIMINANT]]
+    errors = raw[..., [fitting.SUM_ERROR, fitting.PRODUCT_ERROR, fitting.DISCRIMINANT_ERROR]]
+    scatter, moved = raw[..., fitting.SCATTER], raw[..., fitting.MOVED]
     return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, scatter, moved)
 
 
@@ -187,7 +187,7 @@ def test_a_mode_that_was_not_moved_is_said():
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
     found = measure(still, SPACING)
-    assert found.moved < projection.LEAST_MOVED
+    assert found.moved < fitting.LEAST_MOVED
     assert np.isnan(found.eigenvalues).all()
 
 
