@@ -90,7 +90,9 @@ def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     for dim in ds.dims:
         values = ds[dim].values
         if values.dtype.kind in "OU":
-            ds = ds.drop_duplicates(dim)
+            ds = ds if len({*values}) == values.size else ds.drop_duplicates(dim)
         elif values.dtype.kind in "iuf" and not ((np.diff(values) > 0).all() or (np.diff(values) < 0).all()):
             ds = ds.drop_duplicates(dim).sortby(dim)
-    return ds.transpose(*(dim for dim in order if dim in ds.dims))
+    stored = [dim for dim in order if dim in ds.dims]
+    is_stored = all([dim for dim in stored if dim in v.dims] == [*v.dims] for v in ds.variables.values())
+    return ds if is_stored else ds.transpose(*stored)
