@@ -57,6 +57,7 @@ def _facts(planned) -> dict:
         **asdict(needs),
         **dict(zip(("impossible", "impossible_counted"), impossible(planned.sweep), strict=True)),
         "lacking_here": lacking(planned.sweep, needs, "results"),
+        "proved": planned.sweep.system.proofs(grid),
         **definition.facts,
     }
 
@@ -82,6 +83,8 @@ def _rows(planned):
         f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for figures and report",
     )
     yield "time", f"about {span(needs.wait_seconds)} on one core, {_parts(needs)}"
+    for line in planned.sweep.system.proofs(grid):
+        yield "proved", line
     for line in lacking(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from definition.remarks

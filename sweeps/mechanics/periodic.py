@@ -183,6 +183,14 @@ def factors(expressions, moving) -> list[sp.Expr]:
     return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
 
 
+def where_zero(equations: Equations, found: list[sp.Expr], parameters: list[np.ndarray]) -> np.ndarray:
+    """Return at which points all of some factors vanish."""
+    zero = np.ones(parameters[0].size, dtype=bool)
+    for factor in lambdified(equations.parameters, found)(*parameters):
+        zero &= factor == 0.0
+    return zero
+
+
 class Base:
     """The periodic motions of points, at any time.
 
@@ -199,14 +207,11 @@ class Base:
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
         self.closed, self.error = np.zeros(size), np.zeros(size)
-        self.still, self.reciprocal = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
-        for factor in lambdified(model.equations.parameters, unpaired(model.equations))(*parameters):
-            self.reciprocal &= factor == 0.0
+        self.still = np.ones(size, dtype=bool)
+        self.reciprocal = where_zero(model.equations, unpaired(model.equations), parameters)
         with np.errstate(all="ignore"):
             self.still = self._measure_sizes(places)
-            self.even = self.still.copy()
-            for factor in lambdified(model.equations.parameters, model.variation.uneven)(*parameters):
-                self.even &= factor == 0.0
+            self.even = self.still & where_zero(model.equations, model.variation.uneven, parameters)
             self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
                 model.perturbed(False)

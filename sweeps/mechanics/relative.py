@@ -63,8 +63,8 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, place, sizes, gradients)
     found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-    paired = _paired(model, parameters, place)
-    told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix, "paired": paired}
+    told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+    told |= {"paired": paired(model, parameters, place)}
     return told | found | {"parameters": parameters, "changes": changes}
 
 
@@ -99,7 +99,7 @@ def _inverse(model, parameters, x):
     return inverse
 
 
-def _paired(model, parameters, place):
+def paired(model, parameters, place):
     """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ.
 
     Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are

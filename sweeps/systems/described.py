@@ -184,6 +184,12 @@ class Described(Dynamics):
         if wrong := self._named(lambda: self.refusal(values)):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
 
+    def proofs(self, grid: Points) -> tuple[str, ...]:
+        """Return the symmetries that are used at some points of the grid; see `sweeps.mechanics.proofs`."""
+        from sweeps.mechanics.proofs import proofs
+
+        return proofs(self.mechanism, self._looked_at(grid))
+
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why no equilibrium of these points is usable; nothing if one is."""
         from sweeps.mechanics.equilibria import refusal

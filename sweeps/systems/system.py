@@ -101,6 +101,10 @@ class Dynamics(ABC):
         """Return the work of a point and the memory of one process."""
         return Cost(definition.integration.samples)
 
+    def proofs(self, grid: "Points") -> tuple[str, ...]:
+        """Return what is proved of the equations and used by the measurement, a line for each; `check` prints it."""
+        return ()
+
     def bound(self, definition: "Definition") -> "Dynamics":
         """Return the system that measures a definition: itself, unless its points alone are not sufficient."""
         return self

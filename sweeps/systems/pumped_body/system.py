@@ -12,7 +12,7 @@ from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import PumpedDefinition
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Points
 
 
 class PumpedBody(Dynamics):
@@ -73,6 +73,14 @@ class PumpedBody(Dynamics):
         kinds = (False, True) if definition is None else (is_inverse(definition),)
         codes = [motion.model(kind).perturbed_code(True) for kind in kinds]
         return *super().kernels_of(definition), *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
+
+    def proofs(self, grid: Points) -> tuple[str, ...]:
+        """Return the symmetries that are used; they depend on no parameter."""
+        from sweeps.mechanics.proofs import proofs
+        from sweeps.systems.pumped_body import motion
+
+        model = motion.model(self.inverse)
+        return proofs(model, [np.array([p.default]) for p in model.system.parameters.values()])
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
