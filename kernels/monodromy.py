@@ -79,11 +79,11 @@ def chain(S, G, steps, d, later, told):
 
 
 @njit(**OPTIONS)
-def rate_rounding(S, off, steps, n, G, most):
+def rate_rounding(S, off, n, G, most):
     """Write the sizes of the errors of segments: of terms' roundings, |S||S| or the largest entry, and of ``off``."""
     whole_vectors()
-    alike = 0.5 * EPSILON / NOISE * math.sqrt(steps * n)  # the length of a step is rounded in all alike
-    for s in range(steps):
+    alike = 0.5 * EPSILON / NOISE * math.sqrt(len(off) * n)  # the length of a step is rounded in all alike
+    for s in range(len(off)):
         here = S[s * n * n :]
         for lane in range(W):
             most[s, lane] = 0.0
@@ -103,11 +103,11 @@ def rate_rounding(S, off, steps, n, G, most):
 
 
 @njit(**OPTIONS)
-def minors(S, off, most, steps, n, C, G):
+def minors(S, off, most, n, C, G):
     """Write the second compounds of segments, and the sizes of their errors."""
     whole_vectors()
     d, row = n * (n - 1) // 2, 0
-    for s in range(steps):
+    for s in range(len(off)):
         here = S[s * n * n :]
         for i in range(n):
             for j in range(i + 1, n):
@@ -123,19 +123,20 @@ def minors(S, off, most, steps, n, C, G):
 
 
 @njit(**OPTIONS)
-def compose(S, off, steps, n, later, has_minors, told):
+def compose(S, off, n, later, has_minors, told):
     """Write the product of segments and its errors, and the trace of its second compound and the error of that.
 
     Args:
         S, off (numpy.ndarray, shapes (steps n n, W) and (steps, W)): Matrices, row by row; by what a step is off beside
             rounding, in roundings.
-        steps, n, later (int): As in :func:`chain`.
+        n, later (int): Number of rows, and the step at which the other product begins.
         has_minors (bool): Whether the compound is wanted, where an entry of M is large.
         told (numpy.ndarray, shape (3 n n + 3, W)): Written: as by :func:`chain`; then the trace and its error.
     """
     whole_vectors()
+    steps = len(off)
     G, most = rows_of(steps * n * n), rows_of(steps)
-    rate_rounding(S, off, steps, n, G, most)
+    rate_rounding(S, off, n, G, most)
     chain(S, G, steps, n, later, told)
     is_large = False
     for i in range(n * n):
@@ -146,7 +147,7 @@ def compose(S, off, steps, n, later, has_minors, told):
     if has_minors and is_large:
         d = n * (n - 1) // 2
         C, R, whole = rows_of(steps * d * d), rows_of(steps * d * d), rows_of(3 * d * d + 1)
-        minors(S, off, most, steps, n, C, R)
+        minors(S, off, most, n, C, R)
         chain(C, R, steps, d, 0, whole)
         for i in range(d):
             for lane in range(W):
@@ -223,7 +224,7 @@ def measure(advance, base, columns, sizes, bend, numbers, out):
             for lane in range(W):
                 lost[lane] += worst[lane]
                 worst[lane] = (worst[lane] + bent[lane] * uneven[lane]) * coherent
-        compose(matrices, off, segments, n, 0, has_minors > 0, told)
+        compose(matrices, off, n, 0, has_minors > 0, told)
         for lane in range(count):
             for i in range(3 * n * n + 3):
                 out[i, first + lane] = told[i, lane]

@@ -161,7 +161,7 @@ def flow(k, c, h, sizes, numbers, out):
                 for i in range(4):
                     for lane in range(W):
                         there[i, lane] = here[(3, 1, 2, 0)[i], lane] * math.exp(-lost[lane])
-        compose(S, off, steps, n, later, has_minors > 0, told)
+        compose(S, off, n, later, has_minors > 0, told)
         for lane in range(min(W, h.size - first)):
             for i in range(3 * n * n + 3):
                 out[i, first + lane] = told[i, lane]
