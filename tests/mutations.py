@@ -55,7 +55,12 @@ COMPILING = (
 )  # of kernels/: nothing without the compiler
 ASKED = {  # whether kernels are plain: the tests that may be asked
     True: ["tests/kernels", *(f"tests/mechanics/test_{name}.py" for name in ("line", "boxes", "taylor"))],
-    False: ["tests/shards", "tests/maps", *(f"tests/kernels/test_{name}.py" for name in COMPILING)],
+    False: [
+        "tests/reading/test_sandbox.py",
+        "tests/shards",
+        "tests/maps",
+        *(f"tests/kernels/test_{name}.py" for name in COMPILING),
+    ],
 }
 OTHERS = {  # of what runs when a module is imported: tests of who uses it, beside those of its own name
     "kernels/circular": ["tests/kernels/test_attitude.py"],

@@ -1,4 +1,4 @@
-"""What is proved of a system's equations, and what a measurement makes of it: `check` prints it."""
+"""Symmetries that are proved of a system's equations and used by the measurement: `check` prints them."""
 
 from typing import TYPE_CHECKING
 

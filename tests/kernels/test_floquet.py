@@ -74,7 +74,7 @@ def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime
 @pytest.mark.parametrize("other", [("turn", 1, 1.0), ("real", 3, 0), ("flip", 3, 0)])
 @pytest.mark.parametrize(("kind", "regime"), [("real", "unstable"), ("flip", "period_doubling")])
 def test_a_multiplier_of_1e13_decides_alone(kind, regime, other):
-    """Of the other pair the matrix holds three digits: no sign of det(M - 1) or det(M + 1) can be relied on."""
+    """The matrix holds three digits of the other pair: the signs of det(M - 1) and det(M + 1) are unreliable."""
     rng = np.random.default_rng(4)
     with mpmath.workdps(60):
         exact = [planted(rng, [(kind, 1e13, 0), other]) for _ in range(8)]

@@ -7,7 +7,7 @@ from sweeps.systems import resolve
 
 
 def said(name, **values):
-    """What is proved of a shipped system at two points with the defaults but for some values."""
+    """Return the lines about a shipped system at two points, which have the default parameters but for some values."""
     model = resolve(name).mechanism
     given = [values.get(p.name, p.default) for p in model.system.parameters.values()]
     return "\n".join(proofs(model, [x * np.ones(2) for x in given]))

@@ -13,7 +13,7 @@ from sweeps.views import figures
 
 
 def compared(ds, most=agreement.MOST_DRAWN):
-    """What each column of the picture of a map holds."""
+    """Return the values that each column of the picture of a map shows."""
     presentation = systems.presentation_of(ds)
     table = presentation.system.layout().variables
     return [agreement.agreement(ds, table, one, most) for one in presentation.compared if not one.is_spare]

@@ -24,7 +24,7 @@ class Symbol(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """What one column of the figure of agreement compares with theory."""
+    """A measured quantity that one column of the figure of agreement compares with theory."""
 
     names: tuple[str, ...]  #: a measured variable; of several, as of a vector's components, the root of squares
     title: str  #: of the column

@@ -1,4 +1,4 @@
-"""What a look in a child process may take."""
+"""Time, memory and output of a child process that reads a file from outside."""
 
 import mmap
 import resource
