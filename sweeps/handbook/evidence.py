@@ -78,10 +78,9 @@ def measured_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[
     found = {}
     for source, path in maps.items():
         with sweeps.open_map(path) as ds:
-            for name, number in numbers.NUMBERS.items():
-                if number.source == source:
-                    told = {"meaning": number.meaning, "map": source, "content_hash": ds.attrs["content_hash"]}
-                    found[name] = {"value": float(number.value(ds.load().squeeze())), **told}
+            loaded, told = ds.load().squeeze(), {"map": source, "content_hash": ds.attrs["content_hash"]}
+            for name, (meaning, formula) in numbers.NUMBERS.get(source, {}).items():
+                found[name] = {"meaning": meaning, "value": numbers.value(formula, loaded), **told}
     return found
 
 
