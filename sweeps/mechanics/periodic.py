@@ -166,10 +166,14 @@ def stacked(rows, points: int) -> np.ndarray:
 def unpaired(equations: Equations) -> list[sp.Expr]:
     """Return expressions in the parameters: where all vanish, the multipliers are proved to come in pairs of product 1.
 
-    Of coordinates, factors of all that is not of T and V: Hamilton's equations are left. Of two states, the divergence.
+    Of coordinates, factors of what velocities and curls have in the forces beside those of T and V: with none, the
+    forces Q(q, t) have a potential, and Hamilton's equations are left. Of two states, the divergence.
     """
     if equations.v:
-        extra = [*equations.system.dissipation_terms, *equations.system.forces.values()]
+        R = sum(equations.system.dissipation_terms)
+        Q = [equations.system.forces.get(q, 0) - sp.diff(R, v) for q, v in zip(equations.q, equations.v, strict=True)]
+        curl = [sp.diff(Q[i], equations.q[j]) - sp.diff(Q[j], equations.q[i]) for j in range(len(Q)) for i in range(j)]
+        extra = [*(sp.diff(e, v) for e in Q for v in equations.v), *curl]
     elif equations.n == 2:
         extra = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))]
     else:

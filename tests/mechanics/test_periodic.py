@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import sweeps
 from kernels import floquet
+from kernels.codes import REGIMES
 from kernels.statuses import NO_PERIODIC_MOTION, NOT_CONVERGED, OK
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
@@ -250,6 +251,23 @@ def test_a_base_motion_that_grows_without_bound_is_none():
     found = of_model(Model(system), drive=[1.0, 1.5])
     assert found["status"].tolist() == [NO_PERIODIC_MOTION, OK]
     assert np.isnan(found["trace"][0])
+
+
+def test_a_force_that_has_a_potential_leaves_pairs():
+    """Two springs with a drive: as forces in place of a potential; then with what has none, a curl."""
+    system = System("Driven")
+    drive, curl, drag = (system.parameter(name, default=0.1) for name in ("drive", "curl", "drag"))
+    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
+    system.kinetic_energy((system.velocity(x) ** 2 + system.velocity(y) ** 2) / 2)
+    system.potential(x**2 + 1.2 * y**2)
+    system.dissipation(drag * (system.velocity(x) ** 2 + system.velocity(y) ** 2))
+    wave = sp.cos(2 * system.time)
+    system.force({x: drive * wave + drive * y * wave, y: drive * x * wave - curl * x})
+    system.period(sp.pi)
+    system.equilibrium("rest", {x: 0, y: 0})
+    found = of_model(Model(system), drive=0.1, curl=[0.0, 0.1, 0.0], drag=[0.0, 0.0, 0.1])
+    words = [REGIMES[code + 1] for code in found["regime"]]  # the first is -1, undetermined
+    assert words == ["stable", "marginal", "asymptotically_stable"]
 
 
 def test_multipliers_without_pairs_are_eigenvalues():

@@ -28,7 +28,7 @@ MULTIPLIERS = rows(
     *_measured("exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_EACH),
     *_measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
     *_measured("growth_per_period", "1", "growth rate times the period"),
-    *_measured("trace", "1", "trace of the monodromy matrix"),
+    *_measured("trace", "1", "trace of the monodromy matrix", scale="trace_error"),
     *regime(
         REGIMES,
         "by the smooth invariants of the monodromy matrix and their errors; marginal where the errors leave it open",
