@@ -252,12 +252,19 @@ def _pair(H, i, re, im):
 
 @njit(**OPTIONS)
 def _francis(H, lo, hi, turn):
-    """One double step on the block lo … hi, with exceptional shifts every tenth turn."""
+    """One double step on the block lo … hi, with exceptional shifts every tenth turn.
+
+    From the tenth turn on two real shifts are one, the nearer to the corner: shifts ±σ may turn for ever.
+    """
     total = H[hi - 1, hi - 1] + H[hi, hi]
     product = H[hi - 1, hi - 1] * H[hi, hi] - H[hi - 1, hi] * H[hi, hi - 1]
+    split = 0.25 * total * total - product
     if turn % 10 == 9:
         size = abs(H[hi, hi - 1]) + abs(H[hi - 1, hi - 2])
         total, product = 1.5 * size, size * size
+    elif turn > 9 and split >= 0.0:
+        shift = 0.5 * total + math.copysign(math.sqrt(split), H[hi, hi] - 0.5 * total)
+        total, product = 2.0 * shift, shift * shift
     x = H[lo, lo] * H[lo, lo] + H[lo, lo + 1] * H[lo + 1, lo] - total * H[lo, lo] + product
     y = H[lo + 1, lo] * (H[lo, lo] + H[lo + 1, lo + 1] - total)
     z = H[lo + 1, lo] * H[lo + 2, lo + 1]

@@ -36,6 +36,19 @@ def test_eigenvalues_of_awkward_matrices():
     assert not dense.eigenvalues(np.full((4, 4), np.nan), 4, re, im)
 
 
+@pytest.mark.parametrize("turning", [0.0, *10.0 ** -np.arange(1.0, 17.0)])
+def test_eigenvalues_of_hamiltons_equations(turning):
+    """Two like runaways ±σ that turn a little, the exact matrix and beside it: there shifts ±σ turn for ever."""
+    rng, re, im = np.random.default_rng(1), np.empty(6), np.empty(6)
+    A = np.kron([[0.0, 1.125], [1.0, 0.0]], np.diag([0.259, 0.259, 0.0]))
+    A[2, 5], A[5, 2], A[3, 4], A[4, 3] = 0.389, -0.389, turning, -turning
+    for _ in range(20):
+        assert dense.eigenvalues(A, 6, re, im)
+        wrong = np.poly(re + 1j * im) - np.poly(A)  # coefficients keep their digits where eigenvalues meet
+        np.testing.assert_allclose(wrong, 0.0, atol=1e-14)  # some 50 roundings of numbers below 1
+        A *= 1.0 + 1e-16 * rng.normal(size=A.shape)
+
+
 def test_the_logarithm_is_scipys():
     rng = np.random.default_rng(3)
     for n in (1, 2, 4, 9):
