@@ -5,7 +5,7 @@ import numpy as np
 from kernels.jit import boolean, float64, int64, types, void
 
 EPSILON = float(np.finfo(np.float64).eps)
-LEAST_MOVED = 1e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
+LEAST_MOVED = 1.5e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
 
 # Columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
 EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)

@@ -124,7 +124,7 @@ def step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change
     P, nn = runs * n, n * n
     A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
     H, right, old, d = rows_of(P * P), rows_of(P * P + P + 1), rows_of(P), rows_of(P)
-    left, on, f = scratch(1), scratch(1), scratch(1)
+    left, on, again, f = scratch(1), scratch(1), scratch(1), scratch(1)
     lanes = on.size
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
         on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
@@ -139,8 +139,9 @@ def step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change
     for p in range(P):
         for lane in range(lanes):
             left[lane] -= right[P * P + p, lane] * old[p, lane]
-    for lane in range(lanes):
-        left[lane] = max(left[lane], EPSILON * RR[0, lane])
+    for lane in range(lanes):  # nothing left is rounding: then what was there before stands, until another step
+        again[lane] = on[lane] if left[lane] < EPSILON * RR[0, lane] else 0.0
+        left[lane] = RR[0, lane] if again[lane] > 0.0 else left[lane]
     for i in range(n):
         for j in range(n):
             for lane in range(lanes):
@@ -162,4 +163,8 @@ def step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change
             for lane in range(lanes):
                 T[i * n + j, lane] = C[j * n + i, lane]
     solve_in_lanes(T, A, n, n, True, -math.inf, f)
-    return _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change)
+    going = _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change)
+    for lane in range(lanes):
+        if again[lane] > 0.0:
+            change[lane], going = math.inf, True
+    return going

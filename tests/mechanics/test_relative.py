@@ -107,21 +107,45 @@ def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
         assert (off <= found[f"eigenvalue_{part}_error"]).all()
 
 
-def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
-    """Against 40 digits, in any units, growing, decaying and turning, some with two eigenvalues close together."""
-    random, count, n = np.random.default_rng(5), 300, 3
+def of_matrices(matrices):
+    """Columns of the linear systems x' = A x."""
+    count, n, _ = matrices.shape
     system = System("Linear")
     rates = [[system.parameter(f"a{i}{j}", "s-1", default=1.0 + 2 * i + j * j) for j in range(n)] for i in range(n)]
     x = [system.state(f"x{i}", bounds=(-1, 1)) for i in range(n)]
     for state, row in zip(x, rates, strict=True):
         system.rate(state, sum(a * y for a, y in zip(row, x, strict=True)))
     system.equilibrium("rest", dict.fromkeys(x, 0))
+    points = {f"a{i}{j}": np.repeat(matrices[:, i, j], n) for i in range(n) for j in range(n)}
+    points |= {"epsilon": np.full(n * count, 1e-30), "equilibrium": np.zeros(n * count, dtype=int)}
+    return Model(system).survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), count)})
+
+
+def test_errors_cover_where_slow_decays_are_barely_moved():
+    """Rates over six decades, several of which a run of the fastest's length can hardly tell apart."""
+    random = np.random.default_rng(5)
+    T = np.eye(4) + 0.2 * random.normal(size=(4000, 4, 4))
+    matrices = (T * -(10.0 ** random.uniform(-6, 0, (4000, 1, 4)))) @ np.linalg.inv(T)
+    found = of_matrices(matrices)
+    weak = np.flatnonzero((found["status"] == 0) & (found["smallest_singular_value"] < 1e-3)).reshape(-1, 4)
+    assert len(weak) > 150
+    with mpmath.workdps(40):
+        truth = [mpmath.eig(mpmath.matrix(matrices[k // 4].tolist()), left=False, right=False) for k in weak[:, 0]]
+    truth = np.sort([[float(value.real) for value in values] for values in truth])
+    order = np.argsort(found["eigenvalue_real"][weak])
+    value, error = (
+        np.take_along_axis(found[name][weak], order, 1) for name in ("eigenvalue_real", "eigenvalue_real_error")
+    )
+    assert (np.abs(value - truth) <= error).all()
+
+
+def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
+    """Against 40 digits, in any units, growing, decaying and turning, some with two eigenvalues close together."""
+    random, count, n = np.random.default_rng(5), 300, 3
     matrices = random.normal(size=(count, n, n)) * 10.0 ** random.uniform(-3, 3, (count, 1, 1))
     sizes = 10.0 ** random.uniform(-1, 1, (count, n))
     matrices *= sizes[:, :, None] / sizes[:, None, :]
-    points = {f"a{i}{j}": np.repeat(matrices[:, i, j], n) for i in range(n) for j in range(n)}
-    points |= {"epsilon": np.full(n * count, 1e-30), "equilibrium": np.zeros(n * count, dtype=int)}
-    found = Model(system).survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), count)})
+    found = of_matrices(matrices)
     assert (found["status"] == 0).all()
     with mpmath.workdps(40):
         truth = [mpmath.eig(mpmath.matrix(a.tolist()), left=False, right=False) for a in matrices]
