@@ -8,6 +8,9 @@ matrix: the Cramér-Rao bound for white noise. The coefficients of
 below the distance of the next one, else the radius within which a root of the disturbed polynomial must lie,
 :math:`\min_k \bigl(\tbinom nk\,|\delta p|\,/\,|p^{(k)}/k!|\bigr)^{1/k}`. A change of A that no sample shows, for the
 motion itself has it, of Frobenius norm b at most, changes the coefficients by :math:`b\,\lVert N_k\rVert` at most.
+The products of Faddeev and Le Verrier round, too: where that may hide p', as of many slow rates beside a fast one or of
+a defective eigenvalue in several blocks, A is changed by FARTHER times what it may be off, and the error is MOVED times
+the share of what the eigenvalue moves.
 
 *Invariants.* For four eigenvalues :math:`S = \tfrac12\sum\lambda^2`, :math:`D = \prod\lambda` and S² - 4D with errors:
 of two pairs ±μ1, ±μ2 they are μ1² + μ2², μ1² μ2² and (μ1² - μ2²)², and smooth through any collision.
@@ -42,6 +45,8 @@ SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are on
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
+FIRM = 20.0  # slope of the characteristic polynomial over its rounding, from which on an error is divided by it
+FARTHER, MOVED = 100.0, 10.0  # else A is changed by so many times what it may be off, and moves count so many times
 # Roundings that a term of a covariance may hold, which a large sum of terms cancels down to: at least, and over the
 # least pivot, which bounds them (a thirtieth of that bound, in an error, holds those of the benchmark).
 LOST, PIVOTED = 1e4, 1e-3
@@ -62,6 +67,7 @@ class Polynomial(NamedTuple):
 
     c: np.ndarray  #: coefficients, c[n] = 1
     bent: np.ndarray  #: largest changes of these, that of c[n] 0, by what no sample shows
+    rounded: np.ndarray  #: likewise, by the rounding of the products that they are found from
     K: np.ndarray  #: their covariance for noise of one, shape (n, n)
     noise: float
     lost: float  #: relative error of a term of a covariance
@@ -159,6 +165,15 @@ def _coefficient_covariances(motions, N, K, A, f):
 
 
 @njit(**OPTIONS)
+def _norm(A, first, count, lane):
+    """Frobenius norm of the matrix in some rows of a lane."""
+    square = 0.0
+    for row in range(first, first + count):
+        square += A[row, lane] * A[row, lane]
+    return math.sqrt(square)
+
+
+@njit(**OPTIONS)
 def _form(p, a):
     """Standard deviation of Σ a_k c_k, and what its own terms may have lost by cancelling; both for noise of one."""
     total, absolute = 0.0, 0.0
@@ -171,18 +186,50 @@ def _form(p, a):
 
 
 @njit(**OPTIONS)
-def _eigenvalue_error(p, point, gap, most, parts, shifted):
+def _is_firm(p, re, im):
+    """Return whether rounding leaves the slope of the polynomial at each eigenvalue: the product of its distances."""
+    for i in range(re.size):
+        steep, rounded, height = 1.0, 0.0, 1.0
+        for j in range(re.size):
+            steep *= math.hypot(re[i] - re[j], im[i] - im[j]) if j != i else 1.0
+            rounded += (j + 1) * p.rounded[j + 1] * height
+            height *= math.hypot(re[i], im[i])
+        if not steep > 2.0 * FIRM * rounded:
+            return False
+    return True
+
+
+@njit(**OPTIONS)
+def _move(y, size, re, im, moves):
+    """Write how far each eigenvalue of y is from the next one of y changed by a matrix of a size; y is changed."""
+    n = re.size
+    re_there, im_there = np.empty(n), np.empty(n)
+    for i in range(n):
+        for j in range(n):  # directions without a pattern, as of the perturbations
+            y[i, j] += size * math.sqrt(2.0) / n * math.cos(1.0 + 2.399963229728653 * (i * n + j))
+    sound = eigenvalues(y, n, re_there, im_there)
+    for i in range(n):
+        moves[i] = math.inf
+        for j in range(n if sound else 0):
+            moves[i] = min(moves[i], math.hypot(re[i] - re_there[j], im[i] - im_there[j]))
+
+
+@njit(**OPTIONS)
+def _eigenvalue_error(p, point, gap, most, move, room):
     """Errors of the real and the imaginary part of an eigenvalue, the next one ``gap`` away.
 
-    ``most``: the largest eigenvalue, for what rounding leaves; parts (4, n) and shifted (n + 1) are scratch.
+    ``most``: the largest eigenvalue, for what rounding leaves; ``move``: as of :func:`_move`; room: parts (5, n + 1)
+    and shifted (n + 1), scratch.
     """
-    n, (a, b, u, v) = len(p.K), (parts[0], parts[1], parts[2], parts[3])
+    parts, shifted = room
+    n, (a, b, u, v, rounded) = len(p.K), (parts[0], parts[1], parts[2], parts[3], parts[4])
+    power, size = complex(1.0, 0.0), math.hypot(point.real, point.imag)
     for k in range(n + 1):
-        shifted[k] = p.c[k]
-    for i in range(n):  # coefficients of p about the eigenvalue
+        shifted[k], rounded[k] = p.c[k], p.rounded[k]
+    for i in range(n):  # coefficients of p about the eigenvalue, and what rounding may leave of them
         for k in range(n - 1, i - 1, -1):
             shifted[k] += point * shifted[k + 1]
-    power = complex(1.0, 0.0)
+            rounded[k] += size * rounded[k + 1]
     slope = shifted[1]
     steep = abs(slope)
     inverse = 1.0 / slope if steep > 0.0 else complex(0.0, 0.0)
@@ -190,20 +237,21 @@ def _eigenvalue_error(p, point, gap, most, parts, shifted):
         turned = power * inverse
         a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
         power *= point
-    rounding, power, size = 0.0, 1.0, math.hypot(point.real, point.imag)
+    rounding, height = 0.0, 1.0
     for k in range(n + 1):
-        rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * power
-        power *= size
-    if steep > 0.0:
-        rounded = rounding / steep + ROUNDINGS * EPSILON * most
-        real, imaginary = p.noise * _form(p, a) + rounded, p.noise * _form(p, b) + rounded
-        if max(real, imaginary) < 0.05 * gap:
-            return real, imaginary
-    off = p.noise * math.hypot(_form(p, u), _form(p, v)) + rounding
+        rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * height
+        height *= size
+    real = imaginary = MOVED * move / FARTHER + ROUNDINGS * EPSILON * most
+    if steep > FIRM * rounded[1]:
+        least = rounding / steep + ROUNDINGS * EPSILON * most
+        real, imaginary = p.noise * _form(p, a) + least, p.noise * _form(p, b) + least
+    if max(real, imaginary) < 0.05 * gap:
+        return real, imaginary
+    off = p.noise * math.hypot(_form(p, u), _form(p, v)) + rounding + rounded[0]
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
         binomial *= (n - k + 1.0) / k
-        size = abs(shifted[k])
+        size = abs(shifted[k]) - rounded[k]
         if size > 0.0:
             radius = min(radius, (binomial * off / size) ** (1.0 / k))
     return radius, radius
@@ -230,11 +278,9 @@ def _tell_invariants(p, re, im, a, spacing, row):
 
 
 @njit(**OPTIONS)
-def _tell_lane(p, re, im, spacing, room, row):
+def _tell_lane(p, re, im, moves, spacing, room, row):
     """Eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
-    n, (parts, shifted) = re.size, room
-    order(re, im, n, SAME)
-    a = parts[0]
+    n, a = re.size, room[0][0]
     a[:] = 0.0
     odd = 0.0
     for k in range(n - 1, -1, -2):
@@ -256,7 +302,7 @@ def _tell_lane(p, re, im, spacing, room, row):
             if j < i and re[j] == re[i] and im[j] == -im[i]:
                 twin = j
         if twin < 0:
-            errors = _eigenvalue_error(p, complex(re[i], im[i]), math.sqrt(gap), most, parts, shifted)
+            errors = _eigenvalue_error(p, complex(re[i], im[i]), math.sqrt(gap), most, moves[i], room)
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = errors[0] / spacing, errors[1] / spacing
         else:
             row[HEAD + 2 * n + i], row[HEAD + 3 * n + i] = row[HEAD + 2 * n + twin], row[HEAD + 3 * n + twin]
@@ -276,9 +322,9 @@ def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
     _logarithms(M, n, Y, (T, U, Z, f))
     _characteristics(Y, n, N, c, T)
     _coefficient_covariances(Motions(M, X0, runs, n, covariance), N, K, T, f)
-    y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((4, n))
+    y, k, parts = np.empty((n, n)), np.empty((n, n)), np.empty((5, n + 1))
     re, im, of_lane, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
-    bent = np.zeros(n + 1)
+    bent, rounded, moves = np.zeros(n + 1), np.zeros(n + 1), np.empty(n)
     for lane in range(lanes):
         if math.isnan(noise[lane]):
             continue
@@ -286,12 +332,18 @@ def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
             of_lane[i] = c[i, lane]
             for j in range(n):
                 y[i, j], k[i, j] = Y[i * n + j, lane], K[i * n + j, lane]
-            square = 0.0
-            for j in range(nn):
-                square += N[(n - 1 - i) * nn + j, lane] * N[(n - 1 - i) * nn + j, lane]
-            bent[i] = bend[lane] * math.sqrt(square)
         of_lane[n] = 1.0
+        size, loss = _norm(Y, 0, nn, lane), 0.0
+        for i in range(n - 1, -1, -1):  # c_i = -tr(A N)/(n - i), N of which is c_(i+1)'s; loss: of the next N
+            norm = _norm(N, (n - 1 - i) * nn, nn, lane)
+            bent[i], loss = bend[lane] * norm, size * (loss + 0.5 * EPSILON * norm)
+            rounded[i] = loss / (n - i)
+            loss += math.sqrt(n) * rounded[i]
         if eigenvalues(y, n, re, im):
             lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
-            p = Polynomial(of_lane, bent, k, noise[lane], lost)
-            _tell_lane(p, re, im, spacing[lane], (parts, shifted), raw[lane])
+            p = Polynomial(of_lane, bent, rounded, k, noise[lane], lost)
+            order(re, im, n, SAME)
+            moves[:] = math.inf
+            if not _is_firm(p, re, im):
+                _move(y, FARTHER * (bend[lane] + noise[lane] * math.sqrt(max(k[n - 1, n - 1], 0.0))), re, im, moves)
+            _tell_lane(p, re, im, moves, spacing[lane], (parts, shifted), raw[lane])

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import relative
 from scipy.integrate import solve_ivp
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from kernels import linear
 from sweeps.mechanics import System
@@ -137,6 +139,25 @@ def test_errors_cover_where_slow_decays_are_barely_moved():
         np.take_along_axis(found[name][weak], order, 1) for name in ("eigenvalue_real", "eigenvalue_real_error")
     )
     assert (np.abs(value - truth) <= error).all()
+
+
+def test_errors_cover_where_eigenvalues_are_one_in_several_blocks():
+    """Six states, few of which feel each other, by whole numbers: 0 and others several times, in chains and beside."""
+    random = np.random.default_rng(3)
+    matrices = random.integers(-1, 2, (150, 6, 6)) * (random.random((150, 6, 6)) < 0.3) * 1.0
+    found = of_matrices(matrices)
+    parts = {name: values.reshape(-1, 6) for name, values in found.items() if name.startswith("eigenvalue_")}
+    measured = np.flatnonzero(found["status"].reshape(-1, 6)[:, 0] == 0)
+    assert measured.size > 60
+    for k in measured:
+        with mpmath.workdps(60):  # a chain of six has a tenth of the digits
+            truth = mpmath.eig(mpmath.matrix(matrices[k].tolist()), left=False, right=False)
+        truth = np.array([complex(value) for value in truth])
+        within = np.ones((6, 6), dtype=bool)  # of eigenvalues in any order
+        for part, exact in (("real", truth.real), ("imag", truth.imag)):
+            value, error = parts[f"eigenvalue_{part}"][k], parts[f"eigenvalue_{part}_error"][k]
+            within &= np.abs(value[:, None] - exact) <= error[:, None]
+        assert (maximum_bipartite_matching(csr_array(within)) >= 0).all()
 
 
 def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
