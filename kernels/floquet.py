@@ -218,7 +218,9 @@ def _by_eigenvalues(M, error, period, reciprocal):
         size = size + ROUNDING * norm
         gap = np.abs(mu[:, :, None] - mu[:, None] + np.where(np.eye(d), np.inf, 0.0)).min(axis=2)
         simple = 1.0 / np.abs(np.linalg.svd(right, compute_uv=False)[:, -1:]) * size  # bounds each condition
-        off = np.where(4.0 * d * simple < gap, 1.5 * simple, (2.0 * norm + size) ** (1.0 - 1.0 / d) * size ** (1.0 / d))
+        joined = 2.0 * d**1.5 * simple  # Bauer and Fike: all that discs of this condition's radius join, if they do
+        any_matrix = (2.0 * norm + size) ** (1.0 - 1.0 / d) * size ** (1.0 / d)
+        off = np.where(4.0 * d * simple < gap, 1.5 * simple, np.minimum(joined, any_matrix))
         near = np.maximum(np.abs(mu) - off, 0.0)
         sizes, most, least = np.log(np.abs(mu)), np.log(np.abs(mu) + off), np.log(near)
         turned = np.where(near > 0.0, np.arcsin(np.minimum(off / np.abs(mu), 1.0)), np.pi)

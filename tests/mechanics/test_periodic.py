@@ -301,6 +301,24 @@ def test_multipliers_without_pairs_are_eigenvalues():
     assert covered(found)
 
 
+def test_damped_modes_that_turn_by_half_turns_keep_their_digits():
+    """Two modes of frequencies near 1 and 2, in leaning directions, over t = π: both pairs of multipliers meet."""
+    system = System("Half turns")
+    c, s, drag = sp.cos(0.7), sp.sin(0.7), system.parameter("drag", default=1e-6)
+    x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
+    vx, vy = system.velocity(x), system.velocity(y)
+    system.kinetic_energy((vx**2 + vy**2) / 2)
+    system.potential((c * x + s * y) ** 2 / 2 + 2 * (c * y - s * x) ** 2)
+    system.dissipation(drag * (vx**2 + vy**2) / 2)
+    system.period(sp.pi)
+    system.equilibrium("rest", {x: 0, y: 0})
+    drags = np.array([1e-9, 1e-6, 1e-3])
+    found = of_model(Model(system), drag=drags)
+    assert (found["regime"] == floquet.ASYMPTOTICALLY_STABLE).all()
+    assert (np.abs(found["growth_rate"] + drags / 2) <= found["growth_rate_error"]).all()
+    assert (found["growth_rate_error"] < 1e-11).all()  # a hundred times the rounding of the matrix
+
+
 def test_large_multipliers_and_slow_growth():
     """a = -33: exp(π √33) = 7e7; and a tongue of growth 1e-4 a period beside a frequency of order 1."""
     found = survey("mathieu", a=-33.0, q=0.0)
