@@ -372,19 +372,20 @@ class _All:
 
     def _searched(self, points, bounds, most, starts):
         """Search boxes as `run`, and again where more than a few are undecided and lie in no family."""
-        found = which, kind, boxes = self.run(self.constants[points], bounds, (self.narrowest, most, FEW, False), starts)
+        few, many = ((self.narrowest, most, undecided, False) for undecided in (FEW, MANY))
+        found = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
         open_ = np.flatnonzero((kind != codes.ZERO) & (kind != codes.LEFT))
         again, first, count = np.unique(which[open_], return_index=True, return_counts=True)
         again, some = again[count > FEW], open_[first + count // 2][count > FEW]
         at = points[again]
         place = self.descended(at, boxes[some, 0].mean(axis=1))
-        there = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)
-        alone = ~there | (self.family(at, place)[0] == 0)
-        again = again[alone]
+        member = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)
+        member &= self.family(at, place)[0] > 0
+        again = again[~member]
         if not again.size:
             return found
         starts = starts and (starts[0], starts[1][again])
-        more = self.run(self.constants[points[again]], bounds[again], (self.narrowest, most, MANY, False), starts)
+        more = self.run(self.constants[points[again]], bounds[again], many, starts)
         kept = ~np.isin(which, again)
         merged = [np.concatenate([a[kept], b]) for a, b in zip(found, (again[more[0]], *more[1:]), strict=True)]
         order = np.argsort(merged[0], kind="stable")
