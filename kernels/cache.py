@@ -9,9 +9,11 @@ side by side and be killed at any time.
 """
 
 import hashlib
+import importlib.util
 import inspect
 import os
 import pickle
+import sys
 import tempfile
 from contextlib import suppress
 from functools import cache
@@ -53,6 +55,21 @@ def _folder(chosen: str, user: Path, checkout: Path) -> Path:
 def holds(module: str) -> bool:
     """Return whether some kernel of a module is stored, of whatever version."""
     return any((cache_folder() / "code").glob(f"{module}.*"))
+
+
+def load(path: Path):
+    """Compile a generated file or read it from the cache of kernels, by importing it once."""
+    if path.stem in sys.modules:
+        return sys.modules[path.stem]
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[path.stem]
+        raise
+    return module
 
 
 class KernelCache:

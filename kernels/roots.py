@@ -39,7 +39,6 @@ ROUNDINGS = 8.0
 HIDDEN = 2  # of a box in which F is straight: what is not known of F moves the zero by more than the box
 STRAIGHT = 0.9
 SLACK = 1.0 + 1e-14
-MOST_LEFT = 400  # boxes of a point that cannot be decided
 DEPTH = 64  # halvings of a variable
 STEPS, WIDENED = 100, 16  # towards a zero; and of the box about it
 
@@ -76,6 +75,7 @@ class Limits(NamedTuple):
 
     narrowest: float  #: width of the narrowest boxes, over that of the bounds
     most: int  #: number of boxes that a point may take
+    undecided: int  #: number of its boxes that may be undecided
     #: only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it
     rough: bool
 
@@ -92,7 +92,7 @@ class Boxes(NamedTuple):
 
 
 WHERE = types.NamedTuple((float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1]), Where)
-LIMITS = types.NamedTuple((float64, int64, boolean), Limits)
+LIMITS = types.NamedTuple((float64, int64, int64, boolean), Limits)
 FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
@@ -459,7 +459,7 @@ def search(enclose, functions, where, limits, found):
             narrow = _begin(box, stack[top], within, limits.narrowest, floor)
             if _is_within(box.ends[A], box.ends[B], boxes[begin:count, 0], records[begin:count]):
                 continue
-            if used > limits.most or undecided > MOST_LEFT or top + 2 > room:
+            if used > limits.most or undecided > limits.undecided or top + 2 > room:
                 kind = LEFT
             else:
                 kind = _verdict(enclose, F, box, narrow, limits.rough)

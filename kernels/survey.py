@@ -220,7 +220,7 @@ def _measure(points, run, work, rows, tables):
         order, starts = cut(own, LEVELS)
         if starts.size - 1 > kept.shape[0]:
             kept = np.empty((starts.size - 1, kept.shape[1], W))
-        _run(T, own, (order, starts), run, work, (rows, kept, at))
+        _run(T, own, (order, starts), tuple(run), work, (rows, kept, at))
         flat = kept.ravel()
         _sort_back(0, flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)

@@ -44,6 +44,7 @@ NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over th
 WORK, LEAST = 400_000, 100  # operations of a search, times the unknowns, and boxes
 ROUNDINGS, TINY = 16.0 * codes.UNIT, 0.01 * codes.UNIT  # of a place, of the range: F vanishes within
 SAME = 1e-7  # of the range: places nearer to each other than this fall together
+FEW, MANY = 16, 400  # undecided boxes of a point: a family fills more than any number, and is looked for after few
 STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
 PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's method found
@@ -216,6 +217,7 @@ class _All:
         self.low, self.high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
         self.width = self.high - self.low
         self.n = len(problem.free)
+        self.narrowest = NARROWEST[self.n > 1]
         self.owner, self.place = np.empty(0, dtype=np.int64), np.empty((0, self.n))
         self.dimension, self.reach = np.empty(0, dtype=np.int64), np.empty((0, self.n))
         self.certified, self.flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
@@ -239,11 +241,11 @@ class _All:
         cells = [_cell(p[points]) for p in self.parameters]
         first, cell = _points([low for low, _ in cells])
         constants = self.problem.constants(*([p[first] for p in ends] for ends in zip(*cells, strict=True)))
-        which, _, boxes = self.run(constants, bounds[first], most, rough=True)
+        which, _, boxes = self.run(constants, bounds[first], (ROUGH, most, MANY, True))
         ends = np.searchsorted(which, np.arange(first.size + 1))
         return boxes[:, 0], np.stack([ends[:-1], ends[1:]], axis=-1)[cell]
 
-    def run(self, constants, bounds, most, starts=None, rough=False):
+    def run(self, constants, bounds, limits, starts=None):
         """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
         from kernels import enclosures, roots  # compiled by their import
 
@@ -251,12 +253,11 @@ class _All:
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
         functions = self.problem.tape.formulas(np.ascontiguousarray(constants))
         where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
-        limits = roots.Limits(ROUGH if rough else NARROWEST[self.n > 1], most, rough)
         room, parts = 4 * len(bounds) + 1000, []
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
             found = roots.Boxes(records, boxes, progress)
-            count = roots.search(enclosures.enclose, functions, where, limits, found)
+            count = roots.search(enclosures.enclose, functions, where, roots.Limits(*limits), found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return (
@@ -359,7 +360,7 @@ class _All:
         most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
         shares = self.problem.is_steady and self.n <= SHARING and points.size
         starts = self.rough(points, bounds, SHARED * most) if shares else None
-        which, kind, boxes = self.run(self.constants[points], bounds, most, starts)
+        which, kind, boxes = self._searched(points, bounds, most, starts)
         owner, zero = points[which], kind == codes.ZERO
         place, reach = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
         self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
@@ -368,6 +369,27 @@ class _All:
         doubt[doubt] = ~self._poles(owner[doubt], kind[doubt], low[doubt], high[doubt])
         if doubt.any():
             self._decide(owner[doubt], kind[doubt], low[doubt], high[doubt])
+
+    def _searched(self, points, bounds, most, starts):
+        """Search boxes as `run`, and again where more than a few are undecided and lie in no family."""
+        few, many = ((self.narrowest, most, undecided, False) for undecided in (FEW, MANY))
+        found = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
+        open_ = np.flatnonzero((kind != codes.ZERO) & (kind != codes.LEFT))
+        again, first, count = np.unique(which[open_], return_index=True, return_counts=True)
+        again, some = again[count > FEW], open_[first + count // 2][count > FEW]
+        at = points[again]
+        place = self.descended(at, boxes[some, 0].mean(axis=1))
+        member = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)
+        member &= self.family(at, place)[0] > 0
+        again = again[~member]
+        if not again.size:
+            return found
+        starts = starts and (starts[0], starts[1][again])
+        more = self.run(self.constants[points[again]], bounds[again], many, starts)
+        kept = ~np.isin(which, again)
+        merged = [np.concatenate([a[kept], b]) for a, b in zip(found, (again[more[0]], *more[1:]), strict=True)]
+        order = np.argsort(merged[0], kind="stable")
+        return tuple(x[order] for x in merged)
 
     def _note(self, owner, place, dimension, reach):
         """Note equilibria within the bounds; one at a bound but for a rounding is at it."""
@@ -409,7 +431,7 @@ class _All:
         at, place = at[inside], place[inside]
         proved, a, b, reach = self._alone(at, place)
         place = np.where(proved[:, None], 0.5 * (a[1] + b[1]), place)
-        kept = np.flatnonzero(proved | self.still(at, place, 2.0 * NARROWEST[self.n > 1]))
+        kept = np.flatnonzero(proved | self.still(at, place, 2.0 * self.narrowest))
         kept = kept[np.lexsort((~proved[kept], at[kept]))]
         dimension, direction = np.zeros(at.size, dtype=np.int64), np.full(place.shape, np.nan)
         open_ = kept[~proved[kept]]
@@ -473,7 +495,9 @@ class _All:
                 break
             wide = part * self.width[owner[rows]]
             which, kind, boxes = self.run(
-                self.constants[owner[rows]], np.stack([place[rows] - wide, place[rows] + wide], axis=1), 1
+                self.constants[owner[rows]],
+                np.stack([place[rows] - wide, place[rows] + wide], axis=1),
+                (self.narrowest, 1, MANY, False),
             )
             one = kind == codes.ZERO
             chosen = rows[which[one]]
@@ -503,7 +527,7 @@ class _All:
                     chosen[len(group) + len(chosen)] = place
             elif group[inside[0]] not in chosen:
                 owner = np.array([point])
-                resting = self.still(owner, middle[None], 2.0 * NARROWEST[self.n > 1])[0]
+                resting = self.still(owner, middle[None], 2.0 * self.narrowest)[0]
                 chosen[group[inside[0]]] = middle if resting else place
         return list(chosen.values())
 

@@ -21,16 +21,14 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 """
 
 import hashlib
-import importlib.util
 import json
-import sys
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from kernels.blocks import W
-from kernels.cache import cache_folder
+from kernels.cache import cache_folder, load
 from kernels.runs import ORDER, Integrator
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
 from sweeps.process.files import replaced
@@ -381,25 +379,12 @@ class Code:
 
     def module(self):
         """Return the compiled module: functions `advance(S, steps)` and `check(S)`."""
-        return sys.modules.get(self.name) or load(self.path)
+        return load(self.path)
 
     def integrator(self) -> Integrator:
         """Return the compiled functions and the number of states, as kernels take them."""
         module = self.module()
         return Integrator(module.advance, module.check, self.states)
-
-
-def load(path: Path):
-    """Compile a generated file or read it from the cache of kernels, by importing it."""
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[path.stem]
-        raise
-    return module
 
 
 def _written(folder: Path, name: str, text: str) -> Path:

@@ -1,25 +1,18 @@
 """Compiling what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
 
 `ensure` is called by `sweeps.points.columns`, the one way to the kernels, so that a command, a shard, a Dask worker and
-a notebook all find them compiled. The processes are those of a program of its own (`python -m sweeps.points.compile`):
-a process that may have no children can call it, and a script is not run again.
+a notebook all find them compiled. The processes are those of a program of its own, `sweeps.points.compiler`: a process
+that may have no children can call it, and a script is not run again.
 """
 
 import hashlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
-import warnings
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
-from importlib import import_module
-from itertools import groupby
-from multiprocessing import get_context
-from operator import itemgetter
 from pathlib import Path
 
 try:
@@ -31,12 +24,11 @@ from kernels import jit
 from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
-from sweeps.process import interrupts, processors, progress, startup
+from sweeps.process import processors, progress
 from sweeps.systems.kernel import Kernel
 
 ROOT = Path(__file__).parents[2]
 SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them
-STAGE = itemgetter(-1)  # of a call: kernels of one are compiled side by side
 _ensured: set[Kernel] = set()
 
 
@@ -103,12 +95,10 @@ def _read(path: Path) -> str:
 
 
 def _run(kernels: list[Kernel]) -> None:
-    import numba  # noqa: F401  (settings that it cannot read are refused here, and not in the program)
-
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     with tempfile.TemporaryFile("w+") as said:
         program = subprocess.Popen(
-            [sys.executable, "-P", "-m", "sweeps.points.compile"],
+            [sys.executable, "-P", "-m", "sweeps.points.compiler"],
             env={**os.environ, "PYTHONPATH": path},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -119,6 +109,8 @@ def _run(kernels: list[Kernel]) -> None:
             with progress.pieces(len(kernels), "compiling") as advance:
                 program.stdin.write(json.dumps([kernel.call for kernel in kernels]))
                 program.stdin.close()
+                import numba  # noqa: F401  (settings that it cannot read are refused here, and not in the program)
+
                 for _ in program.stdout:
                     advance()
             status = program.wait()
@@ -128,47 +120,6 @@ def _run(kernels: list[Kernel]) -> None:
         if status:
             said.seek(0)
             raise RuntimeError(f"the kernels cannot be compiled: {said.read().strip()[-2000:]}")
-
-
-def main() -> None:
-    """Compile the kernels that the standard input lists, and print a line for each."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    calls = json.load(sys.stdin)
-    with ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin) as pool:
-        try:
-            for _, together in groupby(sorted(calls, key=STAGE), key=STAGE):
-                for done in as_completed([pool.submit(_compile, *call) for call in together]):
-                    done.result()
-                    print(flush=True)
-        except BaseException:
-            interrupts.abandon(pool)
-            raise
-
-
-def _begin() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    interrupts.end_with_the_parent()
-    startup.configure()
-
-
-def _compile(module: str, name: str, types: str, example: list, _stage: int) -> None:
-    """Compile one kernel: a function for types, or whatever a call or an import of its module compiles."""
-    from numba import NumbaExperimentalFeatureWarning
-
-    with warnings.catch_warnings():
-        # kernels take a system's compiled step as an argument, which Numba calls an experiment
-        warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
-        if module.endswith(".py"):
-            from sweeps.mechanics.taylor import load
-
-            load(Path(module))
-            return
-        loaded = import_module(f"kernels.{module}")
-        if types:
-            getattr(loaded, name).compile(types)
-        elif name:
-            getattr(loaded, name)(*example)
 
 
 @contextmanager
@@ -182,7 +133,3 @@ def _alone() -> Iterator[None]:
         yield
     finally:
         os.close(handle)
-
-
-if __name__ == "__main__":
-    main()

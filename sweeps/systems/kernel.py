@@ -25,5 +25,5 @@ class Kernel:
 
     @property
     def call(self) -> tuple:
-        """Return the arguments of `sweeps.points.compile._compile` for this kernel."""
+        """Return the arguments of `sweeps.points.compiler.compile_kernel` for this kernel."""
         return self.module, self.name, self.types, self.example, self.stage

@@ -11,18 +11,14 @@ from sweeps.process import interrupts, startup
 
 @contextmanager
 def worker() -> Iterator[Executor]:
-    """Start a worker process, which loads Matplotlib at once; end it with the block, by force where the block fails."""
-    pool, is_done = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin), False
+    """Start a worker process, which loads Matplotlib at once; end it with the block, which waits for its pictures."""
+    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
     try:
         with interrupts.left_to_the_parent():
             pool.submit(_load)
         yield pool
-        is_done = True
     finally:
-        if is_done:
-            pool.shutdown(cancel_futures=True)
-        else:
-            interrupts.abandon(pool)
+        interrupts.abandon(pool)
 
 
 def draw(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:

@@ -48,7 +48,7 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "figures": "broken/figures",
     "report": "broken/report.html",
 }
-PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compile"]}  # below a shard
+PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compiler"]}  # below a shard
 MADE = {".running", ".finished", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 
 

@@ -194,8 +194,8 @@ def test_a_bar_on_a_terminal_or_in_a_notebook_counts_pieces(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_types_in_the_table_are_those_that_kernels_are_called_by():
-    code = "import sys; from sweeps import systems; from sweeps.points import compile\n"
-    code += "for k in systems.resolve('rigid_body').kernels_of(): compile._compile(*k.call)\n"
+    code = "import sys; from sweeps import systems; from sweeps.points import compiler\n"
+    code += "for k in systems.resolve('rigid_body').kernels_of(): compiler.compile_kernel(*k.call)\n"
     code += "from kernels import lanes, findings, survey\n"
     code += "for m in (lanes, findings, survey):\n"
     code += "    for n, f in vars(m).items():\n"

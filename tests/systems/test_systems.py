@@ -129,9 +129,9 @@ def compiled():
     modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
     return {{(f.__module__, f.__name__): f.signatures for m in modules for f in m if hasattr(f, "py_func")}}
 
-from sweeps.points import compile
+from sweeps.points import compiler
 for kernel in systems.resolve({name!r}).kernels_of():
-    compile._compile(*kernel.call)
+    compiler.compile_kernel(*kernel.call)
 before = {{name: list(signatures) for name, signatures in compiled().items()}}
 dataset.survey_grid(read({{"system": {name!r}}} | {SMALL[name]!r}))
 assert any(before.values())

@@ -1,0 +1,63 @@
+"""The program that `sweeps.points.compile` starts: it compiles kernels, in as many processes as there are processors.
+
+It and its processes load little besides Numba, for nothing is compiled before they have.
+"""
+
+import json
+import signal
+import sys
+import warnings
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib import import_module
+from itertools import groupby
+from multiprocessing import get_context
+from operator import itemgetter
+from pathlib import Path
+
+from sweeps.process import interrupts, processors, startup
+
+STAGE = itemgetter(-1)  # of a call: kernels of one are compiled side by side
+
+
+def main() -> None:
+    """Compile the kernels that the standard input lists, and print a line for each."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    calls = json.load(sys.stdin)
+    pool = ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin)
+    try:
+        for _, together in groupby(sorted(calls, key=STAGE), key=STAGE):
+            for done in as_completed([pool.submit(compile_kernel, *call) for call in together]):
+                done.result()
+                print(flush=True)
+    finally:
+        interrupts.abandon(pool)  # all is stored: to take the compiler down would last 0.6 s
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    interrupts.end_with_the_parent()
+    startup.configure()
+
+
+def compile_kernel(module: str, name: str, types: str, example: list, _stage: int) -> None:
+    """Compile one kernel: a function for types, or whatever a call or an import of its module compiles."""
+    from numba import NumbaExperimentalFeatureWarning
+
+    with warnings.catch_warnings():
+        # kernels take a system's compiled step as an argument, which Numba calls an experiment
+        warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
+        if module.endswith(".py"):
+            from kernels.cache import load
+
+            load(Path(module))
+            return
+        loaded = import_module(f"kernels.{module}")
+        if types:
+            getattr(loaded, name).compile(types)
+        elif name:
+            getattr(loaded, name)(*example)
+
+
+if __name__ == "__main__":
+    main()
