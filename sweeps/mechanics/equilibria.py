@@ -188,7 +188,7 @@ def _found(problem, parameters):
 
 def _take_names(problem, parameters, slots):
     """Take named places in place of those found, where F may be 0 there or is no farther from it: π to the last bit."""
-    names, width = problem.labels(parameters), BOUND * np.ptp(problem.bounds(parameters), axis=-1)
+    names, width = problem.labels(parameters), SAME * np.ptp(problem.bounds(parameters), axis=-1)
     for k in range(names.shape[1]):
         near = (np.abs(names[:, k] - slots[:, k]) <= width).all(axis=1)
         rows = np.flatnonzero(near & (names[:, k] != slots[:, k]).any(axis=1))
@@ -363,6 +363,10 @@ class _All:
         which, kind, boxes = self._searched(points, bounds, most, starts)
         owner, zero = points[which], kind == codes.ZERO
         place, reach = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
+        wide = np.flatnonzero(zero & (reach > BOUND * self.width[owner]).any(axis=1))
+        nearer = self.descended(owner[wide], place[wide])
+        inside = (np.abs(nearer - place[wide]) <= reach[wide]).all(axis=1)  # the one zero that the box holds
+        place[wide[inside]] = nearer[inside]
         self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
         doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 
 from kernels import oscillations as kernel
 from kernels import statuses
-from sweeps.mechanics import modes, normal_modes
+from sweeps.mechanics import System, modes, normal_modes
 from sweeps.mechanics.model import Model
 
 QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
@@ -75,6 +75,42 @@ def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_
 
 
 # other modes move by more than the one that is measured: rounding of the whole motion; phases of both modes
+def test_errors_hold_where_a_direction_is_soft_or_flat():
+    """Two masses on springs that hardly hold one direction, and terms of higher order: against 40 digits.
+
+    The place of the equilibrium is as soft: what it is off moves ω² by the terms of third and fourth order.
+    """
+    random, count, n = np.random.default_rng(5), 300, 2
+    system = System("Soft")
+    names = ("k00", "k01", "k11", "m0", "m1", "cubic", "quartic")
+    given = {name: system.parameter(name, default=1.0, positive=name[0] == "m") for name in names}
+    x, y = (system.coordinate(name, bounds=(-1, 1), size=1) for name in "xy")
+    system.kinetic_energy((given["m0"] * system.velocity(x) ** 2 + given["m1"] * system.velocity(y) ** 2) / 2)
+    springs = given["k00"] * x**2 / 2 + given["k01"] * x * y + given["k11"] * y**2 / 2
+    system.potential(springs + given["cubic"] * (x**3 + y**3) + given["quartic"] * (x**4 + y**4))
+    system.equilibrium("zero", {x: 0, y: 0})
+    angle, soft = (
+        random.uniform(0.0, np.pi, count),
+        np.where(random.random(count) < 0.1, 0.0, 10.0 ** -random.uniform(1, 14, count)),
+    )
+    c, s = np.cos(angle), np.sin(angle)
+    parts = c * c + soft * s * s, c * s * (1.0 - soft), s * s + soft * c * c
+    masses = 10.0 ** random.uniform(-3, 3, (n, count))
+    values = [*parts, *masses, random.choice([0.0, 0.3], count), random.choice([0.0, 0.5, 5.0], count)]
+    columns = {name: np.repeat(v, n) for name, v in zip(names, values, strict=True)}
+    columns |= {"equilibrium": np.zeros(n * count, dtype=int), "mode": np.tile([1, 2], count)}
+    found = Model(system).survey(columns | {"epsilon": np.full(n * count, 1e-6), "phase": np.full(n * count, 0.6)})
+    with mpmath.workdps(40):
+        exact = []
+        for k00, k01, k11, m0, m1, *_ in zip(*values, strict=True):
+            inner = mpmath.mpf(k01) / mpmath.sqrt(mpmath.mpf(m0) * mpmath.mpf(m1))
+            matrix = mpmath.matrix([[mpmath.mpf(k00) / m0, inner], [inner, mpmath.mpf(k11) / m1]])
+            exact += sorted(float(v) for v in mpmath.eigsy(matrix, eigvals_only=True))
+    off, sound = np.abs(found["omega_squared"] - exact), found["status"] == statuses.OK
+    assert sound.sum() > count
+    assert (off <= found["omega_squared_error"])[sound].all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("mass", "length", "epsilon", "phase", "place", "along", "run"),
