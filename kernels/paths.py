@@ -1,7 +1,9 @@
 r"""Motions through their samples, many side by side, by Taylor steps as long as their own terms allow.
 
-A step of order N is so long that its last term is the tolerance, relative to the largest size of each state so far;
-the samples that lie within it are sums of its terms. Lanes are as in :mod:`kernels.blocks`: each has its own step.
+The terms are found first, for a step that may be of any length; then it is made so long that its last term is the
+tolerance, relative to the largest size of each state so far, and the states at its end and at the samples that lie
+within it are sums of its terms. What rounding leaves of a state is carried to the next step. Lanes are as in
+:mod:`kernels.blocks`, and each takes the next run when its own is through.
 
 Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99 (the choice of the step).
 """
@@ -13,143 +15,190 @@ import numpy as np
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
-from kernels.runs import ADVANCE, load, store
+from kernels.runs import CHECK as EXPAND
+from kernels.runs import FAR_ORDER as ORDER
+from kernels.straight import lines, straight
+
+BLOCK = ORDER + 1  # rows of a series: its terms, then a share of the step, in whose place its sum up to there comes
+TOGETHER = 16  # samples
+_sum = straight(
+    "sum_terms",
+    ["s", "c"],
+    f"q, x, y = s * s, c[{ORDER - 1}], c[{ORDER - 2}]\n"
+    + "".join(f"x = x * q + c[{n + 1}]\ny = y * q + c[{n}]\n" for n in range(ORDER - 4, -1, -2))
+    + "return (x * s + y) * s",
+    {},
+)
+_SUM = lines(
+    f"x, s = S[{(ORDER - 1) * W} + lane], S[{ORDER * W} + lane]\n"
+    + "".join(f"x = x * s + S[{n * W} + lane]\n" for n in reversed(range(ORDER - 1)))
+    + f"S[{ORDER * W} + lane] = x * s"
+)
 
 
 class Path(NamedTuple):
-    """Runs on their way through their samples, by steps of any length."""
+    """Runs on their way through their samples; a state's and a function's series stand in rows of these numbers."""
 
-    table: np.ndarray  #: rows of each run, shape (rows, runs), its states as deviations from `place`
-    place: np.ndarray  #: shape (states, runs)
-    size: np.ndarray  #: largest size of each state so far, shape (states, runs)
-    clock: np.ndarray  #: time at `place`, time since then, length of the next step, shape (3, runs)
+    table: np.ndarray  #: shape (runs, rows): states, the time last; functions; a row unread; the step; constants
+    low: np.ndarray  #: what is left of each series below its rounding, shape (runs, series)
+    size: np.ndarray  #: largest size of each state so far, shape (runs, states)
     due: np.ndarray  #: number of each run, and of its next sample, shape (2, runs)
-    step: int  #: row of the step
-    order: int  #: of the steps, from 3
 
 
-PATH = types.NamedTuple([*(float64[:, ::1],) * 4, int64[:, ::1], int64, int64], Path)
-LONGER, SHORTER, LEAST_STEP = 4.0, 0.05, 1e-290
-ACCEPTED = 1.3  # a step that is longer by more than this than its terms allow is made again
+PATH = types.NamedTuple([*(float64[:, ::1],) * 3, int64[:, ::1]], Path)
+LONGER, LEAST_STEP = 4.0, 1e-290
+SHORTER = 0.05  # of a step whose terms are no numbers
+GUESSED = 0.5  # terms of a step that is to be shorter than this share of theirs are found again
 LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last vanish
 
 
 @njit(**OPTIONS)
-def _measure_step(S, B, place, order, size, excess):
-    """Write the last terms over each state's size so far, and that size; NaN where a term is no number."""
-    whole_vectors()
-    rows = B.size // W
-    for lane in range(excess.size):
-        excess[lane] = 0.0
-    for i in range(len(size)):
-        here = (rows + order * i) * W
-        last, before = here + (order - 1) * W, here + (order - 2) * W
-        for lane in range(excess.size):
-            size[i, lane] = max(size[i, lane], abs(place[i, lane] + B[i * W + lane]))
-            term = abs(S[last + lane]) + LAST_BUT_ONE * abs(S[before + lane])
-            share = term / max(size[i, lane], abs(S[here + lane]))
-            more = ~(term == 0.0) & ~(share <= excess[lane]) & (excess[lane] == excess[lane])
-            excess[lane] = share if more else excess[lane]
-
-
-@njit(**OPTIONS)
-def _choose(S, B, clock, excess, open_, tolerance):
-    """Write when each lane stands after its step, and its next step; undo a step longer than its terms allow.
+def _choose(S, terms, step, size, share, next_step, tolerance):
+    """Write how much of the step each lane makes, and its next step; 0 where terms have to be found again.
 
     By the sixteenth root, whatever the order: it takes no logarithm, and steps follow one another.
     """
     whole_vectors()
-    begun, span, until, further = clock[1], clock[2], clock[3], clock[4]
-    for lane in range(excess.size):
-        longer = math.sqrt(math.sqrt(math.sqrt(math.sqrt(tolerance / excess[lane]))))
-        excess[lane] = longer
-        moved = (ACCEPTED * longer >= 1.0) & (open_[lane] > 0.0)
-        until[lane] = begun[lane] + (span[lane] if moved else 0.0)
-        further[lane] = span[lane] * (min(longer, LONGER) if longer >= SHORTER else SHORTER)
-    for lane in range(excess.size):
-        if not ACCEPTED * excess[lane] >= 1.0:
-            for row in range(B.size // W):
-                S[row * W + lane] = B[row * W + lane]
+    for lane in range(share.size):
+        share[lane] = 0.0
+    for i in range(len(size)):
+        first = terms + BLOCK * i
+        last, before = first + ORDER - 1, first + ORDER - 2
+        for lane in range(share.size):
+            size[i, lane] = max(size[i, lane], abs(S[i, lane]))
+            term = abs(S[last, lane]) + LAST_BUT_ONE * abs(S[before, lane])
+            excess = term / max(size[i, lane], abs(S[first, lane]))
+            more = ~(term == 0.0) & ~(excess <= share[lane]) & (share[lane] == share[lane])
+            share[lane] = excess if more else share[lane]
+    for lane in range(share.size):
+        longer = math.sqrt(math.sqrt(math.sqrt(math.sqrt(tolerance / share[lane]))))
+        longer = LONGER if longer > LONGER else longer
+        next_step[lane] = S[step, lane] * (longer if longer > 0.0 else SHORTER)
+        share[lane] = longer if longer >= GUESSED else 0.0
 
 
 @njit(**OPTIONS)
-def _sum_terms(S, row, order, B, i, share, X):
-    """Write what a state is at shares of a step."""
+def _sum_terms(S, first, share):
+    """Write in a series' last row how far it comes in shares of the step; first: the row of its first term."""
     whole_vectors()
-    for lane in range(X.size):
-        X[lane] = S[(row + order - 1) * W + lane]
-    for n in range(order - 2, -1, -1):
-        for lane in range(X.size):
-            X[lane] = X[lane] * share[lane] + S[(row + n) * W + lane]
-    for lane in range(X.size):
-        X[lane] = X[lane] * share[lane] + B[i * W + lane]
+    for lane in range(share.size):
+        S[first + ORDER, lane] = share[lane]
+    for lane in range(W):
+        _SUM(S, first * W + lane)
 
 
 @njit(**OPTIONS)
-def _write_samples(S, B, path, first, times, clock, place, due, share, X, out):
-    """Write the samples of each lane that lie within its step; due: its next sample, and that after the step."""
+def _move(S, terms, low, share):
+    """Add the sums of the terms to all series: with what rounding left before, and has left now."""
     whole_vectors()
-    rows, lanes, count = B.size // W, min(W, path.table.shape[1] - first), times.shape[1]
-    base, begun, span, until = clock[0], clock[1], clock[2], clock[3]
-    number, most = path.due[0, first : first + lanes], 0
-    for lane in range(lanes):
-        last = due[0, lane]
-        while last < count and times[number[lane], last] - base[lane] <= until[lane]:
-            last += 1
-        due[1, lane] = last
-        most = max(most, last - due[0, lane])
-    for k in range(most):
-        for lane in range(lanes):
-            at = min(due[0, lane] + k, count - 1)
-            share[lane] = (times[number[lane], at] - base[lane] - begun[lane]) / span[lane]
-        for i in range(out.shape[2]):
-            _sum_terms(S, rows + path.order * i, path.order, B, i, share, X)
-            for lane in range(lanes):
-                if due[0, lane] + k < due[1, lane]:
-                    out[number[lane], due[0, lane] + k, i] = place[i, lane] + X[lane]
+    for row in range(len(low)):
+        _sum_terms(S, terms + BLOCK * row, share)
+        for lane in range(share.size):
+            x, change = S[row, lane], S[terms + BLOCK * row + ORDER, lane] + low[row, lane]
+            moved = x + change
+            back = moved - x
+            left = (x - (moved - back)) + (change - back)
+            S[row, lane] = moved if share[lane] > 0.0 else x
+            low[row, lane] = left if share[lane] > 0.0 else low[row, lane]
 
 
-@njit(void(ADVANCE, PATH, float64[:, ::1], float64, int64, float64[:, :, ::1]), nogil=True, **OPTIONS)
-def follow(advance, path, times, tolerance, steps, out):
-    """Advance runs by so many steps at most, and write their samples, shape (runs, times, states or fewer).
+@njit(**OPTIONS)
+def _terms(S, first, lane):
+    """Return the terms of a series in a lane."""
+    first = max(first, 0)
+    return (
+        S[first, lane], S[first + 1, lane], S[first + 2, lane], S[first + 3, lane], S[first + 4, lane],
+        S[first + 5, lane], S[first + 6, lane], S[first + 7, lane], S[first + 8, lane], S[first + 9, lane],
+        S[first + 10, lane], S[first + 11, lane], S[first + 12, lane], S[first + 13, lane], S[first + 14, lane],
+        S[first + 15, lane],
+    )  # fmt: skip
 
-    A step is so long that its last term is the tolerance, of the state's largest size so far; samples within it are
-    sums of its terms. A run whose steps vanish is at an end, and its further samples are not written.
+
+@njit(**OPTIONS)
+def _write_samples(S, terms, step, low, share, times, number, due, X, out):
+    """Write the samples of each lane that lie within its step, and what is its next."""
+    whole_vectors()
+    N, at = out.shape[2], X[-1]
+    for lane in range(W):
+        run, t, rest, per_step, within = number[lane], S[N, lane], low[N, lane], 1.0 / S[step, lane], TOGETHER
+        while within == TOGETHER:
+            within, first = 0, max(due[lane], 0)  # no compiler knows that it is no index from the end
+            for k in range(TOGETHER):
+                at[k] = ((times[run, first + k] - t) - rest) * per_step
+            for k in range(TOGETHER):
+                within += 1 if at[k] <= share[lane] else 0
+            for i in range(N if within > 0 else 0):
+                x, left, c = S[i, lane], low[i, lane], _terms(S, terms + BLOCK * i, lane)
+                for k in range(TOGETHER):
+                    X[i, k] = x + (_sum(at[k], c) + left)
+            for k in range(within):
+                for i in range(N):
+                    out[run, first + k, i] = X[i, k]
+            due[lane] += within
+
+
+@njit(**OPTIONS)
+def _take(path, run, S, low, size, lane):
+    """Write a run into a lane."""
+    for row in range(path.table.shape[1]):
+        S[row, lane] = path.table[run, row]
+    for row in range(path.low.shape[1]):
+        low[row, lane] = path.low[run, row]
+    for row in range(path.size.shape[1]):
+        size[row, lane] = path.size[run, row]
+
+
+@njit(**OPTIONS)
+def _give_back(path, run, S, low, size, lane):
+    """Write a lane into its run."""
+    for row in range(path.table.shape[1]):
+        path.table[run, row] = S[row, lane]
+    for row in range(path.low.shape[1]):
+        path.low[run, row] = low[row, lane]
+    for row in range(path.size.shape[1]):
+        path.size[run, row] = size[row, lane]
+
+
+@njit(void(EXPAND, PATH, float64[:, ::1], float64, int64, float64[:, :, ::1]), nogil=True, **OPTIONS)
+def follow(expand, path, times, tolerance, steps, out):
+    """Advance runs by so many steps at most, and write their samples.
+
+    A run whose steps vanish is at an end, and its further samples are NaN.
+
+    Args:
+        times (runs, samples and TOGETHER times that never come).
+        out (runs, samples, states without the time).
     """
     whole_vectors()
-    rows, runs = path.table.shape
-    N, count = path.place.shape[0], times.shape[1]
-    S, B = scratch(rows + path.order * N), scratch(rows)
-    size, place, clock = rows_of(N), rows_of(N), rows_of(5)
-    X, share, excess, open_ = scratch(1), scratch(1), scratch(1), scratch(1)
-    due = np.empty((2, W), dtype=np.int64)
-    for first in range(0, runs, W):
-        lanes = min(W, runs - first)
-        load(path.table, first, S)
-        load(path.size, first, size.reshape(N * W))
-        load(path.place, first, place.reshape(N * W))
-        load(path.clock, first, clock.reshape(5 * W))
+    (runs, terms), series, N = path.table.shape, path.low.shape[1], path.size.shape[1]
+    rows, low, size = scratch(terms + BLOCK * series), rows_of(series), rows_of(N)
+    share, next_step, X, step, S = scratch(1), scratch(1), np.zeros((N, TOGETHER)), series + 1, rows.reshape(-1, W)
+    run, number, left = np.full(W, -1), np.zeros(W, dtype=np.int64), np.zeros(W, dtype=np.int64)
+    due, following, count = np.full(W, times.shape[1] - TOGETHER), 0, times.shape[1] - TOGETHER
+    while True:
+        going = False
         for lane in range(W):
-            due[0, lane] = path.due[1, first + lane] if lane < lanes else count
-        for _ in range(steps):
-            going = False
-            for lane in range(W):
-                open_[lane] = 1.0 if due[0, lane] < count else 0.0
-                going = going or due[0, lane] < count
-                S[path.step * W + lane] = clock[2, lane] if open_[lane] > 0.0 else 0.0
-            if not going:
-                break
-            for at in range(rows * W):
-                B[at] = S[at]
-            advance(S, 1)
-            _measure_step(S, B, place, path.order, size, excess)
-            _choose(S, B, clock, excess, open_, tolerance)
-            _write_samples(S, B, path, first, times, clock, place, due, share, X, out)
-            for lane in range(lanes):
-                clock[1, lane], clock[2, lane] = clock[3, lane], clock[4, lane]
-                due[0, lane] = due[1, lane] if clock[2, lane] >= LEAST_STEP else count
-        store(S, first, path.table)
-        store(size.reshape(N * W), first, path.size)
-        store(clock.reshape(5 * W), first, path.clock)
-        for lane in range(lanes):
-            path.due[1, first + lane] = due[0, lane]
+            if run[lane] >= 0 and (left[lane] == 0 or due[lane] == count):
+                path.due[1, run[lane]] = due[lane]
+                _give_back(path, run[lane], S, low, size, lane)
+                run[lane], due[lane], S[step, lane] = -1, count, 0.0
+            if run[lane] < 0 and following < runs:
+                run[lane], left[lane] = following, steps
+                number[lane], due[lane] = path.due[0, following], path.due[1, following]
+                _take(path, following, S, low, size, lane)
+                following += 1
+            going = going or run[lane] >= 0
+        if not going:
+            break
+        expand(rows)
+        _choose(S, terms, step, size, share, next_step, tolerance)
+        _write_samples(S, terms, step, low, share, times, number, due, X, out)
+        _move(S, terms, low, share)
+        for lane in range(W):
+            left[lane] -= 1
+            S[step, lane] = next_step[lane]
+            if due[lane] < count and not next_step[lane] >= LEAST_STEP:
+                for k in range(due[lane], count):
+                    for i in range(out.shape[2]):
+                        out[number[lane], k, i] = math.nan
+                due[lane] = count

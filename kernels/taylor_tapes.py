@@ -25,7 +25,7 @@ from kernels.blocks import W
 from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.runs import ORDER
 
-STATE, SUM, PRODUCT, QUOTIENT, FUNCTION = range(5)
+STATE, SUM, PRODUCT, QUOTIENT, FUNCTION, CONSTANT = range(6)
 FIRST_ORDER, SECOND_ORDER, ABSOLUTE = range(3)  # of what is watched
 
 # Columns of a row of the tape. FIRST and SECOND are rows above (-1: does not move), the state's number, or where a
@@ -140,14 +140,14 @@ def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
                     out[lane] = A[n, lane]
                 continue
             for lane in range(W):
-                out[lane] = 0.0
+                out[lane] = S[row[OWN] * W + lane] if (code == CONSTANT) & (n == 0) & (row[OWN] >= 0) else 0.0
             if code == SUM:
                 _sum(C, parts, weights, row[FIRST], row[SECOND], n, out)
             elif code == PRODUCT:
                 _product(C, S, row, n, epsilon, out)
             elif code == QUOTIENT:
                 _quotient(C, S, row, n, epsilon, C[k], over[k], out)
-            else:
+            elif code == FUNCTION:
                 _function(C, S, row, n, epsilon, R[k], out)
 
 
@@ -160,6 +160,38 @@ def _gather(A, S, row):
         for n in range(ORDER - 1, 0, -1):
             total += A[n, lane]
         S[row * W + lane] = total + A[0, lane]
+
+
+@njit(**OPTIONS)
+def _series(tape, parts, weights, rates, states, S, X, C, R):
+    """All terms of a step: of the states into X, of each row into C, and of functions' remainders into R."""
+    whole_vectors()
+    highest, epsilon, step, over = X.shape[1] - 1, states * W, (states + 1) * W, np.empty((len(tape), W))
+    for i in range(len(rates)):
+        for lane in range(W):
+            X[i, 0, lane] = S[i * W + lane]
+    for n in range(highest + 1):
+        for i in range(len(rates) if n > 0 else 0):
+            a, base = rates[i]
+            for lane in range(W):
+                rate = C[a, n - 1, lane] if a >= 0 else 0.0
+                rate += S[base * W + lane] if (n == 1) & (base >= 0) else 0.0
+                X[i, n, lane] = S[step + lane] / n * rate
+        _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest)
+    for k in range(len(tape)):
+        if (tape[k, CODE] == FUNCTION) & (tape[k, LAST] == 0):  # it is carried: the highest order of it is wanted
+            out = C[k, highest]
+            for lane in range(W):
+                out[lane] = 0.0
+            _function(C, S, tape[k], highest, epsilon, R[k], out)
+
+
+@njit(**OPTIONS)
+def _put(A, S, first):
+    """Write the terms of a series into rows of S."""
+    for n in range(1, len(A)):
+        for lane in range(W):
+            S[(first + n - 1) * W + lane] = A[n, lane]
 
 
 @njit(void(ROWS, WHOLE, REAL, ROWS, types.UniTuple(int64, 2), float64[::1], int64), **OPTIONS)
@@ -177,36 +209,38 @@ def advance(tape, parts, weights, rates, rows, S, steps):
         steps (int): How many.
     """
     whole_vectors()
-    size, count, epsilon, step = len(rates), len(tape), rows[0] * W, (rows[0] + 1) * W
+    size, count = len(rates), len(tape)
     X, C = np.empty((size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
-    R, over = np.zeros((count, ORDER + 1, W)), np.empty((count, W))
+    R = np.zeros((count, ORDER + 1, W))
     for _ in range(steps):
-        for i in range(size):
-            for lane in range(W):
-                X[i, 0, lane] = S[i * W + lane]
-        for n in range(ORDER + 1):
-            if n > 0:
-                for i in range(size):
-                    a, base = rates[i]
-                    for lane in range(W):
-                        rate = C[a, n - 1, lane] if a >= 0 else 0.0
-                        rate += S[base * W + lane] if (n == 1) & (base >= 0) else 0.0
-                        X[i, n, lane] = S[step + lane] / n * rate
-            _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, ORDER)
+        _series(tape, parts, weights, rates, rows[0], S, X, C, R)
         for i in range(size):
             _gather(X[i], S, i)
         for k in range(count):
             if tape[k, CODE] == FUNCTION:
-                if tape[k, LAST] == 0:  # its remainder is a state: the highest order of that is wanted
-                    out = C[k, ORDER]
-                    for lane in range(W):
-                        out[lane] = 0.0
-                    _function(C, S, tape[k], ORDER, epsilon, R[k], out)
                 _gather(R[k], S, tape[k, REMAINDER])
     for i in range(size):
-        for n in range(ORDER):
-            for lane in range(W):
-                S[(rows[1] + ORDER * i + n) * W + lane] = X[i, n + 1, lane]
+        _put(X[i], S, rows[1] + ORDER * i)
+
+
+@njit(void(ROWS, WHOLE, REAL, ROWS, types.UniTuple(int64, 3), float64[::1]), **OPTIONS)
+def expand(tape, parts, weights, rates, rows, S):
+    """Write the terms of the states and functions, where deviations are from nothing and epsilon is 1.
+
+    Args:
+        tape, parts, weights, rates, S: As of :func:`advance`.
+        rows (3 ints): Rows of S that are state or function, all of them, and the order: the terms of each follow, of
+            orders 1 to that, and a row that is left alone.
+    """
+    whole_vectors()
+    size, count, order = len(rates), len(tape), rows[2]
+    X, C, R = np.empty((size, order + 1, W)), np.empty((count, order + 1, W)), np.zeros((count, order + 1, W))
+    _series(tape, parts, weights, rates, rows[0], S, X, C, R)
+    for i in range(size):
+        _put(X[i], S, rows[1] + (order + 1) * i)
+    for k in range(count):
+        if tape[k, CODE] == FUNCTION:
+            _put(C[k], S, rows[1] + (order + 1) * tape[k, REMAINDER])
 
 
 @njit(**OPTIONS)

@@ -57,7 +57,7 @@ def test_a_shaken_pendulum_is_scipys(begin):
     assert ds["theta"].dims == ("time",)
     off = np.abs(np.array([ds["theta"], ds["theta_dot"]]) - exact)
     assert (off <= [ds["theta_error"] + 1e-10, ds["theta_dot_error"] + 1e-10]).all()  # DOP853's, 1e-13 a step
-    assert ds["theta_error"].max() < (1e-10 if begin == 0.0 else 1e-7)
+    assert ds["theta_error"].max() < (1e-10 if begin == 0.0 else 2e-7)
     assert ds["theta_dot"].attrs["units"] == "rad s-1"
 
 

@@ -54,8 +54,8 @@ class Graph:
 
     Args:
         equations: the equations of motion.
-        near: whether deviations are from an equilibrium, where velocities and forces vanish; else they are from any
-            place, and the time is the last of the states.
+        near: whether deviations are from an equilibrium, where velocities and forces vanish; else all that moves is
+            its own deviation (U = 0, epsilon = 1), and the time is the last of the states.
     """
 
     def __init__(self, equations, near: bool = True):

@@ -1,10 +1,11 @@
 """Motions of a described system, however far from an equilibrium, with errors.
 
-The generated Taylor steps carry deviations from where the last few steps began, so that functions are worked out afresh
-there and no rounding adds up in them. Each step is as long as its own terms allow, and samples within it are sums of
-its terms. Steps are halved until the samples change by less than the tolerance, or by rounding alone, and four times
-what the last halving changed is the error. Starts are known to a rounding, and so is the time where it stands in the
-equations; every other solution starts that much beside and later, for no halving shows what the motion makes of that.
+The generated Taylor series carry functions beside the states, and after some steps these are worked out afresh, so that
+no rounding adds up in them; what rounding leaves of a state is carried on. Each step is as long as its own terms allow,
+and samples within it are sums of its terms. Steps are halved until the samples change by less than the tolerance, or by
+rounding alone, and four times what the last halving changed is the error. Starts are known to a rounding, and so is the
+time where it stands in the equations; every other solution starts that much beside and later, for no halving shows what
+the motion makes of that.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from kernels import paths
 from sweeps.mechanics.taylor import Code
 
-SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps from one place, and how often
+SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps until functions are worked out afresh, and how often
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
 EPSILON = float(np.finfo(np.float64).eps)
@@ -33,30 +34,25 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     """
     time = len(code.graph.equations.states)  # the place of the time among the states
     x = np.insert(start, time, times[:, 0], axis=1)
-    found, module = np.full((*times.shape, start.shape[1]), np.nan), code.module()
+    count, expand = times.shape[1], code.module().expand
+    found = np.empty((len(x), count, start.shape[1]))
     found[:, 0] = start
-    size, span = np.zeros((code.n, len(x))), np.ptp(times, axis=1) / times.shape[1]  # the first step is a guess
-    span[span == 0.0] = 1.0
-    number, due, times = np.arange(len(x)), np.ones(len(x), dtype=np.int64), np.ascontiguousarray(times)
-    rest = np.zeros(len(x))  # of the time, below its rounding
+    low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), np.ptp(times, axis=1) / count
+    step[step == 0.0] = 1.0
+    due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
+    times = np.pad(times, ((0, 0), (0, paths.TOGETHER)), constant_values=np.inf)
     for _ in range(MOST_SEGMENTS):
-        if not number.size:
+        if not due.size:
             break
-        still = np.zeros((code.n, len(x)))
-        still[time] = rest
-        rows = code.starts([p[number] for p in parameters], x, [(np.ones(len(x)), still)])[:, 0]
-        clock, place, table = np.stack([x[:, time], rest, span]), *map(np.ascontiguousarray, (x.T, rows.T))
-        path = paths.Path(table, place, size, clock, np.stack([number, due]), code.step_row, code.order)
-        paths.follow(module.advance, path, times, tolerance, SEGMENT, found)
-        left = path.due[1] < times.shape[1]
-        x, size, (since, gone, span) = (
-            (x + table[: code.n].T)[left],
-            np.ascontiguousarray(size[:, left]),
-            clock[:, left],
-        )
-        x[:, time] = since + gone
-        rest = gone - (x[:, time] - since)
-        number, due = path.due[:, left]
+        table = code.table([p[due[0]] for p in parameters], x, low[:, : code.n], step)
+        low[:, code.n :] = 0.0
+        path = paths.Path(table, low, size, due)
+        paths.follow(expand, path, times, tolerance, SEGMENT, found)
+        left = due[1] < count
+        x, low, size, step = table[left, : code.n], low[left], size[left], table[left, code.step_row]
+        due = np.ascontiguousarray(due[:, left])
+    for number, first in due.T:
+        found[number, first:] = np.nan
     return found
 
 

@@ -5,7 +5,7 @@ compiled in two seconds, whatever its size.
 """
 
 from kernels import taylor_tapes as kernel
-from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, X
+from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, X
 from sweeps.mechanics.taylor import Code
 
 MODULE_SECONDS = 2.0
@@ -32,13 +32,27 @@ def check(S):
     """Write the conserved quantities' deviations."""
     taylor_tapes.check(CHECK, CHECK_PARTS, CHECK_WEIGHTS, WATCHED, STATES, S)
 '''
-CODES = {X: kernel.STATE, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
+FAR_TEXT = '''"""{title}: a tape of Taylor series."""
+
+import numpy as np
+
+from kernels import taylor_tapes
+from kernels.jit import PASSED, njit
+
+STATES, ROWS = {states}, {rows}
+TABLES
+
+@njit("void(float64[::1])", **PASSED)
+def expand(S):
+    """Write the terms of every lane's series."""
+    taylor_tapes.expand(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, (STATES, ROWS, {order}), S)
+'''
+CODES = {CONSTANT: kernel.CONSTANT, X: kernel.STATE, ADD: kernel.SUM, MUL: kernel.PRODUCT, DIV: kernel.QUOTIENT}
 
 
 class TapedCode(Code):
     """Rows of the scratch array as of `Code`, and a module that holds the tape."""
 
-    far_order = kernel.ORDER
     kernels = ("taylor_tapes",)
 
     @property
@@ -55,7 +69,10 @@ class TapedCode(Code):
         functions, g = self.graph.functions, self.graph
         last = set(self._inner([g.nodes[f].parts[0] for f in functions]))
         slots, tables = self._tables("STEP", self._needed([*g.rates, *functions]), last)
-        tables += [_table("RATES", [[slots.get(k, -1), -1 if g.near else self._base_row(k)] for k in g.rates], 2)]
+        rates = [[slots[k] if g.moves(k) else -1, -1 if g.near else self._base_row(k)] for k in g.rates]
+        tables += [_table("RATES", rates, 2)]
+        if not g.near:
+            return self._header(FAR_TEXT).replace("TABLES", "\n".join(tables))
         slots, more = self._tables("CHECK", self._inner([k for _, terms in g.watched for k in terms]), set())
         watched = [[row, kind, slots.get(k, -1)] for row, (kind, terms) in enumerate(g.watched) for k in terms]
         tables = "\n".join([*tables, *more, _table("WATCHED", watched, 3)])
@@ -63,16 +80,20 @@ class TapedCode(Code):
 
     def _tables(self, name, nodes, last):
         """Row of the tape of each node, and the text of the tape."""
+        nodes = sorted({*nodes, *(k for number in nodes for k in self._added(self.graph.nodes[number]))})
         slots, parts, weights, rows = {k: row for row, k in enumerate(nodes)}, [], [], []
         for number in nodes:
             node, row = self.graph.nodes[number], [-1] * kernel.COLUMNS
-            row[kernel.CODE], row[kernel.LAST] = CODES.get(node.kind, kernel.FUNCTION), int(number in last)
+            row[kernel.CODE] = CODES.get(node.kind, kernel.FUNCTION)
+            row[kernel.LAST] = int(number in last or node.kind == CONSTANT)
             if node.kind == ADD:
                 pairs = [(slots[k], w) for w, k in zip(node.weights, node.parts, strict=True) if k in slots]
                 row[kernel.FIRST], row[kernel.SECOND] = len(parts), len(parts) + len(pairs)
                 parts, weights = parts + [k for k, _ in pairs], weights + [w for _, w in pairs]
             elif node.kind == X:
                 (row[kernel.FIRST],) = node.parts
+            elif node.kind == CONSTANT:
+                row[kernel.OWN] = self._base_row(number)
             elif node.kind == FUNCTION:
                 self._function_row(number, node, row, slots)
             else:
@@ -81,19 +102,27 @@ class TapedCode(Code):
         tables = [_table(name, rows, kernel.COLUMNS), _table(f"{name}_PARTS", parts)]
         return slots, [*tables, _table(f"{name}_WEIGHTS", weights, dtype="float64")]
 
+    def _added(self, node):
+        """The constants that a node adds or divides: far from equilibria they have rows of their own."""
+        parts = {ADD: node.parts, DIV: node.parts[:1]}.get(node.kind, ())
+        return [k for k in parts if not (self.graph.near or self.graph.moves(k))]
+
     def _function_row(self, number, node, row, slots):
         row[kernel.FIRST], row[kernel.SLOPE] = slots[node.parts[0]], slots.get(self.graph.slopes[number], -1)
-        row[kernel.REMAINDER], row[kernel.OWN] = self.remainders[number], self._row_of("F", number)
+        row[kernel.REMAINDER] = self.remainders[number]
+        row[kernel.OWN] = self._row_of("F", number) if self.graph.near else -1
 
     def _pair_row(self, number, node, row, slots):
         first, second = node.parts
-        row[kernel.FIRST], row[kernel.SECOND] = slots.get(first, -1), slots.get(second, -1)
+        added = self._added(node)
+        for at, k in ((kernel.FIRST, first), (kernel.SECOND, second)):
+            row[at] = slots[k] if self.graph.moves(k) or k in added else -1
         row[kernel.BASE1], row[kernel.BASE2] = self._base_row(first), self._base_row(second)
         row[kernel.OWN] = self._base_row(number) if node.kind == DIV else -1
 
     def _base_row(self, number):
-        """Row of a node's value at the equilibrium; -1 where that is 0 for a reason."""
-        return -1 if self.graph.nodes[number].zero else self._row_of("U", number)
+        """Row of a node's value where deviations are from; -1 where that is 0."""
+        return -1 if self._is_unbased(number) else self._row_of("U", number)
 
     def _row_of(self, kind, number):
         self._constant(kind, number)

@@ -12,6 +12,9 @@ each node of the graph gives its n-th term from the ones before it,
 order 8: it needs no sine or power inside the loop over lanes, its terms are relative to the nudge, and for Euler's
 equations it is the very step that the rigid body takes.
 
+Far from equilibria U = 0 and ε = 1 for all that moves, functions are integrated themselves, and `expand` writes the
+terms of the states' and functions' series, of which `kernels.paths` makes steps as long as they allow.
+
 Beside `advance` stands `check`, which writes what a run watches: the deviation of a conserved quantity over ε or,
 where its gradient vanishes at the equilibria, as an energy's does, over ε².
 
@@ -29,7 +32,7 @@ import numpy as np
 
 from kernels.blocks import W
 from kernels.cache import cache_folder, load
-from kernels.runs import ORDER, Integrator
+from kernels.runs import FAR_ORDER, ORDER, Integrator
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
 from sweeps.process.files import replaced
 
@@ -52,6 +55,17 @@ def advance(S, steps):
     for _ in range(steps):
         for lane in range({W}):
             STEP(S, lane)
+'''
+EXPAND = '''SERIES = lines("""
+{lines}
+""")
+
+
+@njit("void(float64[::1])", **PASSED)
+def expand(S):
+    """Write the terms of every lane's series."""
+    for lane in range({W}):
+        SERIES(S, lane)
 '''
 CHECK = '''TOLD = lines("""
 {lines}
@@ -81,17 +95,18 @@ class Code:
     along a run; `advance` writes the terms of its last step after these, of orders 1 to `order` of each state.
     """
 
-    far_order = 16  # of steps far from equilibria, which are as long as their terms allow
     kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
 
     def __init__(self, graph: Graph):
-        self.graph, self.order = graph, ORDER if graph.near else self.far_order
+        self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
+        self.block = self.order if graph.near else self.order + 1  # rows of a series' terms
         self.n = len(graph.rates)
         self.remainders = {number: self.n + k for k, number in enumerate(graph.functions)}
         self.states = self.n + len(self.remainders)
         self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
         self._used: set = set()
+        self._epsilon, self._carried = ("epsilon * ", "w") if graph.near else ("", "u")
         self.text = self._text()
 
     @property
@@ -102,7 +117,7 @@ class Code:
     @property
     def room(self) -> int:
         """Number of rows that `advance` needs: with the terms of a step."""
-        return self.rows + self.order * self.n
+        return self.rows + self.block * (self.n if self.graph.near else self.states)
 
     @property
     def compile_seconds(self) -> float:
@@ -152,12 +167,37 @@ class Code:
                     row[:, at] = (U if kind == "U" else slopes)[number]
         return rows
 
+    def table(self, parameters, x, low, step) -> np.ndarray:
+        """Return the scratch array's rows of motions far from equilibria, shape (runs, rows).
+
+        Args:
+            parameters: a list of arrays (runs,).
+            x: states, the time last, shape (runs, states).
+            low: what is left of each below its rounding, shape (runs, states).
+            step: shape (runs,).
+        """
+        rows = np.empty((len(x), self.rows))
+        with np.errstate(all="ignore"):
+            U, slopes = self.values.bases(parameters, list(x.T))
+            hat, _ = self.values.deviations(U, slopes, parameters, 1.0, low.T)
+            rows[:, : self.n], rows[:, self.epsilon_row], rows[:, self.step_row] = x, 1.0, step
+            for number, at in self.remainders.items():
+                rows[:, at] = U[number] + hat[number]
+            for (_, number), at in self.constants.items():
+                rows[:, at] = U[number]
+        return rows
+
     # -- names in the text
 
-    def _base(self, number):
-        """Text of U of a node: a literal, or the local of its row; None where it is 0 for a reason."""
+    def _is_unbased(self, number):
+        """Whether U of a node is 0: for a reason, or because all of what moves is in its terms."""
         node = self.graph.nodes[number]
-        if node.zero:
+        return node.zero or not (self.graph.near or node.kind == CONSTANT)
+
+    def _base(self, number):
+        """Text of U of a node: a literal, or the local of its row; None where it is 0."""
+        node = self.graph.nodes[number]
+        if self._is_unbased(number):
             return None
         if node.kind == CONSTANT and node.weights[0].is_number:
             return repr(float(node.weights[0]))
@@ -169,7 +209,10 @@ class Code:
         return f"{kind}{number}"
 
     def _hat(self, number, order):
-        return f"u{number}_{order}" if self.graph.moves(number) else None
+        """Text of a node's term; None where it is 0. Far from equilibria a constant has one, of order 0."""
+        if self.graph.moves(number):
+            return f"u{number}_{order}"
+        return None if self.graph.near or order else self._base(number)
 
     # -- the step
 
@@ -216,7 +259,7 @@ class Code:
 
     def _rate(self, i, n):
         rate = self._hat(self.graph.rates[i], n - 1)
-        base = self._base(self.graph.rates[i]) if n == 1 else None
+        base = self._base(self.graph.rates[i]) if n == 1 and self.graph.near else None
         both = f"({rate} + {base})" if rate and base else rate or base
         return f"h{n} * {both}" if both else "0.0"
 
@@ -240,7 +283,7 @@ class Code:
         if a == b and len(terms) == 2:
             terms = [f"2.0 * {terms[0]}"]
         if self.graph.moves(a) and self.graph.moves(b):
-            terms.append(f"epsilon * ({self._square(a, n) if a == b else self._convolution(a, b, 0, n)})")
+            terms.append(f"{self._epsilon}({self._square(a, n) if a == b else self._convolution(a, b, 0, n)})")
         return " + ".join(terms) or "0.0"
 
     def _convolution(self, a, b, first, n):
@@ -256,16 +299,18 @@ class Code:
         lines, terms = [], [self._hat(above, n) or "0.0"]
         if n == 0:
             base = self._base(below)
-            lines.append(f"r{number} = 1.0 / ({base + ' + ' if base else ''}epsilon * u{below}_0)")
-        if not node.zero:
-            terms.append(f"{self._constant('U', number)} * u{below}_{n}")
+            lines.append(f"r{number} = 1.0 / ({base + ' + ' if base else ''}{self._epsilon}u{below}_0)")
+        if own := self._base(number):
+            terms.append(f"{own} * u{below}_{n}")
         if n > 0:
             convolution = " + ".join(f"u{below}_{k} * u{number}_{n - k}" for k in range(1, n + 1))
-            terms.append(f"epsilon * ({convolution})")
+            terms.append(f"{self._epsilon}({convolution})")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
 
     def _function(self, number, node, n, name):
         (inner,) = node.parts
+        if not self.graph.near:
+            return [f"{name} = {self._remainder(number, inner, n)}"]
         lines = [f"w{number}_{n} = {self._remainder(number, inner, n)}"]
         if self.graph.moves(inner):
             lines.append(f"{name} = {self._constant('F', number)} * u{inner}_{n} + epsilon * w{number}_{n}")
@@ -296,9 +341,8 @@ class Code:
                     lines += self._term(number, n)
         for number in functions:
             if number not in last:
-                lines.append(
-                    f"w{number}_{self.order} = {self._remainder(number, self.graph.nodes[number].parts[0], self.order)}"
-                )
+                (inner,) = self.graph.nodes[number].parts
+                lines.append(f"{self._carried}{number}_{self.order} = {self._remainder(number, inner, self.order)}")
         return lines
 
     def _sums(self):
@@ -357,16 +401,21 @@ class Code:
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
     def _terms(self):
-        """Lines that write the terms of the states; no row is added after them."""
-        for i in range(self.n):
+        """Lines that write the terms of the series; no row is added after them."""
+        names = [f"x{i}" for i in range(self.n)]
+        names += [f"u{number}" for number in self.remainders if not self.graph.near]
+        for row, name in enumerate(names):
             for n in range(1, self.order + 1):
-                yield f"S[{(self.rows + self.order * i + n - 1) * W} + lane] = x{i}_{n}"
+                yield f"S[{(self.rows + self.block * row + n - 1) * W} + lane] = {name}_{n}"
 
     def _text(self):
-        check = [CHECK.format(lines=self._straight(self._check_lines()), W=W)] if self.graph.near else []
+        if not self.graph.near:
+            expand = EXPAND.format(lines=self._straight([*self._step_lines(), *self._terms()]), W=W)
+            return "\n\n".join([self._header(HEADER), expand])
+        check = CHECK.format(lines=self._straight(self._check_lines()), W=W)
         self._used = set()
         advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums(), *self._terms()]), W=W)
-        return "\n\n".join([self._header(HEADER), advance, *check])
+        return "\n\n".join([self._header(HEADER), advance, check])
 
     def _header(self, text):
         title = in_quotes(self.graph.equations.system.title)

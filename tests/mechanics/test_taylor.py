@@ -235,3 +235,30 @@ def test_a_tape_of_first_order_gives_what_the_text_gives(name):
         ends.append(np.concatenate([rows[: made.watched_row + len(made.graph.watched)], rows[made.rows :]]))
     # rounding of each order's sums, over six units of time
     assert ends[1] == pytest.approx(ends[0], rel=1e-11, abs=1e-11 * np.abs(ends[0][: made.n]).max())
+
+
+@pytest.mark.slow
+def test_a_tape_far_from_equilibria_gives_what_the_text_gives():
+    """Constants that are added and divided, a rate that is one, sines and roots."""
+    from sweeps.mechanics import motions, taped  # compiles its kernel where it is imported
+
+    system = System("Constants")
+    x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
+    a = system.parameter("a", default=0.5)
+    system.rate(x, a / (2 + sp.sin(y)) + 3)
+    system.rate(y, a + 1 / sp.sqrt(1 + x**2) - a * z)
+    system.rate(z, a)
+    made, start, times = code(derive(system), near=False), np.array([[0.3, 1.0, -1.0]]), np.linspace(0.0, 5.0, 11)[None]
+    ends = [motions.follow(c, [np.array([0.7])], start, times, 1e-14) for c in (made, taped.TapedCode(made.graph))]
+    # some steps' roundings of numbers up to 20
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-13)
+    exact = solve_ivp(
+        lambda t, s: [0.7 / (2 + np.sin(s[1])) + 3, 0.7 + 1 / np.hypot(1, s[0]) - 0.7 * s[2], 0.7],
+        (0.0, 5.0),
+        start[0],
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+        t_eval=times[0],
+    ).y.T
+    np.testing.assert_allclose(ends[0][0], exact, rtol=0, atol=1e-10)  # DOP853's error
