@@ -198,7 +198,7 @@ def _refusing_what_cannot_be_drawn(ds: "xr.Dataset | PlainMap", picture: str) ->
     except (ArithmeticError, ValueError):
         for name in (name for name in ds.variables if ds[name].dtype.kind == "f"):
             for box in blocks(dict(zip(ds[name].dims, ds[name].shape, strict=True)), BLOCK_POINTS):
-                sizes = np.abs(read(ds, name, box))
+                sizes = np.abs(read(ds, name, box), dtype=np.float64)
                 beyond = sizes[(sizes > LARGEST) | ((sizes > 0.0) & (sizes < 1.0 / LARGEST))]
                 if beyond.size:
                     wrong = f"{picture} cannot be drawn: {shortened(repr(name))} holds {beyond[0]:g}"
