@@ -7,6 +7,8 @@ from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.problem import RootProblem, magnitude
 
+FLAT = 1e-9  # of what a conserved quantity changes in second order: less is no slope
+
 
 class Landscape(RootProblem):
     """Hold the functions of arrays that vanish at equilibria, with their derivatives and bounds.
@@ -57,6 +59,16 @@ class Landscape(RootProblem):
     def gradients(self, parameters, x):
         """Return the derivatives of the conserved quantities, shape (points, quantities, n)."""
         return self._shaped(self._gradients, (-1, self.n), parameters, x)
+
+    def conserved_slopes(self, parameters, x, sizes):
+        """Return the changes of conserved quantities along each state's size, shape (points, quantities, n), or 0.
+
+        Where all that is left is a rounding of what they change in second order, they have no slope.
+        """
+        slopes = self.gradients(parameters, x) * sizes[:, None, :]
+        bent = np.einsum("pi,pqij,pj->pq", sizes, self.curvatures(parameters, x), sizes)
+        slopes[np.abs(slopes).sum(axis=2) <= FLAT * bent] = 0.0
+        return slopes
 
     def curvatures(self, parameters, x):
         """Return the absolute second derivatives of the conserved quantities, shape (points, quantities, n, n)."""

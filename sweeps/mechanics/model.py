@@ -95,11 +95,11 @@ class Model:
             return N
         parameters = self.parameters({p.name: [p.default] for p in self.system.parameters.values()}, 1)
         with np.errstate(all="ignore"):
-            starts = self.landscape.starts(parameters)[0]
-            repeated = [np.repeat(p, len(starts)) for p in parameters]
-            gradients = self.landscape.gradients(repeated, list(starts.T))
-            gradients = gradients * self.landscape.sizes(repeated, list(starts.T))[:, None, :]
-        found = gradients[np.isfinite(gradients).all((1, 2))]
+            named = self.landscape.starts(parameters)
+            places = (named if self.system.labels else self.equilibria(parameters).places)[0]
+            repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
+            slopes = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
+        found = slopes[np.isfinite(slopes).all((1, 2))]
         if not found.size:
             raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")
         singular = np.linalg.svd(found[0], compute_uv=False)

@@ -57,7 +57,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     with np.errstate(all="ignore"):
         J, terms, sizes = _jacobian(model, parameters, place)
         S, sizes = _scales(terms, sizes)
-        gradients = model.landscape.gradients(parameters, list(place.T)) * sizes[:, None, :]
+        gradients = model.landscape.conserved_slopes(parameters, list(place.T), sizes)
         basis = _free(gradients, model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
@@ -277,14 +277,13 @@ def _scales(terms, sizes):
 
 
 def _free(gradients, n):
-    """An orthonormal basis of what the gradients leave free, shape (points, N, n)."""
+    """An orthonormal basis of what the gradients leave free, shape (points, N, n); NaN where they leave more."""
     points, count, N = gradients.shape
     if n == N:  # nothing is conserved to first order: gradients that vanish have no direction but their rounding's
         return np.broadcast_to(np.eye(N), (points, N, N))
-    sound = np.isfinite(gradients).all((1, 2))
-    basis = np.full((points, N, n), np.nan)
-    norm = np.linalg.norm(gradients[sound], axis=2, keepdims=True)
-    rows = gradients[sound] / np.where(norm > 0.0, norm, 1.0)
+    norm, basis = np.linalg.norm(gradients, axis=2, keepdims=True), np.full((points, N, n), np.nan)
+    sound = np.flatnonzero(np.isfinite(norm).all((1, 2)) & ((norm > 0.0).sum((1, 2)) >= N - n))
+    rows = gradients[sound] / np.where(norm[sound] > 0.0, norm[sound], 1.0)
     if count == N - n:  # none hangs on the others: the last columns are across all of them
         basis[sound] = np.linalg.qr(np.swapaxes(rows, 1, 2), mode="complete")[0][:, :, count:]
     else:

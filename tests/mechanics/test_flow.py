@@ -101,6 +101,29 @@ def test_conserved_quantities_take_their_zeros_out():
     assert Model(spinning(energy=energy, **momentum)).n == 2  # their slopes are parallel there
 
 
+@pytest.mark.slow  # compiling the fit takes as long as many quick tests
+@pytest.mark.parametrize("is_named", [True, False])
+def test_a_quantity_without_a_slope_takes_no_eigenvalue(is_named):
+    """Lotka and Volterra's constant of the motion is least at the equilibrium, whose eigenvalues are ± i √(a c)."""
+    system = System("Predators and prey", most=1)
+    a, c = (system.parameter(name, default=value, positive=True) for name, value in (("a", 0.7), ("c", 1.9)))
+    x, y = (system.state(name, bounds=(0.01, 20)) for name in "xy")
+    system.rate(x, a * x - x * y)
+    system.rate(y, x * y - c * y)
+    system.conserved(x - c * sp.log(x) + y - a * sp.log(y), "V")
+    if is_named:
+        system.equilibrium("together", {x: c, y: a})
+    model, values = Model(system), np.random.default_rng(1).uniform(0.1, 3.0, (2, 20))
+    assert model.n == 2
+    points = {"a": np.repeat(values[0], 2), "c": np.repeat(values[1], 2), "eigenvalue": np.tile([1, 2], 20)}
+    found = model.survey(points | {"epsilon": np.full(40, 1e-30), "equilibrium": np.zeros(40, dtype=int)})
+    exact = np.sqrt(points["a"] * points["c"]) * np.tile([-1, 1], 20)
+    assert (found["status"] == 0).all()
+    assert (np.abs(found["eigenvalue_real"]) <= found["eigenvalue_real_error"]).all()
+    assert (np.abs(found["eigenvalue_imag"] - exact) <= found["eigenvalue_imag_error"]).all()
+    assert (found["eigenvalue_imag_error"] < 1e-12).all()
+
+
 @pytest.mark.parametrize(
     ("made", "told"),
     [
