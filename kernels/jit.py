@@ -84,6 +84,29 @@ def _dispatcher(function, signature: tuple, options: dict):
     return kernel
 
 
+@cache
+def passed(kernel):
+    """Return a kernel, compiled with PASSED for one signature, as an argument of others whose address is known.
+
+    Numba looks for it at each call of the other, which takes longer than many a block of points.
+    """
+    if is_plain():
+        return kernel
+    from numba.core.types import WrapperAddressProtocol
+
+    (compiled,) = kernel.overloads.values()
+    address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
+
+    class Passed(WrapperAddressProtocol):
+        def __wrapper_address__(self):
+            return address
+
+        def signature(self):
+            return compiled.signature
+
+    return Passed()
+
+
 def whole_vectors() -> None:
     """Have the kernel that calls this use vectors of 512 bits where LLVM would take half; called first thing in it.
 

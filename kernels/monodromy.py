@@ -2,7 +2,13 @@ r"""Monodromy matrices from perturbed motions: segment after segment, and the pr
 
 From each direction, and from its other side, a perturbed motion is followed through every segment of the period beside
 the base motion, whose series all directions share. Half the difference of both sides is a column of the segment's
-matrix S, and :math:`M = S_K\cdots S_1`.
+matrix S, and :math:`M = S_K\cdots S_1`. Where the equations are not linear, one more motion begins at twice the sum of
+all directions: from twice the sum of their ends it differs by more than each column does from a linear motion.
+
+*Half a period.* Where Hamilton's equations are even in the time and have no terms in the velocities, :math:`u(-t)`
+solves them where u(t) does: the segments of the second half are :math:`R\,S_k^{-1}R` in reverse order, R with
+velocities reversed. Of :math:`S = (A\ B;\ C\ D)` and the masses a the inverse is known without division:
+:math:`a^{-1}(D^T B^T;\ C^T A^T)\,a`.
 
 *Errors.* What a segment may be off, :math:`G_k`, grows to :math:`|S_K\cdots S_{k+1}|\,G_k\,|S_{k-1}\cdots S_1|`, and so
 does the rounding of each product. Roundings are independent, so their squares are added; what is left out by the steps
@@ -14,218 +20,325 @@ that beside a large multiplier the entries of M have lost.
 """
 
 import math
+from functools import cache
+from itertools import combinations, product
 
 import numpy as np
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import product_in_lanes
-from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
+from kernels.straight import lines
 
 EPSILON = float(np.finfo(np.float64).eps)
 NOISE = 6.0 * EPSILON  # rounding of a segment, relative to its terms
-LARGE = 1e3  # trace from which on the lesser pair is found from the product of both
-ADVANCE = types.FunctionType(void(float64[::1], float64[:, ::1], int64))
+ROUNDED = 16.0 * EPSILON  # of terms: by what a sum of motions may be off by rounding alone
+LARGE = 1e3  # entry from which on the lesser pair is found from the product of both
+ELSEWHERE = 0.381966  # of a period: where the product begins again
+ROWS = void(float64[::1], float64[:, ::1], int64)
+FUNCTION = types.FunctionType(ROWS)
 
 
-@njit(**OPTIONS)
-def chain(S, G, steps, d, later, told):
-    """Write the products of the matrices of steps, d x d, lane by lane.
+class Record:
+    """The rows that are kept of each segment, W lanes each, and the lines that work on them.
+
+    S its matrix, row by row; o by what it is off beside rounding, in roundings, and a what counts as alike in all
+    segments, relative to the largest entry; t how often the first of two states'
+    columns turned through whole half turns before it; G the sizes of its errors, P the product of the matrices before,
+    Y of it and those after, E the sum of the squares of what its errors and those after become; C, D, Q, Z, F likewise
+    of the second compound.
 
     Args:
-        S, G (numpy.ndarray, shape (steps d d, W)): Matrices, row by row, and the sizes of their errors.
-        steps, d, later (int): Numbers of matrices and of rows; the step at which the other product begins.
-        told (numpy.ndarray, shape (3 d d + 1, W)): Written: the product; that of the cycle that begins at ``later``;
-            the root of the sum of the squares of what G, and one rounding of each product, become; and the number of
-            times that the first column turned through whole half turns, of d = 2.
+        n: number of states.
     """
-    whole_vectors()
-    size = d * d
-    P, X, Y, T = rows_of((steps + 1) * size), rows_of(size), rows_of(size), rows_of(size)
-    told[:] = 0.0
-    for i in range(d):
-        for lane in range(W):
-            P[i * d + i, lane], X[i * d + i, lane] = 1.0, 1.0
-    for s in range(steps):
-        before, after = P[s * size :], P[(s + 1) * size :]
-        product_in_lanes(S[s * size :], before, after, d)
-        if d == 2:
+
+    def __init__(self, n: int):
+        self.n, self.pairs = n, [*combinations(range(n), 2)] if n in (2, 4) else []
+        sizes = [n, 1, 1, 1, n, n, n, n, *[len(self.pairs)] * 5]
+        self.of, starts = dict(zip("SoatGPYECDQZF", sizes, strict=True)), np.cumsum([0, *np.square(sizes)]).tolist()
+        self.first, self.height = dict(zip("SoatGPYECDQZF", starts, strict=False)), starts[-1]
+
+    def at(self, name: str, i: int = 0, j: int = 0) -> str:
+        """Return the place of an entry, of the next segment where the name is doubled."""
+        row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * self.height
+        return f"S[{row * W} + lane]"
+
+    def _each(self, name, entry):
+        """Return lines that write a matrix."""
+        size = range(self.of[name[0]])
+        return [f"{self.at(name, i, j)} = {entry(i, j)}" for i in size for j in size]
+
+    def _product(self, a, b, i, j):
+        return " + ".join(f"{self.at(a, i, k)} * {self.at(b, k, j)}" for k in range(self.of[a[0]]))
+
+    def errors(self) -> list[str]:
+        """Return lines that write the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
+        n, most = range(self.n), "0.0"
+        for i, j in product(n, n):
+            most = f"max({most}, abs({self.at('S', i, j)}))"
+
+        def size(i, j):
+            terms = " + ".join(f"abs({self.at('S', i, k)} * {self.at('S', k, j)})" for k in n)
+            return f"min({terms}, most) + off"  # states apart stay apart
+
+        off = f"off = {self.at('o')} + {self.at('a')} * most"
+        return [f"most = {most}", off, *self._each("G", size)]
+
+    def minors(self) -> list[str]:
+        """Return lines that write the second compound and the sizes of its errors."""
+        found = self.errors()[:1]
+        for (r, (i, j)), (s, (k, m)) in product(enumerate(self.pairs), repeat=2):
+            one, other = (f"{self.at('S', i, a)} * {self.at('S', j, b)}" for a, b in ((k, m), (m, k)))
+            found += [f"one = {one}", f"other = {other}", f"{self.at('C', r, s)} = one - other"]
+            found += [f"{self.at('D', r, s)} = abs(one) + abs(other) + 2.0 * {self.at('o')} * most"]
+        return found
+
+    def before(self, matrix: str, others: str) -> list[str]:
+        """Return lines that multiply the product of those before by a segment's matrix."""
+        found = self._each(2 * others, lambda i, j: self._product(matrix, others, i, j))
+        if self.n == 2 and matrix == "S":
+            old, new = (f"({self.at(p, 1, 0)} > 0.0)" for p in ("P", "PP"))
+            ahead = f"{self.at('P', 1, 0)} * {self.at('PP', 0, 0)} > {self.at('P', 0, 0)} * {self.at('PP', 1, 0)}"
+            turned = f"({old} & ~{new}) | ({new} & ~{old})"
+            found += [f"turn = 1.0 if {ahead} else -1.0", f"turn = turn if {turned} else 0.0"]
+            found += [f"{self.at('tt')} = {self.at('t')} + turn"]
+        return found
+
+    def after(self, names: str) -> list[str]:
+        """Return lines that multiply the product of those after by a segment's matrix, and add the squares of errors.
+
+        Args:
+            names: of the rows of matrix, errors' sizes, products before and after, and squares.
+        """
+        matrix, error, before, others, squares = names
+        size, found = range(self.of[matrix]), []
+        for b in size:
+            for j in size:
+                found += [f"t_{b}_{j} = {self.at(2 * before, b, j)} * {self.at(2 * before, b, j)}"]
+                for c in size:
+                    found += [f"u = {self.at(error, b, c)} * {self.at(before, c, j)}", f"t_{b}_{j} = t_{b}_{j} + u * u"]
+        found += [f"z_{i}_{b} = {self.at(2 * others, i, b)} * {self.at(2 * others, i, b)}" for i in size for b in size]
+
+        def added(i, j):
+            return " + ".join([self.at(2 * squares, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for b in size)])
+
+        found += self._each(squares, added)
+        return [*found, *self._each(others, lambda i, j: self._product(2 * others, matrix, i, j))]
+
+
+@cache
+def compose_of(n):
+    """Return the compiled function that multiplies the matrices of n states: ``compose(S, told, steps)``.
+
+    S holds a :class:`Record` of each step and one more, flat, of which S and o are given. Written into told
+    (3 n n + 3, W): the product; that of the cycle that begins ELSEWHERE; the root of the sum of the squares of what G,
+    and one rounding of each product, become; the number of times that the first column turned through whole half turns,
+    of n = 2; where an entry is large, the trace of the second compound, and the error of that.
+    """
+    record = Record(n)
+    d, height, size = len(record.pairs), record.height, n * n
+    P, Y, E, Q, Z, F, turns = (record.first[name] for name in "PYEQZFt")
+    rate, minors = lines("\n".join(record.errors())), lines("\n".join(record.minors()))
+    before, after = lines("\n".join(record.before("S", "P"))), lines("\n".join(record.after("SGPYE")))
+    before_minors, after_minors = lines("\n".join(record.before("C", "Q"))), lines("\n".join(record.after("CDQZF")))
+
+    @njit(ROWS, name=f"compose_{n}", **PASSED)
+    def compose(S, told, steps):
+        whole_vectors()
+        R, alike = S.reshape(S.size // W, W), 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
+        last, later = R[steps * height :], R[round(ELSEWHERE * steps) * height :]
+        for i in range(n):
             for lane in range(W):
-                forward = before[2, lane] * after[0, lane] > before[0, lane] * after[2, lane]
-                if (before[2, lane] > 0.0) != (after[2, lane] > 0.0):
-                    told[3 * size, lane] += 1.0 if forward else -1.0
-    for s in range(steps, 0, -1):
-        before, after, rounding = P[(s - 1) * size :], P[s * size :], G[(s - 1) * size :]
-        if s == later:
-            product_in_lanes(after, X, told[size:], d)
-        for i in range(d):
-            for j in range(d):
-                row = T[i * d + j]
-                for lane in range(W):
-                    row[lane] = after[i * d + j, lane] ** 2
-                for b in range(d):
-                    for lane in range(W):
-                        row[lane] += (rounding[i * d + b, lane] * before[b * d + j, lane]) ** 2
-        for i in range(d):
-            for b in range(d):
-                for j in range(d):
-                    for lane in range(W):
-                        told[2 * size + i * d + j, lane] += X[i * d + b, lane] ** 2 * T[b * d + j, lane]
-        product_in_lanes(X, S[(s - 1) * size :], Y, d)
-        X, Y = Y, X
-    for i in range(size):
+                R[P + i * n + i, lane], last[Y + i * n + i, lane] = 1.0, 1.0
+        for s in range(steps):
+            here = S[s * height * W :]
+            for lane in range(W):  # the length of a step is rounded in all alike
+                here[(size + 1) * W + lane] = alike
+            for lane in range(W):
+                rate(here, lane)
+            for lane in range(W):
+                before(here, lane)
+        for s in range(steps - 1, -1, -1):
+            here = S[s * height * W :]
+            for lane in range(W):
+                after(here, lane)
+        product_in_lanes(later[P:], later[Y:], told[size:], n)
+        most = 0.0
+        for i in range(size):
+            for lane in range(W):
+                told[i, lane], told[2 * size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
+                most = max(most, abs(last[P + i, lane]))
         for lane in range(W):
-            told[i, lane] = P[steps * size + i, lane]
-            told[2 * size + i, lane] = math.sqrt(told[2 * size + i, lane])
+            told[3 * size, lane] = last[turns, lane]
+            told[3 * size + 1, lane] = told[3 * size + 2, lane] = np.nan
+        if d > 0 and most > LARGE:
+            for i in range(d):
+                for lane in range(W):
+                    R[Q + i * d + i, lane], last[Z + i * d + i, lane] = 1.0, 1.0
+            for s in range(steps):
+                here = S[s * height * W :]
+                for lane in range(W):
+                    minors(here, lane)
+                for lane in range(W):
+                    before_minors(here, lane)
+            for s in range(steps - 1, -1, -1):
+                here = S[s * height * W :]
+                for lane in range(W):
+                    after_minors(here, lane)
+            for lane in range(W):
+                most = 0.0
+                for i in range(size):
+                    most = max(most, abs(told[i, lane]))
+                trace, error = 0.0, 0.0
+                for i in range(d):
+                    trace += last[Q + i * d + i, lane]
+                    error += math.sqrt(R[F + i * d + i, lane])
+                if most > LARGE:  # whatever the other lanes are
+                    told[3 * size + 1, lane], told[3 * size + 2, lane] = trace, error
+
+    return compose
 
 
 @njit(**OPTIONS)
-def rate_rounding(S, off, n, G, most):
-    """Write the sizes of the errors of segments: of terms' roundings, |S||S| or the largest entry, and of ``off``."""
+def mirror(R, steps, height, n, masses):
+    """Write S and o of the second half of steps from those of the first one: R holds records of so many rows.
+
+    masses: the rows of the masses in the states' sizes, and those of their inverse.
+    """
     whole_vectors()
-    alike = 0.5 * EPSILON / NOISE * math.sqrt(len(off) * n)  # the length of a step is rounded in all alike
-    for s in range(len(off)):
-        here = S[s * n * n :]
+    m, most = n // 2, rows_of(1)[0]
+    for s in range(steps // 2):
+        here, there = R[s * height :], R[(steps - 1 - s) * height :]
         for lane in range(W):
-            most[s, lane] = 0.0
-        for i in range(n * n):
-            for lane in range(W):
-                most[s, lane] = max(most[s, lane], abs(here[i, lane]))
+            most[lane] = 1.0
         for i in range(n):
             for j in range(n):
-                row = G[(s * n + i) * n + j]
+                row = there[i * n + j]
                 for lane in range(W):
                     row[lane] = 0.0
-                for b in range(n):
-                    for lane in range(W):
-                        row[lane] += abs(here[i * n + b, lane] * here[b * n + j, lane])
-                for lane in range(W):  # states apart stay apart
-                    row[lane] = min(row[lane], most[s, lane]) + alike * most[s, lane] + off[s, lane]
-
-
-@njit(**OPTIONS)
-def minors(S, off, most, n, C, G):
-    """Write the second compounds of segments, and the sizes of their errors."""
-    whole_vectors()
-    d, row = n * (n - 1) // 2, 0
-    for s in range(len(off)):
-        here = S[s * n * n :]
-        for i in range(n):
-            for j in range(i + 1, n):
-                for k in range(n):
-                    for m in range(k + 1, n):
+                for a in range(m):
+                    for b in range(m):
+                        source = here[(a + m if j < m else a) * n + (b + m if i < m else b)]
+                        mass = masses[a * m + j if j < m else (j - m) * m + a]
+                        inverse = masses[m * m + (i * m + b if i < m else b * m + i - m)]
                         for lane in range(W):
-                            one = here[i * n + k, lane] * here[j * n + m, lane]
-                            other = here[i * n + m, lane] * here[j * n + k, lane]
-                            C[row, lane] = one - other
-                            G[row, lane] = abs(one) + abs(other) + 2.0 * off[s, lane] * most[s, lane]
-                        row += 1
-    return d
-
-
-@njit(**OPTIONS)
-def compose(S, off, n, later, has_minors, told):
-    """Write the product of segments and its errors, and the trace of its second compound and the error of that.
-
-    Args:
-        S, off (numpy.ndarray, shapes (steps n n, W) and (steps, W)): Matrices, row by row; by what a step is off beside
-            rounding, in roundings.
-        n, later (int): Number of rows, and the step at which the other product begins.
-        has_minors (bool): Whether the compound is wanted, where an entry of M is large.
-        told (numpy.ndarray, shape (3 n n + 3, W)): Written: as by :func:`chain`; then the trace and its error.
-    """
-    whole_vectors()
-    steps = len(off)
-    G, most = rows_of(steps * n * n), rows_of(steps)
-    rate_rounding(S, off, n, G, most)
-    chain(S, G, steps, n, later, told)
-    is_large = False
-    for i in range(n * n):
+                            row[lane] += inverse[lane] * source[lane] * mass[lane]
+                for lane in range(W):
+                    most[lane] = max(most[lane], abs(row[lane]))
         for lane in range(W):
-            is_large |= abs(told[i, lane]) > LARGE
-    for lane in range(W):
-        told[3 * n * n + 1, lane] = told[3 * n * n + 2, lane] = 0.0 if has_minors and is_large else np.nan
-    if has_minors and is_large:
-        d = n * (n - 1) // 2
-        C, R, whole = rows_of(steps * d * d), rows_of(steps * d * d), rows_of(3 * d * d + 1)
-        minors(S, off, most, n, C, R)
-        chain(C, R, steps, d, 0, whole)
-        for i in range(d):
-            for lane in range(W):
-                told[3 * n * n + 1, lane] += whole[i * d + i, lane]
-                told[3 * n * n + 2, lane] += whole[2 * d * d + i * d + i, lane]
+            there[n * n, lane] = here[n * n, lane] * most[lane] ** 2
 
 
 @njit(**OPTIONS)
 def load(source, first, target):
     """Write what W points from the first on have, shape (rows, points), the last one in place of those not there."""
+    whole_vectors()
+    count = min(W, source.shape[1] - first)
     for row in range(len(source)):
-        for lane in range(W):
-            target[row, lane] = source[row, min(first + lane, source.shape[1] - 1)]
+        if count == W:
+            for lane in range(W):
+                target[row, lane] = source[row, first + lane]
+        else:
+            for lane in range(W):
+                target[row, lane] = source[row, first + min(lane, count - 1)]
+
+
+@njit(**OPTIONS)
+def store(source, first, target):
+    """Write rows of W lanes where points from the first on are, as many as there are."""
+    for row in range(len(source)):
+        for lane in range(min(W, target.shape[1] - first)):
+            target[row, first + lane] = source[row, lane]
 
 
 @njit(
-    void(
-        ADVANCE, float64[:, :, ::1], float64[:, :, :, ::1], float64[:, ::1], float64[::1], int64[::1], float64[:, ::1]
-    ),
+    float64[:, ::1](FUNCTION, FUNCTION, float64[:, :, ::1], float64[:, :, :, ::1], float64[:, ::1], int64[::1]),
     nogil=True,
     **OPTIONS,
 )
-def measure(advance, base, columns, sizes, bend, numbers, out):
+def measure(advance, compose, base, columns, lengths, numbers):
     """Follow perturbed motions through the segments of a period, and multiply the segments' matrices.
 
     Args:
         advance (function): ``advance(S, columns, steps)`` advances the base motion, the first rows of S, and perturbed
             motions of it.
+        compose (function): Of :func:`compose_of`.
         base (numpy.ndarray, shape (rows, segments, points)): The base motion where segments begin; or where the first
             one begins, and motions go on from it.
         columns (numpy.ndarray, shape (motions, rows, segments or 1, points)): Perturbed motions where segments begin:
-            n of one side, then n of the other.
-        sizes (numpy.ndarray, shape (n, points)): Of the states.
-        bend (numpy.ndarray, shape (points,)): What the base motion's error adds to an error, of the difference of
-            sides.
-        numbers (numpy.ndarray): Segments; steps in each; rows of S; first row of the states in a column, and the row of
-            what the steps leave out; whether second compounds are wanted.
-        out (numpy.ndarray, shape (3 n n + 4, points)): Written: as told by :func:`compose`, then what the steps leave
-            out, relative to each segment's largest entry.
+            n of one side, and one of twice their sum where equations are not linear, then those of the other.
+        lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
+            the difference of sides. Where half a period is followed, the rows of :func:`mirror` come after these.
+        numbers (numpy.ndarray): n; segments; those that are followed, all or half; steps in each; rows of S; first row
+            of the states in a column, and the row of what the steps leave out; sides; rows of a record.
+
+    Returns:
+        numpy.ndarray, shape (3 n n + 5, points): As told by :func:`compose_of`; what the steps leave out and what the
+            amplitude changes, relative to each segment's largest entry.
     """
     whole_vectors()
-    segments, steps, rows, states, left_out, has_minors = numbers
-    n, points = sizes.shape
-    height, motions = columns.shape[1], len(columns)
-    sides = motions // n
-    S, C, size = scratch(rows), scratch(motions * height).reshape(motions, height * W), rows_of(n)
-    matrices, off, told = rows_of(segments * n * n), rows_of(segments), rows_of(3 * n * n + 3)
-    lost, uneven, bent, coherent = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], math.sqrt(segments * n) / NOISE
-    for first in range(0, points, W):
-        count = min(W, points - first)
-        load(sizes, first, size)
+    n, segments, followed, steps, rows, states, left_out, sides, height = numbers
+    motions, of_sides, size = columns.shape[1], len(columns) // sides, n * n
+    S, C, length = (
+        scratch(rows),
+        scratch(len(columns) * motions).reshape(len(columns), motions * W),
+        rows_of(len(lengths)),
+    )
+    records, told, half, terms = scratch((segments + 1) * height), rows_of(3 * size + 5), rows_of(1)[0], rows_of(1)[0]
+    R, coherent, sign = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE, 1.0 - 2.0 * (sides - 1)
+    out = np.empty((3 * size + 5, lengths.shape[1]))
+    lost, wide, uneven, linear = told[3 * size + 3], told[3 * size + 4], rows_of(1)[0], rows_of(1)[0]
+    for first in range(0, lengths.shape[1], W):
+        load(lengths, first, length)
         for lane in range(W):
-            lost[lane], bent[lane] = 0.0, bend[first + min(lane, count - 1)]
-        for s in range(segments):
+            lost[lane], wide[lane] = 0.0, 0.0
+        for i in range(n):
+            for lane in range(W):
+                length[i, lane] = 1.0 / length[i, lane]
+        for s in range(followed):
             if s < base.shape[1]:
                 load(base[:, s], first, S.reshape(rows, W))
-            for c in range(motions):
-                load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(height, W))
+            for c in range(len(columns)):
+                load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
-            worst = off[s]
+            matrix = R[s * height :]
+            worst = matrix[size]
             for lane in range(W):
                 worst[lane], uneven[lane] = 0.0, 0.0
             for i in range(n):
-                for j in range(n):
-                    row, plus = matrices[(s * n + i) * n + j], C[j, (states + i) * W :]
-                    minus, sign = C[motions - n + j, (states + i) * W :], 1.0 if sides == 1 else -1.0
+                for lane in range(W):
+                    linear[lane], terms[lane] = 0.0, 0.0
+                for j in range(of_sides):
+                    plus, minus = C[j, (states + i) * W :], C[len(C) - of_sides + j, (states + i) * W :]
                     for lane in range(W):
-                        row[lane] = 0.5 * (plus[lane] + sign * minus[lane]) / size[i, lane]
-                        uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) / size[i, lane])
-                    for c in range(j, motions, n):
-                        lacks = C[c, (left_out + i) * W :]
+                        half[lane] = 0.5 * (plus[lane] + sign * minus[lane]) * length[i, lane]
+                    if j < n:
+                        row = matrix[i * n + j]
                         for lane in range(W):
-                            worst[lane] = max(worst[lane], lacks[lane] / size[i, lane])
+                            row[lane] = half[lane]
+                            linear[lane] += half[lane]
+                            terms[lane] += abs(half[lane])
+                            uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) * length[i, lane])
+                    else:
+                        for lane in range(W):
+                            apart = abs(half[lane] - 2.0 * linear[lane]) - ROUNDED * terms[lane]
+                            worst[lane] = max(worst[lane], apart)
             for lane in range(W):
-                lost[lane] += worst[lane]
-                worst[lane] = (worst[lane] + bent[lane] * uneven[lane]) * coherent
-        compose(matrices, off, n, 0, has_minors > 0, told)
-        for lane in range(count):
-            for i in range(3 * n * n + 3):
-                out[i, first + lane] = told[i, lane]
-            out[3 * n * n + 3, first + lane] = lost[lane]
+                wide[lane] += worst[lane]
+                half[lane] = 0.0
+            for c in range(len(columns)):
+                for i in range(n):
+                    lacks = C[c, (left_out + i) * W :]
+                    for lane in range(W):
+                        half[lane] = max(half[lane], lacks[lane] * length[i, lane])
+            for lane in range(W):
+                lost[lane] += half[lane]
+                worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
+        if followed < segments:
+            mirror(R, segments, height, n, length[n + 1 :])
+        compose(records, told, segments)
+        for i in range(size):
+            for lane in range(W):
+                lost[lane] += 0.0 * told[i, lane]  # not a number where these are none
+        store(told, first, out)
+    return out

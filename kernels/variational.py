@@ -6,21 +6,22 @@ step are the highest derivatives at its points, of which u and u' are integrals:
 are states. They are found at once, by elimination without exchange of rows: in a step that is short enough to be exact,
 k and c are at most a few in size, and the matrix is near 1. The order is twice STAGES.
 
-Where k is even in the time and c odd, :math:`u(-t)` solves the equations where u(t) does: the second half of the period
-undoes the first one with velocities reversed, :math:`M = R\,P^{-1}R\,P`, step by step, P of half a period. Of one
-coordinate the inverse of a step loses no digits, as its determinant is known: :math:`\exp\int c`.
-
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.14 (Nystrom methods).
 """
 
 import math
+from functools import cache
+from itertools import product
 
 import numpy as np
 
-from kernels.blocks import W, rows_of
+from kernels.blocks import W, rows_of, scratch
 from kernels.dense import solve_in_lanes
-from kernels.jit import OPTIONS, njit, whole_vectors
-from kernels.monodromy import compose
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
+from kernels.monodromy import FUNCTION, ROWS, load, mirror, store
+from kernels.straight import lines
+
+WRITTEN_OUT = 2  # unknowns at each point up to which a step's elimination is written out
 
 GAUSS = (  # the roots of the Legendre polynomial P_8 that are > 0, and their weights: Abramowitz and Stegun, table 25.4
     (0.1834346424956498049394761, 0.3626837833783619829651505),
@@ -56,113 +57,186 @@ STAGES = POINTS.size
 TWICE, WHOLE_TWICE = _twice(INNER, INNER), _twice(WHOLE, INNER)
 
 
-@njit(**OPTIONS)
-def _load(source, step, first, factor, rows):
-    """Write the slopes at the points of a step, times a factor, in rows (stage, i, j); W points from the first on."""
-    whole_vectors()
-    m, _, times, _ = source.shape
-    lanes = factor.size
-    for stage in range(STAGES):
-        at = min(step * STAGES + stage, times - 1)  # one time stands for all where slopes are constant
-        for i in range(m):
-            for j in range(m):
-                row, slopes = rows[(stage * m + i) * m + j], source[i, j, at, first:]
-                for lane in range(min(lanes, slopes.size)):
-                    row[lane] = slopes[lane] * factor[lane]
+def terms(m, n, entry):
+    """Return what the rate of an unknown takes from a slope: unknown, its weights, and (state, factor) of the start.
+
+    Args:
+        m, n (int): Numbers of unknowns at each point and of states.
+        entry (tuple): (i, j), the slope of the unknown i by the state j.
+    """
+    _, j = entry
+    if n == m or j >= m:
+        return j % m, INNER, [(j, np.ones(STAGES))]
+    return j, TWICE, [(j, np.ones(STAGES)), (j + m, POINTS)]
 
 
-@njit(**OPTIONS)
-def _step(k, c, m, second, A, B, f, S):
-    """Write the matrix of a step in the states (u, u'), or u, into S, rows i n + j; A, B, f are scratch."""
-    whole_vectors()
-    lanes, size, n = f.size, STAGES * m, 2 * m if second else m
-    for i in range(size):
+def equations(m, n, entries):
+    """Return the linear equations of a step's unknowns, beside the matrix of the states: column → text, by row.
+
+    The unknowns are the highest derivatives at POINTS, then come the states of the start. What is left of the last n
+    rows, once the unknowns are eliminated, is the matrix of the step.
+    """
+    size = STAGES * m
+    found = [{row: "1.0"} for row in range(size)]
+    for e, (i, j) in enumerate(entries):
+        unknown, weights, starts = terms(m, n, (i, j))
         for stage in range(STAGES):
-            once, twice, at = INNER[i // m, stage], TWICE[i // m, stage] if second else 0.0, (i // m * m + i % m) * m
-            for b in range(m):
-                row, slope, bend, unit = A[i * size + stage * m + b], c[at + b], k[at + b], i == stage * m + b
-                for lane in range(lanes):
-                    row[lane] = unit - once * slope[lane] - twice * bend[lane]
-        for b in range(m):
-            row, rate, slope, bend, place = (
-                B[b * size + i],
-                B[(n - m + b) * size + i],
-                c[i * m + b],
-                k[i * m + b],
-                POINTS[i // m],
-            )
-            for lane in range(lanes):
-                row[lane] = bend[lane]
-                rate[lane] = slope[lane] + place * bend[lane] if second else slope[lane]
-    solve_in_lanes(A, B, size, n, False, -math.inf, f)
+            row, slope = found[stage * m + i], f"s_{stage * len(entries) + e}"
+            for column, weight in [(k * m + unknown, -weights[stage, k]) for k in range(STAGES)]:
+                row[column] = " + ".join(filter(None, [row.get(column), f"{float(weight)!r} * {slope}"]))
+            for state, factor in starts:
+                row[size + state] = " + ".join(
+                    filter(None, [row.get(size + state), f"{float(factor[stage])!r} * {slope}"])
+                )
     for i in range(n):
-        weights = WHOLE_TWICE if second and i < m else WHOLE
-        for j in range(n):
-            row, unit = S[i * n + j], 1.0 if i == j or (second and i + m == j) else 0.0
-            for lane in range(lanes):
-                row[lane] = unit
-            for stage in range(STAGES):
-                source, weight = B[j * size + stage * m + i % m], weights[stage]
-                for lane in range(lanes):
-                    row[lane] += weight * source[lane]
+        weights = WHOLE_TWICE if i < n - m else WHOLE
+        last = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
+        found.append(last | ({size + i + m: "1.0"} if i < n - m else {}))
+    return found
+
+
+def written(m, n, entries):
+    """Return lines that write the matrix of a step: S holds the slopes of each stage, then the matrix."""
+    size, count = STAGES * m, STAGES * len(entries)
+    yield from (f"s_{k} = S[{k * W} + lane]" for k in range(count))
+    rows = equations(m, n, entries)
+    for r, row in enumerate(rows[:size]):
+        yield from (f"a_{r}_{q} = {text}" for q, text in row.items())
+        rows[r] = {q: f"a_{r}_{q}" for q in row}
+    for p in range(size):
+        yield f"inverse = 1.0 / {rows[p].pop(p)}"
+        for r, row in enumerate(rows[p + 1 :], p + 1):
+            if p in row:
+                yield f"f = {row.pop(p)} * inverse"
+                for q, x in rows[p].items():
+                    yield f"a_{r}_{q} = {row[q]} - f * {x}" if q in row else f"a_{r}_{q} = -f * {x}"
+                    row[q] = f"a_{r}_{q}"
+    for i, j in product(range(n), range(n)):
+        yield f"S[{(count + i * n + j) * W} + lane] = {rows[size + i].get(size + j, '0.0')}"
+
+
+@cache
+def step_of(m, n, entries):
+    """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``: see :func:`written`.
+
+    Args:
+        m, n (int): Numbers of unknowns at each point (coordinates, or states) and of states.
+        entries (tuple): (i, j) of each slope that does not vanish.
+    """
+    name = f"step_{m}_{n}_" + "".join(map(str, np.ravel(entries)))
+    if m <= WRITTEN_OUT:
+        step = lines("\n".join(written(m, n, entries)))
+
+        @njit(ROWS, name=name, **PASSED)
+        def by_lines(S, nothing, number):
+            whole_vectors()
+            for lane in range(W):
+                step(S, lane)
+
+        return by_lines
+    size, count, own = STAGES * m, len(entries), np.array(entries).reshape(-1, 2)
+    weights = [terms(m, n, entry) for entry in entries]
+    unknown, inner = np.array([w[0] for w in weights]), np.array([w[1] for w in weights])
+    starts = np.zeros((count, STAGES, n))
+    for e, (_, _, some) in enumerate(weights):
+        for state, factor in some:
+            starts[e, :, state] += factor
+
+    @njit(ROWS, name=name, **PASSED)
+    def by_loops(S, nothing, number):
+        whole_vectors()
+        s, A, B, f = S.reshape(S.size // W, W), rows_of(size * size), rows_of(n * size), rows_of(1)[0]
+        for r in range(size):
+            for lane in range(W):
+                A[r * size + r, lane] = 1.0
+        for stage in range(STAGES):
+            for e in range(count):
+                r, slope = stage * m + own[e, 0], s[stage * count + e]
+                for k in range(STAGES):
+                    row = A[r * size + k * m + unknown[e]]
+                    for lane in range(W):
+                        row[lane] -= inner[e, stage, k] * slope[lane]
+                for j in range(n):
+                    row = B[j * size + r]
+                    for lane in range(W):
+                        row[lane] += starts[e, stage, j] * slope[lane]
+        solve_in_lanes(A, B, size, n, False, -math.inf, f)
+        for i in range(n):
+            whole = WHOLE_TWICE if i < n - m else WHOLE
+            for j in range(n):
+                row, unit = s[STAGES * count + i * n + j], 1.0 if i == j or (n > m and i + m == j) else 0.0
+                for lane in range(W):
+                    row[lane] = unit
+                for k in range(STAGES):
+                    rates = B[j * size + k * m + i % m]
+                    for lane in range(W):
+                        row[lane] += whole[k] * rates[lane]
+
+    return by_loops
 
 
 @njit(
-    "void(float64[:, :, :, ::1], float64[:, :, :, ::1], float64[::1], float64[:, ::1], int64[::1], float64[:, ::1])",
+    float64[:, ::1](FUNCTION, FUNCTION, float64[:, ::1], float64[:, :, ::1], float64[:, ::1], int64[::1]),
     nogil=True,
     **OPTIONS,
 )
-def flow(k, c, h, sizes, numbers, out):
+def flow(step, compose, factors, slopes, lengths, numbers):
     """Write the matrix of the period of each point, and what it is known by.
 
     Args:
-        k, c (numpy.ndarray, shape (m, m, times, points)): Slopes of the accelerations by coordinates and by velocities,
-            at POINTS of each step; or no times in k, and in c the slopes of the rates by states. One time stands for
-            all.
-        h (numpy.ndarray, shape (points,)): Length of the steps.
-        sizes (numpy.ndarray, shape (n, points)): Of the states.
-        numbers (numpy.ndarray): Steps in a period; those before the phase of another period; whether slopes are those
-            of half a period, k even and c odd about its ends, of one coordinate; whether second compounds are wanted.
-        out (numpy.ndarray, shape (3 n n + 4, points)): Written: as told by :func:`kernels.monodromy.compose`, in the
-            states' sizes; then the integral of the trace of c.
+        step, compose (function): Of :func:`step_of` and of :func:`kernels.monodromy.compose_of`.
+        factors (numpy.ndarray, shape (times, parts)): Of the slopes at POINTS of each step; or of no parts.
+        slopes (numpy.ndarray, shape (parts or times, entries, points)): Parts of the slopes, of which factors make the
+            sum; or the slopes at all times. In units of a step.
+        lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. Where
+            half a period is followed, the rows of :func:`kernels.monodromy.mirror` come after these.
+        numbers (numpy.ndarray): n; steps in a period; those that are followed, all or half; rows of a record.
+
+    Returns:
+        numpy.ndarray, shape (3 n n + 3, points): As told by :func:`kernels.monodromy.compose_of`, in the states' sizes.
     """
     whole_vectors()
-    steps, later, mirrored, has_minors = numbers
-    m, second, half = c.shape[0], k.shape[2] > 0, steps // 2 if mirrored else steps
-    n, size = 2 * m if second else m, STAGES * m
-    slopes, A, B = rows_of(2 * size * m), rows_of(size * size), rows_of(size * n)
-    S, off, told, size_of = rows_of(steps * n * n), rows_of(steps), rows_of(3 * n * n + 3), rows_of(n)
-    f, step, square, trace, lost = rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(1)[0], rows_of(1)[0]
-    for first in range(0, h.size, W):
-        for lane in range(W):
-            at = min(first + lane, h.size - 1)
-            step[lane], square[lane], trace[lane] = h[at], h[at] ** 2, 0.0
-            for i in range(n):
-                size_of[i, lane] = sizes[i, at] * (h[at] if second and i >= m else 1.0)
-        for s in range(half):
-            _load(k if second else c, s, first, square, slopes)
-            _load(c, s, first, step, slopes[size * m :])
-            here = S[s * n * n :]
-            _step(slopes, slopes[size * m :], m, second, A, B, f, here)
-            for lane in range(W):
-                lost[lane] = 0.0
+    n, steps, followed, height = numbers
+    (_, count, points), parts = slopes.shape, factors.shape[1]
+    size, S, H = n * n, scratch(STAGES * count + n * n), rows_of(parts * count)
+    length, ratio, told, records = (
+        rows_of(len(lengths)),
+        rows_of(size),
+        rows_of(3 * size + 3),
+        scratch((steps + 1) * height),
+    )
+    out = np.empty((3 * size + 3, points))
+    s, R = S.reshape(S.size // W, W), records.reshape(records.size // W, W)
+    for first in range(0, points, W):
+        load(lengths, first, length)
+        for i in range(n):
+            for j in range(n):
+                for lane in range(W):
+                    ratio[i * n + j, lane] = length[j, lane] / length[i, lane]
+        for r in range(parts):
+            load(slopes[r], first, H[r * count :])
+        for k in range(followed):
             for stage in range(STAGES):
-                for i in range(m):
+                at = k * STAGES + stage
+                if parts == 0:
+                    load(slopes[at], first, s[stage * count :])
+                for e in range(count if parts else 0):
+                    row = s[stage * count + e]
                     for lane in range(W):
-                        lost[lane] += WHOLE[stage] * slopes[size * m + (stage * m + i) * m + i, lane]
+                        row[lane] = factors[at, 0] * H[e, lane]
+                    for r in range(1, parts):
+                        part = H[r * count + e]
+                        for lane in range(W):
+                            row[lane] += factors[at, r] * part[lane]
+            step(S, R, 0)
+            for i in range(size):
+                there, row = R[k * height + i], s[STAGES * count + i]
+                for lane in range(W):
+                    there[lane] = row[lane] * ratio[i, lane]
             for lane in range(W):
-                trace[lane] += lost[lane]
-            for i in range(n):
-                for j in range(n):
-                    for lane in range(W):
-                        here[i * n + j, lane] *= size_of[j, lane] / size_of[i, lane]
-            if mirrored:
-                there = S[(steps - 1 - s) * n * n :]
-                for i in range(4):
-                    for lane in range(W):
-                        there[i, lane] = here[(3, 1, 2, 0)[i], lane] * math.exp(-lost[lane])
-        compose(S, off, n, later, has_minors > 0, told)
-        for lane in range(min(W, h.size - first)):
-            for i in range(3 * n * n + 3):
-                out[i, first + lane] = told[i, lane]
-            out[3 * n * n + 3, first + lane] = 0.0 if mirrored else trace[lane]
+                R[k * height + size, lane] = 0.0
+        if followed < steps:
+            mirror(R, steps, height, n, length[n:])
+        compose(records, told, steps)
+        store(told, first, out)
+    return out

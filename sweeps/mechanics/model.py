@@ -66,6 +66,7 @@ class Model:
         code = self.perturbed_code(still)
         with self._lock:
             code.module()
+            self.variation.kernels(still)
             if not still:
                 self.moving.module()
         return code

@@ -29,21 +29,18 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from kernels import floquet, jacobians, monodromy, statuses, variational
+from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.perturbed import PerturbedCode
 from sweeps.mechanics.problem import magnitude
 
-TURN = 2.4  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
+TURN = 2.6  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
-STEPS = 3  # in a segment, of the first try
-SMALLER = 0.125  # perturbation of the second measurement, relative to the first
-APART = 1.1  # of the difference of both: the error of the first, if that of the second is less than a tenth
-WIDE = 0.1  # of a matrix, that the amplitude may change
-TOGETHER = 32_768  # segments times squares of states: points of one number of segments that are followed side by side
-ELSEWHERE = 0.381966  # of a period: where the variational flow begins again
+STEPS = 2  # in a segment, of the first try
+WIDE = 0.1  # of the segments' matrices, that the amplitude may change
+TOGETHER = 131_072  # segments times squares of states: points of one number of segments that are followed side by side
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 1 << 14  # steps in a period, at most
@@ -71,18 +68,30 @@ class Variation:
         self._phase = sp.Symbol("phase", real=True)
         timed = {equations.system.time: self._phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
-        slopes = [e.diff(x) for e in forces for x in equations.states]
-        has_one = self.second and self.m == 1
-        signed = [(e.subs(equations.still), sign) for e, sign in zip([*slopes, *masses], (1, -1, 1), strict=False)]
-        turned = [e - sign * e.subs(self._phase, -self._phase) for e, sign in signed]
-        #: where all of these vanish, the slope by the one coordinate is even in the time, and that by its velocity odd
-        self.uneven = factors(turned, (*equations.states, self._phase)) if has_one else [sp.Integer(1)]
-        self._still = self._written([e.subs(equations.still) for e in [*slopes, *masses]])
+        slopes, m = [e.diff(x) for e in forces for x in equations.states], self.m
+        still = [e.subs(equations.still) for e in [*slopes, *masses]]
+        turned = [e - e.subs(self._phase, -self._phase) for e in still[: len(slopes)]]
+        moving = [e for k, e in enumerate(still) if k >= len(slopes) or k % (2 * m) >= m]
+        moving = [e.diff(self._phase) if k >= len(slopes) // 2 else e for k, e in enumerate(moving)]
+        #: where all of these vanish, Hamilton's equations are even in the time without terms in the velocities
+        self.uneven = factors([*turned, *moving], (*equations.states, self._phase)) if self.second else [sp.Integer(1)]
+        self._still, self._separate = self._written(still), self._separated(still)
+        both = np.reshape([e != 0 for e in still[: len(slopes)]], (m, -1))
+        if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
+            both[:] = both.any(axis=0)  # masses couple what the forces do not
+        #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
+        self.entries = {True: entries_of(both), False: entries_of(np.ones_like(both))}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
         turned = {x: -x for x in equations.states}
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
+
+    def kernels(self, still):
+        """Return the functions of `kernels.variational.flow`, compiled, and the rows of a record."""
+        n = self.equations.n
+        functions = variational.step_of(self.m, n, self.entries[still]), monodromy.compose_of(n)
+        return tuple(map(jit.passed, functions)), monodromy.Record(n).height
 
     def _written(self, expressions):
         return lambdified((*self.equations.parameters, *self.equations.states, self._phase), expressions, whole=False)
@@ -101,26 +110,62 @@ class Variation:
         rates = [rate for (rate,) in divided(a, [[force] for force in values])]
         return J, a, [[sum(row[j][k] * rates[j] for j in m) for k in m] for row in bent], rates
 
+    def _separated(self, still):
+        """Return functions of the phase and, for each, slopes and masses in the parameters; None if they are no sums.
+
+        Each slope is a sum of products of a function of the phase and one of the parameters.
+        """
+        count, parts = self.m * self.equations.n, {}
+        if any(e.has(self._phase) for e in still[count:]):
+            return None
+        for k, e in enumerate(still[:count]):
+            for term in sp.Add.make_args(sp.expand(e)):
+                factor, moving = term.as_independent(self._phase, as_Add=False)
+                if moving.free_symbols - {self._phase}:
+                    return None
+                parts.setdefault(moving, [sp.Integer(0)] * count)[k] += factor
+        slopes = [e for part in parts.values() for e in part]
+        return lambdified([self._phase], parts), self._written([*slopes, *still[count:]])
+
     def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
-        """Return the slopes of the accelerations by coordinates and by velocities, or none and those of the rates.
+        """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
+
+        Where slopes are no such sums there are no parts, and the slopes are those at all phases.
 
         Args:
             parameters: arrays (points,).
             x: states, arrays (phases, points), or of equilibria (1, points).
             phases: of the period, shape (phases,).
             still: whether all points are at rest.
-
-        Returns:
-            Each of shape (m, m, times, points): one time, where all are alike; none, where there are no such slopes.
         """
-        m, points = self.m, parameters[0].size
-        J, a, bent, _ = self._parts(parameters, x, phases, still)
-        if not self.second:
-            return np.empty((m, m, 0, points)), stacked(J, points)
-        for row, extra in zip(J, bent, strict=not still):
-            row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
-        J = divided(a, J)
-        return stacked([row[:m] for row in J], points), stacked([row[m:] for row in J], points)
+        m, n, points = self.m, self.equations.n, parameters[0].size
+        if still and self._separate:
+            moving, written = self._separate
+            factors, values = np.stack(moving(phases), axis=1), iter(written(*parameters, *x[:, 0], np.zeros(1)))
+            parts = [[[next(values) for _ in range(n)] for _ in range(m)] for _ in range(factors.shape[1])]
+            a = [[next(values) for _ in range(m)] for _ in range(m)] if self.second else None
+            parts = [divided(a, J) if self.second else J for J in parts]
+        else:
+            J, a, bent, _ = self._parts(parameters, x, phases, still)
+            for row, extra in zip(J, bent, strict=not still and self.second):
+                row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
+            J = divided(a, J) if self.second else J
+            shape = phases.size, points
+            whole = [[np.broadcast_to(y, shape) for y in row] for row in J]
+            factors, parts = (
+                np.empty((phases.size, 0)),
+                [[[y[t] for y in row] for row in whole] for t in range(phases.size)],
+            )
+        slopes = np.empty((len(parts), len(self.entries[still]), points))
+        for part, J in zip(slopes, parts, strict=True):
+            for row, (i, j) in zip(part, self.entries[still], strict=True):
+                row[:] = J[i][j]
+        return factors, slopes
+
+    def masses(self, parameters, x):
+        """Return the masses of points at rest, where they do not change with the time: rows of arrays (points,)."""
+        _, a, *_ = self._parts(parameters, x, np.zeros(1), True)
+        return [[np.ravel(mass) for mass in row] for row in a]
 
     def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest rates (points, n) and absolute values of the Jacobian's terms (points, n, n) at phases."""
@@ -161,6 +206,11 @@ def stacked(rows, points: int) -> np.ndarray:
         for j, x in enumerate(row):
             found[i, j] = x
     return found
+
+
+def entries_of(whole: np.ndarray) -> tuple[tuple[int, int], ...]:
+    """Return the places of a matrix that hold."""
+    return tuple((int(i), int(j)) for i, j in np.argwhere(whole))
 
 
 def unpaired(equations: Equations) -> list[sp.Expr]:
@@ -215,7 +265,7 @@ class Base:
         self.reciprocal = where_zero(model.equations, unpaired(model.equations), parameters)
         with np.errstate(all="ignore"):
             self.still = self._measure_sizes(places)
-            self.even = self.still & where_zero(model.equations, model.variation.uneven, parameters)
+            self.even = self.still & self.reciprocal & where_zero(model.equations, model.variation.uneven, parameters)
             self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
                 model.perturbed(False)
@@ -282,6 +332,17 @@ class Base:
             setattr(part, name, getattr(self, name)[which])
         return part
 
+    @cached_property
+    def masses(self) -> np.ndarray:
+        """Return the masses in the states' sizes and their inverse, (2 m², points), where half a period gives all."""
+        points, m = self.period.size, self.model.equations.m
+        if not self.even[0]:
+            return np.empty((0, points))
+        a = self.model.variation.masses(self.parameters, self.start.T[:, None])
+        a = [[a[i][j] * self.sizes[:, m + i] * self.sizes[:, j] for j in range(m)] for i in range(m)]
+        rows = [*a, *divided(a, np.eye(m).tolist())]
+        return np.array([np.broadcast_to(x, points) for row in rows for x in row])
+
     @property
     def code(self) -> PerturbedCode:
         """The generated steps of the perturbed motion: all points have to be at rest, or all not."""
@@ -297,7 +358,8 @@ class Base:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
         needed = np.ceil((self.period * self.scale + 2.0 * np.pi) / TURN)
         at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
-        return np.array([*SEGMENTS, 0])[at]
+        found = np.array([*SEGMENTS, 0])[at]
+        return found + self.even * found % 2
 
 
 class Monodromy(NamedTuple):
@@ -307,7 +369,7 @@ class Monodromy(NamedTuple):
         matrix, other, noise: Of the period; of the period that begins later; errors. Shapes (points, n, n).
         turns: Whole half turns of the first direction.
         minors: Trace of the second compound and its error, shape (2, points); NaN where no entry is large.
-        last: Integral of the trace of the equations, or what steps left out.
+        further: What steps left out, and what the amplitude changes; or the integral of the trace of the equations.
     """
 
     matrix: np.ndarray
@@ -315,14 +377,13 @@ class Monodromy(NamedTuple):
     noise: np.ndarray
     turns: np.ndarray
     minors: np.ndarray
-    last: np.ndarray
+    further: np.ndarray
 
     @classmethod
-    def of(cls, told, n) -> "Monodromy":
-        """Return what rows (3 n n + 4, points) hold."""
-        matrix, other, noise = np.moveaxis(told[:-4].reshape(3, n, n, -1), 3, 1)
-        is_large = np.abs(matrix).max(axis=(1, 2)) > monodromy.LARGE
-        return cls(matrix, other, noise, told[-4], np.where(is_large, told[-3:-1], np.nan), told[-1])
+    def of(cls, told, n, further=None) -> "Monodromy":
+        """Return what rows hold."""
+        matrices, rest = np.moveaxis(told[: 3 * n * n].reshape(3, n, n, -1), 3, 1), told[3 * n * n :]
+        return cls(*matrices, rest[0], rest[1:3], rest[3:] if further is None else further)
 
 
 def first_steps(base: Base) -> int:
@@ -330,24 +391,29 @@ def first_steps(base: Base) -> int:
     return 2 * (5 * int(base.number[0]) // 8 + 1)
 
 
-def varied(base: Base, steps: int, later: int = 1, begin: float = 0.0) -> Monodromy:
+def varied(base: Base, steps: int, begin: float = 0.0) -> Monodromy:
     """Return the variational flow over a period; see `kernels.variational`.
 
     Args:
         base: of points of one kind.
         steps: of the period: an even number.
-        later: step at which the other period begins.
-        begin: phase of the period where the first one begins.
+        begin: phase of the period where it begins.
     """
-    n, half = base.sizes.shape[1], bool(base.even[0]) and begin == 0.0
-    phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
-    numbers, told = np.array([steps, later, half, base.has_minors]), []
-    for first in range(0, base.period.size, max(1, TOGETHER // steps)):
-        part = base.chosen(slice(first, first + max(1, TOGETHER // steps)))
-        k, c = part.model.variation.at(part.parameters, part(phases), phases, bool(part.still.all()))
-        told.append(np.empty((3 * n * n + 4, part.period.size)))
-        variational.flow(k, c, part.period / steps, np.ascontiguousarray(part.sizes.T), numbers, told[-1])
-    return Monodromy.of(np.hstack(told), n)
+    variation, still, (points, n) = base.model.variation, bool(base.still.all()), base.sizes.shape
+    followed, first = steps // 2 if base.even[0] and begin == 0.0 else steps, n - base.model.equations.m
+    phases = begin + (np.arange(followed)[:, None] + variational.POINTS).ravel() / steps
+    factors, slopes = variation.at(base.parameters, base(phases), phases, still)
+    h, lengths = base.period / steps, np.ascontiguousarray(np.vstack([base.sizes.T, base.masses]))
+    lengths[first:n] *= h if first else 1.0
+    for e, (_, j) in enumerate(variation.entries[still]):
+        slopes[:, e] *= h * h if j < first else h
+    weights = np.tile(variational.WHOLE, followed)
+    weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
+    diagonal = [e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first]
+    trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
+    functions, height = variation.kernels(still)
+    told = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
+    return Monodromy.of(told, n, trace + np.zeros(points))
 
 
 def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
@@ -359,14 +425,17 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
         steps: in each segment.
     """
     n, K, code = base.sizes.shape[1], int(base.number[0]), base.code
-    sides = np.array([1.0] if code.linear or base.mirrored[0] else [1.0, -1.0])
-    phases = np.arange(K if code.is_mixed else 1) / K
-    place, sizes = [*base(phases), base.period * phases[:, None]], np.ascontiguousarray(base.sizes.T)
-    x = (sides[:, None, None, None] * np.eye(n)[:, :, None] * sizes).reshape(-1, n, base.period.size)
+    some, sides = K // 2 if base.even[0] else K, [1.0] if code.linear or base.mirrored[0] else [1.0, -1.0]
+    phases, directions = np.arange(some if code.is_mixed else 1) / K, np.eye(n)
+    if not code.linear:
+        directions = np.vstack([directions, np.full(n, 2.0)])
+    place, sizes = [*base(phases), base.period * phases[:, None]], base.sizes.T
+    x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, base.period.size)
     rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
-    numbers = np.array([K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], base.has_minors])
-    told = np.empty((3 * n * n + 4, base.period.size))
-    monodromy.measure(code.module().advance, rows, columns, sizes, n * base.error / epsilon, numbers, told)
+    row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
+    numbers = np.array([n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height])
+    lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
+    told = monodromy.measure(jit.passed(code.module().advance), compose, rows, columns, lengths, numbers)
     return Monodromy.of(told, n)
 
 
@@ -383,17 +452,12 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndar
     turns, minors = np.empty(points), np.empty((2, points))
     left, steps = np.arange(points), STEPS
     while left.size:
-        part, size = base.chosen(left), epsilon[left]
-        found = followed(part, size, steps)
-        matrix[left], error[left], turns[left] = found.matrix, monodromy.NOISE * found.noise, found.turns
-        minors[:, left] = found.minors * [[1.0], [2.0 * monodromy.NOISE]]
-        if not part.code.linear:
-            smaller = followed(part, SMALLER * size, steps)
-            apart = np.abs(found.matrix - smaller.matrix)
-            error[left] += APART * apart
-            minors[1, left] += APART * np.abs(found.minors[0] - smaller.minors[0])
-            wide[left] = apart.max(axis=(1, 2)) > WIDE * np.abs(found.matrix).max(axis=(1, 2))
-        going = ~((found.last <= tolerance) & np.isfinite(found.matrix).all(axis=(1, 2)))
+        found, noise = followed(base.chosen(left), epsilon[left], steps), monodromy.NOISE * np.sqrt(steps / STEPS)
+        matrix[left], error[left], turns[left] = found.matrix, noise * found.noise, found.turns
+        minors[:, left] = found.minors * [[1.0], [2.0 * noise]]
+        left_out, amplitude = found.further
+        wide[left] = amplitude > WIDE
+        going = ~(left_out <= tolerance)
         left, steps = left[going], 2 * steps
         if steps * int(base.number[0]) > FINEST:
             break
@@ -408,15 +472,16 @@ def certified(base: Base) -> tuple[np.ndarray, ...]:
     determinant, turns, minors = np.ones(points), np.zeros(points), np.empty((2, points))
     left, steps, last = np.arange(points), first_steps(base), np.full(points, np.inf)
     while left.size and steps <= FINEST:
-        part, later = base.chosen(left), round(ELSEWHERE * steps)
-        found = varied(part, steps, later)
-        coarser = varied(part, 4 * steps // 5, 1, later / steps)
-        matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.last)
+        part = base.chosen(left)
+        found = varied(part, steps)
+        coarser = varied(part, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+        matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.further)
         elsewhere[left] = np.abs(np.trace(found.matrix - coarser.matrix, axis1=1, axis2=2))
         apart = COARSER * np.abs(found.other - coarser.matrix).max(axis=(1, 2))
         exact[left] = ROUNDING * found.noise + apart[:, None, None]
         minors[0, left] = found.minors[0]
-        minors[1, left] = 2.0 * ROUNDING * found.minors[1] + np.abs(found.minors[0] - coarser.minors[0])
+        other = np.nan_to_num(np.abs(found.minors[0] - coarser.minors[0]))  # none where no entry is large there
+        minors[1, left] = 2.0 * ROUNDING * found.minors[1] + other
         rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * np.abs(found.matrix).max(axis=(1, 2)))
         going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~rounded
         last[left] = apart
@@ -470,11 +535,9 @@ def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
     some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
     with np.errstate(all="ignore"):
-        both = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
-        whole = [np.broadcast_to(x, (*x.shape[:2], FOURIER, x.shape[3])) for x in both if x.size]
-        terms = np.abs(np.fft.rfft(np.concatenate(whole), axis=2))
-    most = terms.max(axis=(0, 1, 2))
-    return not (terms[:, :, FOURIER // 4 :].max(axis=(0, 1, 2)) <= FALLEN * most).any()
+        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
+        terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)
+    return not (terms[FOURIER // 4 :].max(axis=0) <= FALLEN * terms.max(axis=0)).any()
 
 
 def _columns(base, epsilon, tolerance):

@@ -30,7 +30,7 @@ from kernels.blocks import W
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, Values, X
 from sweeps.mechanics.taylor import Code, in_quotes
 
-ORDER = 16
+ORDER = 18
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
@@ -111,16 +111,16 @@ class PerturbedCode(Code):
             x: deviations of the states over epsilon, shape (motions, states, points).
         """
         shape = np.broadcast_shapes(*(np.shape(y) for y in place))
+        columns = np.zeros((len(x), len(self.perturbed), *shape))
+        columns[:, : self.time] = x[:, :, None]
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [np.broadcast_to(y, shape) for y in place])
-            columns = np.zeros((len(x), len(self.perturbed), *shape))
-            for k, one in enumerate(x):
-                columns[k, : self.time] = one[:, None]
-                if len(self.perturbed) > 2 * self.time:
-                    deviation = [np.broadcast_to(y, shape) for y in (*one, np.zeros(1))]
-                    hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
-                    for (_, number), row in [*self.perturbed.items()][2 * self.time :]:
-                        columns[k, row] = hat[number]
+            functions = [*self.perturbed.items()][2 * self.time :]
+            if functions:
+                deviation = [*np.moveaxis(columns[:, : self.time], 1, 0), np.zeros((len(x), *shape))]
+                hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
+                for (_, number), row in functions:
+                    columns[:, row] = hat[number]
         base = np.empty((len(self.base), *shape))
         for (kind, number), row in self.base.items():
             base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step]}[kind][number]

@@ -47,5 +47,5 @@ def _of_a_period(model, parameters):
     yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear
     reciprocal = periodic.where_zero(equations, periodic.unpaired(equations), parameters)
     yield "Hamilton's equations, or no divergence: multipliers come in pairs μ, 1/μ", reciprocal
-    even = periodic.where_zero(equations, variation.uneven, parameters)
-    yield "even in the time: about an equilibrium half a period of the variational flow gives the whole", even
+    even = reciprocal & periodic.where_zero(equations, variation.uneven, parameters)
+    yield "even in the time: about an equilibrium half a period gives the whole", even

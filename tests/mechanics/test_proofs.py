@@ -18,7 +18,7 @@ def said(name, **values):
     [
         ("foucault", {"drag": 0.0}, "eigenvalues come in pairs ±μ"),
         ("mathieu", {"damping": 0.0}, "multipliers come in pairs μ, 1/μ"),
-        ("mathieu", {"damping": 0.0}, "about an equilibrium half a period of the variational flow gives the whole"),
+        ("mathieu", {"damping": 0.0}, "about an equilibrium half a period gives the whole"),
         ("swing", {"damping": 0.0}, "multipliers come in pairs μ, 1/μ"),
     ],
 )
