@@ -92,17 +92,16 @@ def passed(kernel):
     """
     if is_plain():
         return kernel
-    from numba.core.types import WrapperAddressProtocol
+    from numba import types
 
     (compiled,) = kernel.overloads.values()
     address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
 
-    class Passed(WrapperAddressProtocol):
+    class Passed:
+        _numba_type_ = types.FunctionType(compiled.signature)
+
         def __wrapper_address__(self):
             return address
-
-        def signature(self):
-            return compiled.signature
 
     return Passed()
 

@@ -214,15 +214,14 @@ def mirror(R, steps, height, n, masses):
         for i in range(n):
             for j in range(n):
                 row = there[i * n + j]
-                for lane in range(W):
-                    row[lane] = 0.0
                 for a in range(m):
                     for b in range(m):
                         source = here[(a + m if j < m else a) * n + (b + m if i < m else b)]
                         mass = masses[a * m + j if j < m else (j - m) * m + a]
                         inverse = masses[m * m + (i * m + b if i < m else b * m + i - m)]
                         for lane in range(W):
-                            row[lane] += inverse[lane] * source[lane] * mass[lane]
+                            term = inverse[lane] * source[lane] * mass[lane]
+                            row[lane] = term if a == b == 0 else row[lane] + term
                 for lane in range(W):
                     most[lane] = max(most[lane], abs(row[lane]))
         for lane in range(W):

@@ -198,7 +198,7 @@ def flow(step, compose, factors, slopes, lengths, numbers):
     whole_vectors()
     n, steps, followed, height = numbers
     (_, count, points), parts = slopes.shape, factors.shape[1]
-    size, S, H = n * n, scratch(STAGES * count + n * n), rows_of(parts * count)
+    size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
     length, ratio, told, records = (
         rows_of(len(lengths)),
         rows_of(size),
@@ -214,20 +214,20 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                 for lane in range(W):
                     ratio[i * n + j, lane] = length[j, lane] / length[i, lane]
         for r in range(parts):
-            load(slopes[r], first, H[r * count :])
+            load(slopes[r], first, H.reshape(parts * count, W)[r * count :])
         for k in range(followed):
             for stage in range(STAGES):
                 at = k * STAGES + stage
                 if parts == 0:
                     load(slopes[at], first, s[stage * count :])
-                for e in range(count if parts else 0):
-                    row = s[stage * count + e]
-                    for lane in range(W):
-                        row[lane] = factors[at, 0] * H[e, lane]
+                else:
+                    rows = S[stage * count * W :]
+                    for x in range(count * W):
+                        rows[x] = factors[at, 0] * H[x]
                     for r in range(1, parts):
-                        part = H[r * count + e]
-                        for lane in range(W):
-                            row[lane] += factors[at, r] * part[lane]
+                        part = H[r * count * W :]
+                        for x in range(count * W):
+                            rows[x] += factors[at, r] * part[x]
             step(S, R, 0)
             for i in range(size):
                 there, row = R[k * height + i], s[STAGES * count + i]

@@ -286,7 +286,7 @@ class Values:
         self.graph = graph
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
-        self._constants = lambdified(self._parameters, constants)
+        self._constants = lambdified(self._parameters, constants, whole=False)
         self._derivatives, self._second = {}, {}
         nodes, weights = special.roots_jacobi(REMAINDER_NODES, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights

@@ -11,14 +11,14 @@ multipliers are.
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
 direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
 `sweeps.mechanics.perturbed`, which are halved until they leave out less than the tolerance; `kernels.monodromy` makes
-the matrix of the period of them. Unless the derivation proves that the equations are linear, it is measured again,
-perturbed by an eighth as much: the difference of both holds what the amplitude changes.
+the matrix of the period of them. Unless the derivation proves that the equations are linear, one more motion begins at
+twice the sum of all directions: by what it is off the sum of the others, the amplitude changes a matrix.
 
 *Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), whose slopes
 are derivatives of the equations by SymPy: nothing is shared with the generated Taylor steps. It is found again in fewer
 steps from another phase, and compared with what the finer steps make of the period that begins there, entry by entry:
-steps are halved until the difference is rounding. Where the slopes are proved to be even in the time, half a period
-gives the finer one (the coarser one is followed through all of it).
+steps are shortened by a third until the difference is rounding. Where Hamilton's equations are proved to be even in the
+time, half a period gives the finer one (the coarser one is followed through all of it), and the measured one.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
@@ -36,7 +36,7 @@ from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.perturbed import PerturbedCode
 from sweeps.mechanics.problem import magnitude
 
-TURN = 2.6  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
+TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
 STEPS = 2  # in a segment, of the first try
 WIDE = 0.1  # of the segments' matrices, that the amplitude may change
@@ -485,7 +485,7 @@ def certified(base: Base) -> tuple[np.ndarray, ...]:
         rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * np.abs(found.matrix).max(axis=(1, 2)))
         going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~rounded
         last[left] = apart
-        left, steps = left[going], 2 * steps
+        left, steps = left[going], 3 * steps // 4 * 2
     return matrix, exact, elsewhere, determinant, turns, minors
 
 

@@ -30,7 +30,7 @@ from kernels.blocks import W
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, Values, X
 from sweeps.mechanics.taylor import Code, in_quotes
 
-ORDER = 18
+ORDER = 20
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
