@@ -30,7 +30,8 @@ Source: Yakubovich and Starzhinskii, Linear Differential Equations with Periodic
 Journal 7 (1969) 1003, for the classes of four multipliers. Derived again.
 """
 
-from itertools import product
+from functools import reduce
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -43,16 +44,30 @@ UNDETERMINED = -1
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 
-def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
+class Matrices(NamedTuple):
+    """Matrices of points, and what they are known by beside.
+
+    Attributes:
+        matrix, error (numpy.ndarray, shape (n, d, d)): Monodromy matrices and the errors of their entries.
+        turns (numpy.ndarray, shape (n,), optional): Whole half turns of a perturbation in the period, floor(angle/pi),
+            of d = 2.
+        second (numpy.ndarray, shape (2, n), optional): The determinant (d = 2) or second invariant (d = 4) and its
+            error, NaN where those of the matrix are as good.
+    """
+
+    matrix: np.ndarray
+    error: np.ndarray
+    turns: np.ndarray | None = None
+    second: np.ndarray | None = None
+
+
+def columns(found, period, reciprocal=True, with_errors=True):
     """Return the columns of monodromy matrices.
 
     Args:
-        M, error (numpy.ndarray, shape (n, d, d)): Matrices and the errors of their entries.
+        found (Matrices): Matrices; those that are not finite make columns of NaN.
         period (numpy.ndarray, shape (n,)): s.
         reciprocal (bool): Whether the equations are proved to be Hamiltonian: multipliers in pairs mu, 1/mu.
-        more (numpy.ndarray, optional): Of d = 2 the whole half turns of a perturbation in the period, floor(angle/pi),
-            shape (1, n), or with the determinant and its error (3, n); of d = 4 the second invariant and its error,
-            shape (2, n). NaN where those of M are as good.
         with_errors (bool): Whether errors are found of more than the invariants.
 
     Returns:
@@ -61,11 +76,12 @@ def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
             trace and for d = 4 those of INVARIANTS, where they are reciprocal, shape (n,); each with its error as
             name_error; regime (number in REGIMES, less 1).
     """
+    M, error, half_turns, second = found
     d = M.shape[-1]
+    half_turns = half_turns if d == 2 else None
     if not has_invariants(d, reciprocal):
         return _by_eigenvalues(M, error, period, reciprocal)
-    half_turns, second = (more[0], more[1:]) if d == 2 and more is not None else (None, more)
-    second = second if second is not None and len(second) else None
+    second = None if second is None or np.isnan(second).all() else second
     with np.errstate(all="ignore"):
         found = invariants(M, error, second)
         smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
@@ -82,8 +98,9 @@ def columns(M, error, period, reciprocal=True, more=None, with_errors=True):
             regime = np.where(_regime(ends) == regime, regime, MARGINAL)
         moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
         corners = [*_corners(smooth, spreads, moved), *_meetings(smooth, spreads)]
+        open_order = np.flatnonzero(regime == MARGINAL)
         for ends in corners if with_errors else []:
-            for name, apart in _distances(_spectrum(ends, period, half_turns), centre, regime == MARGINAL).items():
+            for name, apart in _distances(_spectrum(ends, period, half_turns), centre, open_order).items():
                 worst[name] = np.maximum(worst[name], apart)
         found |= centre
         if with_errors:
@@ -100,31 +117,13 @@ def has_invariants(d, reciprocal):
     return d == 2 or (d == 4 and reciprocal)
 
 
-class Matrices(NamedTuple):
-    """Matrices of points, as measured and by the variational flow, shapes (n, d, d).
-
-    Attributes:
-        measured, error, linear, exact (numpy.ndarray, shape (n, d, d)): Measured matrices, the variational flow's, and
-            the errors of both.
-        elsewhere (numpy.ndarray, shape (n,)): Difference of the variational flow's traces from two phases of the
-            period.
-        more, linear_more (numpy.ndarray or None): As in :func:`columns`, of both.
-    """
-
-    measured: np.ndarray
-    error: np.ndarray
-    linear: np.ndarray
-    exact: np.ndarray
-    elsewhere: np.ndarray
-    more: np.ndarray | None = None
-    linear_more: np.ndarray | None = None
-
-
-def compared(found, period, reciprocal=True, determinant=1.0):
+def compared(measured, linear, elsewhere, period, reciprocal=True, determinant=1.0):
     """Return the columns of measured matrices beside the variational flow's, and whether the two agree within errors.
 
     Args:
-        found (Matrices): Matrices; those that are not finite make columns of NaN.
+        measured, linear (Matrices): Measured matrices, and the variational flow's.
+        elsewhere (numpy.ndarray, shape (n,)): Difference of the variational flow's traces from two phases of the
+            period.
         period, reciprocal: As in :func:`columns`.
         determinant (float or numpy.ndarray, shape (n,)): As in :func:`residuals`.
 
@@ -133,16 +132,21 @@ def compared(found, period, reciprocal=True, determinant=1.0):
             variational flow as name_theory; determinant_residual, reciprocity_residual, phase_residual,
             propagation_error.
     """
-    result = columns(found.measured, found.error, period, reciprocal, found.more)
-    theory = columns(found.linear, found.exact, period, reciprocal, found.linear_more, with_errors=False)
+    result = columns(measured, period, reciprocal)
+    theory = columns(linear, period, reciprocal, with_errors=False)
     result |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in result}
     result["regime_theory"] = theory["regime"]
-    result["determinant_residual"], result["reciprocity_residual"] = residuals(found.measured, determinant)
-    size, apart = np.abs(found.linear).max(axis=(1, 2)), np.abs(found.measured - found.linear)
-    result["phase_residual"] = found.elsewhere / size
-    result["propagation_error"] = apart.max(axis=(1, 2)) / size
+    result["determinant_residual"], result["reciprocity_residual"] = residuals(measured.matrix, determinant)
+    size, apart = largest(linear.matrix), np.abs(measured.matrix - linear.matrix)
+    result["phase_residual"] = elsewhere / size
+    result["propagation_error"] = largest(apart) / size
     with np.errstate(invalid="ignore"):
-        return result, (apart <= found.error + found.exact).all(axis=(1, 2))
+        return result, largest(~(apart <= measured.error + linear.error)) == 0.0
+
+
+def largest(M):
+    """Return the largest absolute value of each matrix, shape (n, d, d): NumPy is slow to reduce short axes."""
+    return reduce(np.maximum, np.abs(M.reshape(len(M), -1).T, dtype=float))
 
 
 def residuals(M, determinant=1.0):
@@ -160,10 +164,12 @@ def residuals(M, determinant=1.0):
     if M.shape[-1] == 2:
         off = np.abs(M[:, 0, 0] * M[:, 1, 1] - M[:, 0, 1] * M[:, 1, 0] - determinant) / scale
         return off, off
-    off = np.abs(np.linalg.det(M) - determinant) / scale
     if M.shape[-1] != 4:
+        off = np.abs(np.linalg.det(M) - determinant) / scale
         return off, off
-    third = np.einsum("nii->n", _cofactors(M))  # coefficient of mu, which is that of mu^3 of a Hamiltonian
+    found, gradient = _determinant(M)
+    off = np.abs(found - determinant) / scale
+    third = np.einsum("nii->n", gradient)  # coefficient of mu, which is that of mu^3 of a Hamiltonian
     uneven = np.abs(third - np.einsum("nii->n", M)) / (scale[:, None] / lengths).sum(axis=1)
     return off, np.maximum(off, uneven)
 
@@ -196,7 +202,7 @@ def invariants(M, error, given=None):
         for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
             shifted = M + sign * identity
             squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
-            put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
+            put(name, *_determinant(shifted), squares)
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
     for name, sign in signs.items() if given is not None else ():
         spread = given[1] + np.abs(sign) * trace_error
@@ -252,12 +258,20 @@ def _with_errors(found):
         yield f"{name}_error", errors
 
 
-def _cofactors(M):
-    """Return the gradients of det M with respect to its entries, shape (n, d, d)."""
-    d = M.shape[-1]
-    others = np.array([[j for j in range(d) if j != i] for i in range(d)])
-    minors = M[:, others[:, None, :, None], others[None, :, None, :]]
-    return np.linalg.det(minors) * (-1.0) ** np.add.outer(np.arange(d), np.arange(d))
+def _determinant(M):
+    """Return det M of four by four matrices, shape (n,), and its gradients, shape (n, 4, 4), by minors of two rows."""
+    m, gradient, total = M.transpose(1, 2, 0), np.zeros((4, 4, len(M))), np.zeros(len(M))
+    for i, j in combinations(range(4), 2):
+        rows = (0, i, j), (2, *(c for c in range(4) if c not in (i, j)))
+        upper, lower = (m[r, a] * m[r + 1, b] - m[r, b] * m[r + 1, a] for r, a, b in rows)
+        sign = 1.0 if (i + j) % 2 else -1.0
+        total += sign * upper * lower
+        for (r, a, b), other in zip(rows, (sign * lower, sign * upper), strict=True):
+            gradient[r, a] += m[r + 1, b] * other
+            gradient[r, b] -= m[r + 1, a] * other
+            gradient[r + 1, b] += m[r, a] * other
+            gradient[r + 1, a] -= m[r, b] * other
+    return total, gradient.transpose(2, 0, 1)
 
 
 def _pair(s, d):
@@ -274,7 +288,7 @@ def _spectrum(smooth, period, half_turns):
     """Return multipliers, exponents and growth of smooth invariants: (trace, determinant) or INVARIANTS."""
     if len(smooth) == 2:
         trace, d = smooth
-        mu = np.stack(_pair(trace, d), axis=1)
+        mu = np.array(_pair(trace, d)).T
         is_real = (mu.imag == 0.0).all(axis=1)
         sizes = np.where(is_real[:, None], np.log(np.abs(mu)), 0.5 * np.log(d)[:, None] + 0.0 * mu.real)  # NaN stays
     else:
@@ -282,7 +296,7 @@ def _spectrum(smooth, period, half_turns):
         root = np.where(a < 0.0, -1.0, 1.0) * np.sqrt(D.astype(complex))
         first, second = 0.5 * (a + root), 0.5 * (a - root)
         second = np.where((D > 0.0) & (np.abs(a) > LARGE) & np.isfinite(b), (b - 2.0) / first, second)
-        mu = np.stack([*_pair(first, 1.0), *_pair(second, 1.0)], axis=1)
+        mu = np.array([*_pair(first, 1.0), *_pair(second, 1.0)]).T
         sizes = np.log(np.abs(mu))
         sizes = np.where(np.abs(sizes) < ROUNDING, 0.0, sizes)  # on the circle: the argument decides the order
         sizes[:, 1::2] = -sizes[:, ::2]
@@ -327,13 +341,13 @@ def _meetings(smooth, spreads):
     return [[a, second, np.clip(0.0, smooth[2] - spreads[2], smooth[2] + spreads[2]), *smooth[3:]] for a in ends]
 
 
-def _distances(ends, centre, open_order):
-    """Return name → distance of two spectra; where they may meet in between, of each multiplier from the farthest."""
+def _distances(ends, centre, which):
+    """Return name → distance of two spectra; at points where they may meet between, of each from the farthest."""
     found = {name: np.abs(ends[name] - values) for name, values in centre.items()}
-    for name in found:
-        if found[name].ndim == 2:
-            farthest = np.abs(ends[name][:, None] - centre[name][:, :, None]).max(axis=2)
-            found[name] = np.where(open_order[:, None], farthest, found[name])
+    for name, values in centre.items():
+        if values.ndim == 2 and which.size:
+            apart = np.abs(ends[name][which, None] - values[which, :, None])
+            found[name][which] = reduce(np.maximum, np.moveaxis(apart, 2, 0))
     return found
 
 

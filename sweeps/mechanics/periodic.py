@@ -439,8 +439,8 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     return Monodromy.of(told, n)
 
 
-def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndarray, ...]:
-    """Return measured matrices in the states' sizes, errors, half turns, minors, if epsilon or the steps are too large.
+def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
+    """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
 
     Args:
         base: of points of one kind.
@@ -462,11 +462,11 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[np.ndar
         if steps * int(base.number[0]) > FINEST:
             break
     unresolved = np.isin(np.arange(points), left)
-    return matrix, error, turns, minors, wide, unresolved
+    return floquet.Matrices(matrix, error, turns, minors), wide, unresolved
 
 
-def certified(base: Base) -> tuple[np.ndarray, ...]:
-    """Return the variational flow's matrix, its error, the difference of traces, det, half turns and minors."""
+def certified(base: Base) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
+    """Return the variational flow's matrices, the difference of their traces from two phases, and determinants."""
     points, n = base.sizes.shape
     matrix, exact, elsewhere = np.full((points, n, n), np.nan), np.full((points, n, n), np.nan), np.full(points, np.nan)
     determinant, turns, minors = np.ones(points), np.zeros(points), np.empty((2, points))
@@ -476,17 +476,17 @@ def certified(base: Base) -> tuple[np.ndarray, ...]:
         found = varied(part, steps)
         coarser = varied(part, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
         matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.further)
-        elsewhere[left] = np.abs(np.trace(found.matrix - coarser.matrix, axis1=1, axis2=2))
-        apart = COARSER * np.abs(found.other - coarser.matrix).max(axis=(1, 2))
+        elsewhere[left] = np.abs(np.einsum("nii->n", found.matrix - coarser.matrix))
+        apart = COARSER * floquet.largest(found.other - coarser.matrix)
         exact[left] = ROUNDING * found.noise + apart[:, None, None]
         minors[0, left] = found.minors[0]
         other = np.nan_to_num(np.abs(found.minors[0] - coarser.minors[0]))  # none where no entry is large there
         minors[1, left] = 2.0 * ROUNDING * found.minors[1] + other
-        rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * np.abs(found.matrix).max(axis=(1, 2)))
-        going = ~(apart <= ROUNDING * found.noise.max(axis=(1, 2))) & ~rounded
+        rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * floquet.largest(found.matrix))
+        going = ~(apart <= ROUNDING * floquet.largest(found.noise)) & ~rounded
         last[left] = apart
         left, steps = left[going], 3 * steps // 4 * 2
-    return matrix, exact, elsewhere, determinant, turns, minors
+    return floquet.Matrices(matrix, exact, turns, minors), elsewhere, determinant
 
 
 def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
@@ -543,21 +543,16 @@ def is_jagged(base: Base) -> bool:
 def _columns(base, epsilon, tolerance):
     """Columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
-    matrix, error, linear, exact = (np.full((points, n, n), np.nan) for _ in range(4))
-    elsewhere, wide, determinant, more = np.full(points, np.nan), np.zeros(points, dtype=bool), 1.0, (None, None)
+    nothing, elsewhere, wide, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), False, 1.0
+    found = linear = floquet.Matrices(nothing, nothing)
     unresolved = wide
     if base.number[0]:
-        matrix, error, turns, minors, wide, unresolved = measured(base, epsilon, tolerance)
-        linear, exact, elsewhere, determinant, other_turns, other_minors = certified(base)
-        linear[elsewhere > TWO_PHASES * np.abs(linear).max(axis=(1, 2))] = np.nan
-        more = [[turns, *minors], [other_turns, *other_minors]]
-        more = [np.array(x[1:] if n == 4 else x if np.isfinite(x[1]).any() else x[:1]) for x in more]
-        more = [None if n == 4 and np.isnan(x).all() else x for x in more]
-    matrix[wide] = np.nan
-    columns, agree = floquet.compared(
-        floquet.Matrices(matrix, error, linear, exact, elsewhere, *more), base.period, reciprocal, determinant
-    )
-    sound = np.isfinite(matrix + error).all(axis=(1, 2))
+        found, wide, unresolved = measured(base, epsilon, tolerance)
+        linear, elsewhere, determinant = certified(base)
+        linear.matrix[elsewhere > TWO_PHASES * floquet.largest(linear.matrix)] = np.nan
+        found.matrix[wide] = np.nan
+    columns, agree = floquet.compared(found, linear, elsewhere, base.period, reciprocal, determinant)
+    sound = np.isfinite(floquet.largest(found.matrix + found.error))
     cases = [~(base.closed <= CLOSED), base.number == 0, wide, unresolved, ~sound, ~agree]
     kinds = [
         "NO_PERIODIC_MOTION",
