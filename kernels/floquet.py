@@ -164,12 +164,10 @@ def residuals(M, determinant=1.0):
     if M.shape[-1] == 2:
         off = np.abs(M[:, 0, 0] * M[:, 1, 1] - M[:, 0, 1] * M[:, 1, 0] - determinant) / scale
         return off, off
+    off = np.abs(np.linalg.det(M) - determinant) / scale
     if M.shape[-1] != 4:
-        off = np.abs(np.linalg.det(M) - determinant) / scale
         return off, off
-    found, gradient = _determinant(M)
-    off = np.abs(found - determinant) / scale
-    third = np.einsum("nii->n", gradient)  # coefficient of mu, which is that of mu^3 of a Hamiltonian
+    third = np.einsum("nii->n", _cofactors(M))  # coefficient of mu, which is that of mu^3 of a Hamiltonian
     uneven = np.abs(third - np.einsum("nii->n", M)) / (scale[:, None] / lengths).sum(axis=1)
     return off, np.maximum(off, uneven)
 
@@ -202,7 +200,7 @@ def invariants(M, error, given=None):
         for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
             shifted = M + sign * identity
             squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
-            put(name, *_determinant(shifted), squares)
+            put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
     for name, sign in signs.items() if given is not None else ():
         spread = given[1] + np.abs(sign) * trace_error
@@ -258,20 +256,19 @@ def _with_errors(found):
         yield f"{name}_error", errors
 
 
-def _determinant(M):
-    """Return det M of four by four matrices, shape (n,), and its gradients, shape (n, 4, 4), by minors of two rows."""
-    m, gradient, total = M.transpose(1, 2, 0), np.zeros((4, 4, len(M))), np.zeros(len(M))
+def _cofactors(M):
+    """Return the gradients of det M, shape (n, 4, 4), with respect to its entries, by minors of two rows."""
+    m, gradient = M.transpose(1, 2, 0), np.zeros((4, 4, len(M)))
     for i, j in combinations(range(4), 2):
         rows = (0, i, j), (2, *(c for c in range(4) if c not in (i, j)))
         upper, lower = (m[r, a] * m[r + 1, b] - m[r, b] * m[r + 1, a] for r, a, b in rows)
         sign = 1.0 if (i + j) % 2 else -1.0
-        total += sign * upper * lower
         for (r, a, b), other in zip(rows, (sign * lower, sign * upper), strict=True):
             gradient[r, a] += m[r + 1, b] * other
             gradient[r, b] -= m[r + 1, a] * other
             gradient[r + 1, b] += m[r, a] * other
             gradient[r + 1, a] -= m[r, b] * other
-    return total, gradient.transpose(2, 0, 1)
+    return gradient.transpose(2, 0, 1)
 
 
 def _pair(s, d):

@@ -73,8 +73,9 @@ class Variation:
         turned = [e - e.subs(self._phase, -self._phase) for e in still[: len(slopes)]]
         moving = [e for k, e in enumerate(still) if k >= len(slopes) or k % (2 * m) >= m]
         moving = [e.diff(self._phase) if k >= len(slopes) // 2 else e for k, e in enumerate(moving)]
-        #: where all of these vanish, Hamilton's equations are even in the time without terms in the velocities
-        self.uneven = factors([*turned, *moving], (*equations.states, self._phase)) if self.second else [sp.Integer(1)]
+        paired = unpaired(equations)
+        uneven = factors([*turned, *moving], (*equations.states, self._phase)) if self.second else [sp.Integer(1)]
+        self._proofs = lambdified(equations.parameters, [equations.system.given_period, *paired, *uneven]), len(paired)
         self._still, self._separate = self._written(still), self._separated(still)
         both = np.reshape([e != 0 for e in still[: len(slopes)]], (m, -1))
         if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
@@ -92,6 +93,16 @@ class Variation:
         n = self.equations.n
         functions = variational.step_of(self.m, n, self.entries[still]), monodromy.compose_of(n)
         return tuple(map(jit.passed, functions)), monodromy.Record(n).height
+
+    def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return of points the period, whether multipliers come in pairs, and whether half a period gives the whole.
+
+        The last holds of points at rest, where Hamilton's equations are even in the time without terms in velocities.
+        """
+        function, count = self._proofs
+        period, *rest = function(*parameters)
+        paired, even = ((np.array([period, *some])[1:] == 0.0).all(axis=0) for some in (rest[:count], rest))
+        return period, paired, even
 
     def _written(self, expressions):
         return lambdified((*self.equations.parameters, *self.equations.states, self._phase), expressions, whole=False)
@@ -237,14 +248,6 @@ def factors(expressions, moving) -> list[sp.Expr]:
     return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
 
 
-def where_zero(equations: Equations, found: list[sp.Expr], parameters: list[np.ndarray]) -> np.ndarray:
-    """Return at which points all of some factors vanish."""
-    zero = np.ones(parameters[0].size, dtype=bool)
-    for factor in lambdified(equations.parameters, found)(*parameters):
-        zero &= factor == 0.0
-    return zero
-
-
 class Base:
     """The periodic motions of points, at any time.
 
@@ -256,16 +259,15 @@ class Base:
 
     def __init__(self, model, parameters, slot):
         self.model, self.parameters, size = model, parameters, slot.size
-        (self.period,) = lambdified(model.equations.parameters, [model.system.given_period])(*parameters)
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
         self.closed, self.error = np.zeros(size), np.zeros(size)
         self.still = np.ones(size, dtype=bool)
-        self.reciprocal = where_zero(model.equations, unpaired(model.equations), parameters)
+        self.period, self.reciprocal, self.even = model.variation.proved(parameters)
         with np.errstate(all="ignore"):
             self.still = self._measure_sizes(places)
-            self.even = self.still & self.reciprocal & where_zero(model.equations, model.variation.uneven, parameters)
+            self.even &= self.still
             self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
             if not self.still.all():
                 model.perturbed(False)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.mechanics import periodic, relative
+from sweeps.mechanics import relative
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -41,11 +41,10 @@ def _of_equilibria(model, parameters):
 
 
 def _of_a_period(model, parameters):
-    equations, variation = model.equations, model.variation
+    variation = model.variation
     linear, odd = (np.array([found]) for found in (model.perturbed_code(True).linear, variation.odd))
     yield "linear about an equilibrium at all times: followed with one size and from one side", linear
     yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear
-    reciprocal = periodic.where_zero(equations, periodic.unpaired(equations), parameters)
+    _, reciprocal, even = variation.proved(parameters)
     yield "Hamilton's equations, or no divergence: multipliers come in pairs μ, 1/μ", reciprocal
-    even = reciprocal & periodic.where_zero(equations, variation.uneven, parameters)
     yield "even in the time: about an equilibrium half a period gives the whole", even

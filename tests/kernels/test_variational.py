@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from sympy import Poly, legendre_poly, symbols
 from sympy.integrals.quadrature import gauss_legendre
 
 from kernels import variational
+from kernels.blocks import W, scratch
 
 
 def test_weights_of_collocation_are_those_of_exact_integrals():
@@ -20,3 +22,20 @@ def test_weights_of_collocation_are_those_of_exact_integrals():
         assert inner[:, j] == pytest.approx(up_to, abs=1e-15)
     assert np.abs(variational.TWICE - inner @ inner).max() < 1e-15
     assert np.abs(variational.WHOLE_TWICE - whole * (1 - points)).max() < 1e-15  # Nystrom's condition
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 2), (2, 4), (2, 2), (3, 3), (3, 6)])
+def test_a_step_of_constant_slopes_is_the_exponential(m, n):
+    """Written out and by loops, of coordinates and of states, where some slopes vanish; 2e-15: some roundings."""
+    rng = np.random.default_rng(m + n)
+    entries = tuple((i, j) for i in range(m) for j in range(n) if (i + 2 * j) % 3)
+    values = rng.uniform(-0.5, 0.5, (len(entries), W))
+    S = scratch(variational.STAGES * len(entries) + n * n)
+    rows = S.reshape(-1, W)
+    rows[: -n * n] = np.tile(values, (variational.STAGES, 1))
+    variational.step_of(m, n, entries)(S, rows, 0)
+    for lane in range(0, W, 8):
+        A = np.eye(n, k=m) if n > m else np.zeros((n, n))
+        for value, (i, j) in zip(values[:, lane], entries, strict=True):
+            A[n - m + i, j] = value
+        np.testing.assert_allclose(rows[-n * n :, lane].reshape(n, n), expm(A), rtol=0, atol=2e-15)

@@ -1,0 +1,67 @@
+"""Products of segments' matrices against products in 40 digits, and of their second halves from the first."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from kernels import monodromy
+from kernels.blocks import W, scratch
+
+STEPS, LANES = 10, 8
+
+
+def segments(n, half):
+    """Return the matrices of STEPS, or of half of them, by lane, in 40 digits, of Hamilton's equations with masses."""
+    rng, m = np.random.default_rng(n), n // 2
+    masses, found = np.eye(m) + 0.3 * np.ones((m, m)), []
+    for _ in range(LANES * (STEPS // 2 if half else STEPS)):
+        K, A = rng.normal(size=(m, m)), mpmath.zeros(n)
+        A[:m, m:], A[m:, :m] = mpmath.eye(m), mpmath.matrix(masses) ** -1 * mpmath.matrix(-2.0 * (K + K.T))
+        found.append(mpmath.expm(A))
+    return [found[lane::LANES] for lane in range(LANES)], masses
+
+
+def composed(S, masses, n):
+    """Return what is told of segments, shape (rows, W)."""
+    record = monodromy.Record(n)
+    rows, told = scratch((STEPS + 1) * record.height), np.zeros((3 * n * n + 3, W))
+    R = rows.reshape(-1, W)
+    for lane in range(W):
+        for s, one in enumerate(S[lane % LANES]):
+            R[s * record.height : s * record.height + n * n, lane] = [*one]
+    if len(S[0]) < STEPS:
+        both = np.concatenate([masses.ravel(), np.linalg.inv(masses).ravel()])
+        monodromy.mirror(R, STEPS, record.height, n, np.repeat(both[:, None], W, axis=1))
+    monodromy.compose_of(n)(rows, told, STEPS)
+    return told
+
+
+def exact(S, n):
+    """Return the product of segments, that of the cycle which begins later, and the trace of the second compound."""
+    turned = mpmath.diag([1] * (n // 2) + [-1] * (n // 2))
+    S = [*S, *(turned * one**-1 * turned for one in reversed(S) if len(S) < STEPS)]
+    M = other = mpmath.eye(n)
+    for s in range(STEPS):
+        M, other = S[s] * M, S[(s + round(monodromy.ELSEWHERE * STEPS)) % STEPS] * other
+    second = (sum(M[i, i] for i in range(n)) ** 2 - sum((M * M)[i, i] for i in range(n))) / 2
+    return *(np.array(x.tolist(), dtype=float) for x in (M, other)), float(second)
+
+
+@pytest.mark.parametrize("half", [False, True])
+@pytest.mark.parametrize("n", [2, 4])
+def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
+    with mpmath.workdps(40):
+        S, masses = segments(n, half)
+        expected = [exact(one, n) for one in S]
+    told, size, large = composed(S, masses, n), n * n, 0
+    for lane, (M, other, second) in enumerate(expected):
+        found, later, noise = told[: 3 * size, lane].reshape(3, n, n)
+        assert (np.abs(found - M) <= monodromy.NOISE * noise).all()
+        # of the other cycle no error is told: relative to its entries it may be some times as large
+        limit = monodromy.NOISE * noise.max() * max(1.0, np.abs(other).max() / np.abs(M).max())
+        assert np.abs(later - other).max() <= 30.0 * limit
+        is_large = np.abs(M).max() > monodromy.LARGE
+        large += is_large
+        assert np.isfinite(told[-2, lane]) == is_large
+        assert not is_large or abs(told[-2, lane] - second) <= 2.0 * monodromy.NOISE * told[-1, lane]
+    assert large
