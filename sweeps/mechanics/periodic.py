@@ -50,6 +50,7 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
+OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number"  # of a base motion
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -330,7 +331,7 @@ class Base:
         """Return the motions of some points."""
         part = object.__new__(Base)
         part.model, part.parameters = self.model, [p[which] for p in self.parameters]
-        for name in ("period", "start", "closed", "error", "still", "even", "mirrored", "scale", "sizes", "reciprocal"):
+        for name in OF_POINTS.split():
             setattr(part, name, getattr(self, name)[which])
         return part
 
