@@ -60,6 +60,11 @@ class Matrices(NamedTuple):
     turns: np.ndarray | None = None
     second: np.ndarray | None = None
 
+    def put(self, which, part):
+        """Write the matrices of some points."""
+        self.matrix[which], self.error[which] = part.matrix, part.error
+        self.turns[which], self.second[:, which] = part.turns, part.second
+
 
 def columns(found, period, reciprocal=True, with_errors=True):
     """Return the columns of monodromy matrices.

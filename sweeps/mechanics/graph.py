@@ -298,12 +298,12 @@ class Values:
 
     def bases(self, parameters, q0):
         """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""
-        U, slopes, shape = self._constants(*parameters), {}, np.shape(q0[0])
+        U, slopes, nothing = self._constants(*parameters), {}, np.zeros(np.shape(q0[0]))
         for number, node in enumerate(self.graph.nodes):
             if node.kind == CONSTANT:
-                U[number] = np.broadcast_to(U[number], shape)
+                U[number] = U[number] + nothing
             elif node.zero:
-                U[number] = np.zeros(shape)
+                U[number] = nothing
             elif node.kind == X:
                 U[number] = q0[node.parts[0]]
             elif node.kind == ADD:

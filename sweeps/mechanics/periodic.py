@@ -50,6 +50,7 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
+OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number"  # of a base motion
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -330,7 +331,7 @@ class Base:
         """Return the motions of some points."""
         part = object.__new__(Base)
         part.model, part.parameters = self.model, [p[which] for p in self.parameters]
-        for name in ("period", "start", "closed", "error", "still", "even", "mirrored", "scale", "sizes", "reciprocal"):
+        for name in OF_POINTS.split():
             setattr(part, name, getattr(self, name)[which])
         return part
 
@@ -349,11 +350,6 @@ class Base:
     def code(self) -> PerturbedCode:
         """The generated steps of the perturbed motion: all points have to be at rest, or all not."""
         return self.model.perturbed(bool(self.still[0]))
-
-    @property
-    def has_minors(self) -> bool:
-        """Return whether smooth invariants stand on minors of two rows where multipliers are large."""
-        return self.sizes.shape[1] == (4 if self.reciprocal[0] else 2)
 
     @cached_property
     def number(self) -> np.ndarray:
@@ -441,54 +437,50 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     return Monodromy.of(told, n)
 
 
-def measured(base: Base, epsilon: np.ndarray, tolerance: float) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
+def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
     """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
 
     Args:
         base: of points of one kind.
         epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
         tolerance: what steps may leave out, relative to the segments' matrices: they are halved until it is met.
+        steps: in each segment, of the first try.
     """
-    points, n = base.sizes.shape
-    matrix, error, wide = np.empty((points, n, n)), np.empty((points, n, n)), np.zeros(points, dtype=bool)
-    turns, minors = np.empty(points), np.empty((2, points))
-    left, steps = np.arange(points), STEPS
-    while left.size:
-        found, noise = followed(base.chosen(left), epsilon[left], steps), monodromy.NOISE * np.sqrt(steps / STEPS)
-        matrix[left], error[left], turns[left] = found.matrix, noise * found.noise, found.turns
-        minors[:, left] = found.minors * [[1.0], [2.0 * noise]]
-        left_out, amplitude = found.further
-        wide[left] = amplitude > WIDE
-        going = ~(left_out <= tolerance)
-        left, steps = left[going], 2 * steps
-        if steps * int(base.number[0]) > FINEST:
-            break
-    unresolved = np.isin(np.arange(points), left)
-    return floquet.Matrices(matrix, error, turns, minors), wide, unresolved
+    found, noise = followed(base, epsilon, steps), monodromy.NOISE * np.sqrt(steps / STEPS)
+    matrices = floquet.Matrices(found.matrix, noise * found.noise, found.turns, found.minors * [[1.0], [2.0 * noise]])
+    left_out, amplitude = found.further
+    wide, unresolved = amplitude > WIDE, ~(left_out <= tolerance)
+    left = np.flatnonzero(unresolved)
+    if left.size and 2 * steps * int(base.number[0]) <= FINEST:
+        finer, *others = measured(base.chosen(left), epsilon[left], tolerance, 2 * steps)
+        matrices.put(left, finer)
+        wide[left], unresolved[left] = others
+    return matrices, wide, unresolved
 
 
-def certified(base: Base) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
-    """Return the variational flow's matrices, the difference of their traces from two phases, and determinants."""
-    points, n = base.sizes.shape
-    matrix, exact, elsewhere = np.full((points, n, n), np.nan), np.full((points, n, n), np.nan), np.full(points, np.nan)
-    determinant, turns, minors = np.ones(points), np.zeros(points), np.empty((2, points))
-    left, steps, last = np.arange(points), first_steps(base), np.full(points, np.inf)
-    while left.size and steps <= FINEST:
-        part = base.chosen(left)
-        found = varied(part, steps)
-        coarser = varied(part, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-        matrix[left], turns[left], determinant[left] = found.matrix, found.turns, np.exp(found.further)
-        elsewhere[left] = np.abs(np.einsum("nii->n", found.matrix - coarser.matrix))
-        apart = COARSER * floquet.largest(found.other - coarser.matrix)
-        exact[left] = ROUNDING * found.noise + apart[:, None, None]
-        minors[0, left] = found.minors[0]
-        other = np.nan_to_num(np.abs(found.minors[0] - coarser.minors[0]))  # none where no entry is large there
-        minors[1, left] = 2.0 * ROUNDING * found.minors[1] + other
-        rounded = (apart >= FALLING * last[left]) & (apart <= TWO_PHASES * floquet.largest(found.matrix))
-        going = ~(apart <= ROUNDING * floquet.largest(found.noise)) & ~rounded
-        last[left] = apart
-        left, steps = left[going], 3 * steps // 4 * 2
-    return floquet.Matrices(matrix, exact, turns, minors), elsewhere, determinant
+def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> tuple:
+    """Return the variational flow's matrices, the difference of their traces from two phases, and determinants.
+
+    Args:
+        base: of points of one kind.
+        steps: of a period, of the first try; 0: :func:`first_steps`.
+        last: what the matrices from both phases differed by in longer steps.
+    """
+    steps = steps or first_steps(base)
+    found, coarser = varied(base, steps), varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+    apart = COARSER * floquet.largest(found.other - coarser.matrix)
+    other = np.nan_to_num(np.abs(found.minors[0] - coarser.minors[0]))  # none where no entry is large there
+    minors = found.minors * [[1.0], [2.0 * ROUNDING]] + [0.0 * other, other]
+    matrices = floquet.Matrices(found.matrix, ROUNDING * found.noise + apart[:, None, None], found.turns, minors)
+    elsewhere = np.abs(np.einsum("nii->n", found.matrix - coarser.matrix))
+    determinant = np.exp(found.further)
+    rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(found.matrix))
+    left = np.flatnonzero(~(apart <= ROUNDING * floquet.largest(found.noise)) & ~rounded)
+    if left.size and 3 * steps // 4 * 2 <= FINEST:
+        finer, *others = certified(base.chosen(left), 3 * steps // 4 * 2, apart[left])
+        matrices.put(left, finer)
+        elsewhere[left], determinant[left] = others
+    return matrices, elsewhere, determinant
 
 
 def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
