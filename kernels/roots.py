@@ -269,7 +269,7 @@ def _residual(enclose, F, box, place, step):
     return most
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _refine(enclose, F, box):
     """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
     n = len(box.u)
@@ -322,7 +322,7 @@ def _refine(enclose, F, box):
     return False
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _verdict(enclose, F, box, narrow, rough):
     """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
     state = _enclosed(enclose, F, box)

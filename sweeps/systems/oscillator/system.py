@@ -31,7 +31,7 @@ class Oscillator(Described):
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
     compiled = (
-        Kernel("roots", seconds=7.0),
+        Kernel("roots", seconds=6.0),
         Kernel("enclosures", seconds=3.0),
         Kernel("oscillations", seconds=3.0),
         TAPES,
