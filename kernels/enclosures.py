@@ -130,8 +130,9 @@ def _signed_power(a, b, k):
 def _real_power(a, b, p, q):
     """[a, b]^[p, q] for a ≥ 0: extreme at its corners."""
     low, high = INF, -INF
-    for x in (a, b):
-        for y in (p, q):
+    for i in range(2 if a < b else 1):
+        for j in range(2 if p < q else 1):
+            x, y = (a, b)[i], (p, q)[j]
             z = (0.0 if y > 0.0 else INF if y < 0.0 else 1.0) if x == 0.0 else x**y
             low, high = min(low, z), max(high, z)
     return max(0.0, _down(low, LIBRARY)), _up(high, LIBRARY)
@@ -346,41 +347,40 @@ def enclose(F, low, high, count, R, values):
     Returns:
         int: SOUND, POLE or OUTSIDE.
     """
-    rows, state = 2 + 2 * count, SOUND
-    for k in range(len(F.tape)):
-        code, a, b = F.tape[k, 0], F.tape[k, 1], F.tape[k, 2]
-        out = R[k]
+    rows, state, tape = 2 + 2 * count, SOUND, F.tape
+    for k in range(len(tape)):  # no row of R has a name: to count whoever refers to it would take as long as a sum
+        code, a, b = tape[k, 0], tape[k, 1], tape[k, 2]
         if code in (codes.VARIABLE, codes.CONSTANT):
             for j in range(2, rows):
-                out[j] = 0.0
+                R[k, j] = 0.0
             if code == codes.VARIABLE:
-                out[0], out[1] = low[a], high[a]
+                R[k, 0], R[k, 1] = low[a], high[a]
                 if a < count:
-                    out[2 + 2 * a], out[3 + 2 * a] = 1.0, 1.0
+                    R[k, 2 + 2 * a], R[k, 3 + 2 * a] = 1.0, 1.0
             else:
-                out[0], out[1] = F.constants[a, 0], F.constants[a, 1]
-            continue
-        A = R[a]
-        if code == codes.ADD:
-            B = R[b]
+                R[k, 0], R[k, 1] = F.constants[a, 0], F.constants[a, 1]
+        elif code == codes.ADD:
             for j in range(0, rows, 2):
-                out[j], out[j + 1] = _add(A[j], A[j + 1], B[j], B[j + 1])
+                R[k, j], R[k, j + 1] = _add(R[a, j], R[a, j + 1], R[b, j], R[b, j + 1])
         elif code == codes.MUL:
-            B = R[b]
-            out[0], out[1] = _mul(A[0], A[1], B[0], B[1])
+            u, v, x, y = R[a, 0], R[a, 1], R[b, 0], R[b, 1]
+            R[k, 0], R[k, 1] = _mul(u, v, x, y)
             for j in range(2, rows, 2):
-                p, q = _mul(A[0], A[1], B[j], B[j + 1])
-                r, s = _mul(A[j], A[j + 1], B[0], B[1])
-                out[j], out[j + 1] = _add(p, q, r, s)
+                if R[a, j] == R[a, j + 1] == R[b, j] == R[b, j + 1] == 0.0:
+                    R[k, j], R[k, j + 1] = 0.0, 0.0
+                    continue
+                p, q = _mul(u, v, R[b, j], R[b, j + 1])
+                r, s = _mul(R[a, j], R[a, j + 1], x, y)
+                R[k, j], R[k, j + 1] = _add(p, q, r, s)
         else:
             p, q = float(b), float(b)
             if code == codes.POWER:
                 p, q = R[b, 0], R[b, 1]
-            f, g, d, e, told = _function(code, A[0], A[1], p, q)
+            f, g, d, e, told = _function(code, R[a, 0], R[a, 1], p, q)
             state = max(state, told)
-            out[0], out[1] = f, g
+            R[k, 0], R[k, 1] = f, g
             for j in range(2, rows, 2):
-                out[j], out[j + 1] = _mul(d, e, A[j], A[j + 1])
+                R[k, j], R[k, j + 1] = _mul(d, e, R[a, j], R[a, j + 1])
     for j in range(F.outputs.size):
         for i in range(1 + count):
             values[j, i, 0], values[j, i, 1] = R[F.outputs[j], 2 * i], R[F.outputs[j], 2 * i + 1]

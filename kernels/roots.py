@@ -39,6 +39,7 @@ ROUNDINGS = 8.0
 HIDDEN = 2  # of a box in which F is straight: what is not known of F moves the zero by more than the box
 STRAIGHT = 0.9
 SLACK = 1.0 + 1e-14
+MOST_LEFT = 400  # boxes of a point that cannot be decided
 DEPTH = 64  # halvings of a variable
 STEPS, WIDENED = 100, 16  # towards a zero; and of the box about it
 
@@ -75,7 +76,7 @@ class Limits(NamedTuple):
 
     narrowest: float  #: width of the narrowest boxes, over that of the bounds
     most: int  #: number of boxes that a point may take
-    undecided: int  #: number of its boxes that may be undecided
+    few: int  #: number of its boxes that may be LOST or NARROW
     #: only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it
     rough: bool
 
@@ -148,15 +149,16 @@ def _enclosed(enclose, F, box):
         box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
         box.ends[HALF, j] = SLACK * max(box.ends[Y, j] - box.ends[MIDDLE, j], box.ends[MIDDLE, j] - box.ends[X, j])
         box.u[j, 0], box.u[j, 1] = -1.0, 1.0
+    for i in range(n):
+        size = 0.0
+        for j in range(n):
+            size = max(size, max(abs(box.values[i, 1 + j, 0]), abs(box.values[i, 1 + j, 1])) * box.ends[HALF, j])
+        box.ends[SIZE, i] = size if size > 0.0 else 1.0
     if state >= POLE:
         return state
     enclose(F, box.ends[MIDDLE], box.ends[MIDDLE], 0, box.rows, box.at)
     for i in range(n):
-        size, slopes = 0.0, box.values[i, 1:]
-        for j in range(n):
-            size = max(size, max(abs(slopes[j, 0]), abs(slopes[j, 1])) * box.ends[HALF, j])
-        size = size if size > 0.0 else 1.0
-        box.ends[SIZE, i] = size
+        size, slopes = box.ends[SIZE, i], box.values[i, 1:]
         box.linear[i, 0, 0], box.linear[i, 0, 1] = box.at[i, 0, 0] / size, box.at[i, 0, 1] / size
         if not (size < math.inf and box.linear[i, 0, 1] - box.linear[i, 0, 0] < math.inf):
             return -1
@@ -269,7 +271,7 @@ def _residual(enclose, F, box, place, step):
     return most
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _refine(enclose, F, box):
     """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
     n = len(box.u)
@@ -322,7 +324,7 @@ def _refine(enclose, F, box):
     return False
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _verdict(enclose, F, box, narrow, rough):
     """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
     state = _enclosed(enclose, F, box)
@@ -449,7 +451,7 @@ def search(enclose, functions, where, limits, found):
     box = Box(np.empty((7, n)), values, at, linear, np.empty((n, 2)), inverse, rows, scratch)
     for point in range(progress[0], len(where.bounds)):
         F, within = Formulas(functions.tape, functions.outputs, functions.constants[point]), where.bounds[point]
-        begin, used, undecided, top = count, 0, 0, 0
+        begin, used, undecided, few, top = count, 0, 0, 0, 0
         for start in range(where.shares[point, 0], where.shares[point, 1]):
             for k in range(2):
                 _set(stack[top, k], where.starts[start, k])
@@ -459,7 +461,7 @@ def search(enclose, functions, where, limits, found):
             narrow = _begin(box, stack[top], within, limits.narrowest, floor)
             if _is_within(box.ends[A], box.ends[B], boxes[begin:count, 0], records[begin:count]):
                 continue
-            if used > limits.most or undecided > limits.undecided or top + 2 > room:
+            if used > limits.most or undecided > MOST_LEFT or few > limits.few or top + 2 > room:
                 kind = LEFT
             else:
                 kind = _verdict(enclose, F, box, narrow, limits.rough)
@@ -480,6 +482,7 @@ def search(enclose, functions, where, limits, found):
                 progress[0] = point
                 return begin
             undecided += kind != ZERO and kind != LEFT
+            few += kind in (LOST, NARROW)
             for k in range(2):
                 _set(boxes[count, 0, k], near[k] if kind == ZERO else box.ends[A + k])
                 _set(boxes[count, 1, k], box.ends[X + k] if kind == ZERO else box.ends[A + k])

@@ -44,7 +44,7 @@ NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over th
 WORK, LEAST = 400_000, 100  # operations of a search, times the unknowns, and boxes
 ROUNDINGS, TINY = 16.0 * codes.UNIT, 0.01 * codes.UNIT  # of a place, of the range: F vanishes within
 SAME = 1e-7  # of the range: places nearer to each other than this fall together
-FEW, MANY = 16, 400  # undecided boxes of a point: a family fills more than any number, and is looked for after few
+FEW, MANY = 16, 400  # narrow boxes of a point: a family fills more than any number, and is looked for after a few
 STARTS = 128  # of a point whose subdivision did not end
 ITERATIONS = 60
 PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's method found
@@ -375,12 +375,12 @@ class _All:
             self._decide(owner[doubt], kind[doubt], low[doubt], high[doubt])
 
     def _searched(self, points, bounds, most, starts):
-        """Search boxes as `run`, and again where more than a few are undecided and lie in no family."""
-        few, many = ((self.narrowest, most, undecided, False) for undecided in (FEW, MANY))
+        """Search boxes as `run`, and again where more than a few hide whether there are zeros and lie in no family."""
+        few, many = ((self.narrowest, most, narrow, False) for narrow in (FEW, MANY))
         found = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
-        open_ = np.flatnonzero((kind != codes.ZERO) & (kind != codes.LEFT))
-        again, first, count = np.unique(which[open_], return_index=True, return_counts=True)
-        again, some = again[count > FEW], open_[first + count // 2][count > FEW]
+        narrow = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
+        again, first, count = np.unique(which[narrow], return_index=True, return_counts=True)
+        again, some = again[count > FEW], narrow[first + count // 2][count > FEW]
         at = points[again]
         place = self.descended(at, boxes[some, 0].mean(axis=1))
         member = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)

@@ -161,7 +161,7 @@ class _Numbers(Tape):
 def literal(e) -> tuple[float, float]:
     """Return two doubles that enclose a number, equal if it is a double."""
     value = float(e)
-    if e.is_Float or (e.is_Integer and abs(value) < 2.0**53) or not np.isfinite(value):
+    if e.is_Float or not np.isfinite(value) or (e.is_Rational and sp.Rational(value) == e):
         return value, value
     return float(np.nextafter(value, -np.inf)), float(np.nextafter(value, np.inf))
 

@@ -7,31 +7,37 @@ import json
 import signal
 import sys
 import warnings
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from importlib import import_module
-from itertools import groupby
 from multiprocessing import get_context
-from operator import itemgetter
 from pathlib import Path
 
 from sweeps.process import interrupts, processors, startup
-
-STAGE = itemgetter(-1)  # of a call: kernels of one are compiled side by side
 
 
 def main() -> None:
     """Compile the kernels that the standard input lists, and print a line for each."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    calls = json.load(sys.stdin)
-    pool = ProcessPoolExecutor(processors.cores(), get_context("spawn"), _begin)
+    pending, running = dict(enumerate(json.load(sys.stdin))), {}
+    cores = processors.cores()
+    pool = ProcessPoolExecutor(cores, get_context("spawn"), _begin)
     try:
-        for _, together in groupby(sorted(calls, key=STAGE), key=STAGE):
-            for done in as_completed([pool.submit(compile_kernel, *call) for call in together]):
+        while pending:
+            ready = [number for number in pending if number not in running.values() and _is_ready(pending, number)]
+            for number in ready[: cores - len(running)]:
+                running[pool.submit(compile_kernel, *pending[number])] = number
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
                 done.result()
+                del pending[running.pop(done)]
                 print(flush=True)
     finally:
         interrupts.abandon(pool)  # all is stored: to take the compiler down would last 0.6 s
+
+
+def _is_ready(pending: dict[int, list], number: int) -> bool:
+    """Return True where no kernel of an earlier stage, above this one in the table, is still to be compiled."""
+    return all(pending[other][-1] >= pending[number][-1] for other in pending if other < number)
 
 
 def _begin() -> None:

@@ -19,7 +19,8 @@ class Kernel:
     #: what a Python function is called with, which compiles all that it calls.
     example: tuple = field(default=(), compare=False)
     seconds: float = 1.0  #: how long it takes on one core of 2024, s, about
-    stage: int = 0  #: kernels of a stage are compiled after those of the stages before, which they link
+    #: a kernel is compiled after those above it in the table that have a lower stage, which it links; others fill gaps.
+    stage: int = 0
     #: whether a definition needs it.
     when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
 

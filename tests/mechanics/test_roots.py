@@ -78,6 +78,23 @@ def test_a_line_of_zeros_is_flat():
     assert found.certified[0] == FAMILY
 
 
+def test_a_family_beside_single_zeros_is_the_same_after_few_boxes_as_after_many(monkeypatch):
+    circle = x**2 + y**2 - sp.Rational(1, 2)
+    for few in (equilibria.FEW, equilibria.MANY):
+        monkeypatch.setattr(equilibria, "FEW", few)
+        found = search([circle * (x - sp.Rational(1, 5)) * (x + 1), circle * (y - sp.Rational(1, 3))], [(-2, 3)] * 2)
+        assert found.certified[0] == FAMILY
+        assert found.flat.all()
+        assert np.isfinite(found.direction).all()
+
+
+def test_what_is_undecided_about_a_pole_does_not_depend_on_what_was_searched_before():
+    F = [1 / sp.sin(x * y) + z, y * z + x, z / x - sp.tan(y)]
+    first = search(F, [(-1, 2)] * 3)
+    search([sp.exp(40 * x) - 1, y**3 * x - z, z - y], [(-1, 3)] * 3)
+    assert first.undecided == pytest.approx(search(F, [(-1, 2)] * 3).undecided, rel=0, abs=0, nan_ok=True)
+
+
 def test_a_search_that_is_cut_short_says_so(monkeypatch):
     monkeypatch.setattr(equilibria, "WORK", 0)
     monkeypatch.setattr(equilibria, "LEAST", 100)

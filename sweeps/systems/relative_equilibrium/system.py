@@ -36,15 +36,15 @@ class RelativeEquilibrium(Described):
     method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots")
     compiled = (
-        Kernel("roots", seconds=7.0),
         Kernel("dense", seconds=3.5),
-        Kernel("enclosures", seconds=3.0),
         Kernel("runs", seconds=2.5),
         Kernel("invariants", seconds=8.0, stage=1),
         Kernel("projection", seconds=4.0, stage=1),
         Kernel("spectrum", seconds=5.0, stage=1),
         Kernel("jacobians", seconds=3.0, stage=1),
         Kernel("flows", seconds=2.0, stage=2),
+        Kernel("roots", seconds=6.0),
+        Kernel("enclosures", seconds=3.0),
     )
     library = MECHANICS / "library" / "relative"
     asked = FlowDefinition

@@ -6,7 +6,7 @@ A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon":
 RUN = (1.0, 16, 1e-9)
 ROW, NUMBERS, WORK = "float64[::1]", "int64[::1]", "UniTuple(boolean, 5)"
 LANES = "float64[:, :, ::1]"
-SURVEY = (  # what `_run` links stands in the stages before it, what it does not beside it
+SURVEY = (  # first what `_run` links
     Kernel("findings", "tell", f"{ROW}, {WORK}, int64, int64, boolean, float64", seconds=2.5),
     Kernel("lanes", "advance", f"{ROW}, int64, int64", seconds=2.0),
     Kernel("lanes", "sample", f"{ROW}, int64, int64", seconds=1.0),
@@ -19,8 +19,6 @@ SURVEY = (  # what `_run` links stands in the stages before it, what it does not
     Kernel("survey", "_keep", f"{ROW}, {NUMBERS}, float64[:, ::1]", seconds=0.1),
     Kernel("survey", "_gather", f"{ROW}, {ROW}, {NUMBERS}, int64", seconds=0.2),
     Kernel("lanes", "follow", f"{ROW}, int64, int64, int64, {WORK}, int64", seconds=1.0, stage=1),
-    Kernel("survey", "theory", example=(A_POINT,), seconds=1.0, stage=1),
-    Kernel("blocks", "cut", f"{NUMBERS}, int64", seconds=0.4, stage=1),
     Kernel(
         "survey",
         "_run",
@@ -29,15 +27,17 @@ SURVEY = (  # what `_run` links stands in the stages before it, what it does not
         seconds=1.5,
         stage=2,
     ),
-    Kernel("survey", "_choose", f"{ROW}, int64, float64, {NUMBERS}", seconds=0.5, stage=2),
-    Kernel("survey", "_lay_out", f"{ROW}, UniTuple({ROW}, 6)", seconds=0.5, stage=2),
-    Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {NUMBERS}", seconds=0.3, stage=2),
+    Kernel("survey", "theory", example=(A_POINT,), seconds=1.0),
+    Kernel("survey", "_choose", f"{ROW}, int64, float64, {NUMBERS}", seconds=0.5),
+    Kernel("survey", "_lay_out", f"{ROW}, UniTuple({ROW}, 6)", seconds=0.5),
+    Kernel("blocks", "cut", f"{NUMBERS}, int64", seconds=0.4),
+    Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {NUMBERS}", seconds=0.3),
     *(
-        Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.1, stage=2)
+        Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.1)
         for kind in ("float64", "int32", "int8")
     ),
 )
 FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda asked: asked.integration.flips)
 COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda asked: asked.integration.collapse)
 IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda asked: asked.integration.attitude)
-KERNELS = (IN_SPACE, FLIPS, *SURVEY, COLLAPSED)
+KERNELS = (*SURVEY, FLIPS, IN_SPACE, COLLAPSED)
