@@ -275,5 +275,5 @@ def _share_deviations(axes: Iterable[Axes], found: Iterable[Agreement]) -> None:
         ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
         style.grid(ax, "y")
         if ax.get_ylim()[0] < EXACT * 1.5:
-            exponents = range(-16, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
+            exponents = range(-15, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
             style.log_ticks_above_zero(ax.yaxis, EXACT, exponents)
