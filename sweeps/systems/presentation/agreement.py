@@ -244,7 +244,7 @@ def draw_ratios(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray) -> None:
     share.set(ylim=(0.0, 1.05), ylabel="cumulative fraction")
     for count in MARKED:
         ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
-    ax.set_title(f"{100 * inside:.4g} % within the error", loc="right", color=colors.QUIET)
+    ax.set_title(f"{100 * inside:.4g} % below 1", loc="right", color=colors.QUIET)
     ax.set_xticks([1e-3, 1e-2, 0.1, *MARKED], ["≤0.001", "0.01", "0.1", *map(str, MARKED)])
     ax.minorticks_off()
 
