@@ -209,7 +209,7 @@ def _folded(text: Text, side: str, room: float) -> bool:
     if not length > room > 0.0:
         return False
     whole = TOGETHER.sub(lambda part: part[0].replace(" ", "\u00a0"), words.replace("\n", " "))
-    most = max(LEAST_LETTERS, int(len(whole) * room / length))
+    most = max(LEAST_LETTERS, int(max(map(len, words.split("\n"))) * room / length))
     text.set_text("\n".join(textwrap.wrap(whole, most, break_long_words=False)).replace("\u00a0", " "))
     return text.get_text() != words
 
