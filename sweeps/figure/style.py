@@ -15,9 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
@@ -26,6 +28,8 @@ from sweeps.figure.colors import FAINT, INK, QUIET
 DPI = 200
 SUBTITLE_LETTERS, TITLE_LETTERS = 15.0, 10.5  # an inch, about, at their sizes
 VALUE = re.compile(r"[^\s,][^,\n=]{0,18} = [^,\n=]{0,18}[^\s,]")  # a name and its value, with its unit
+TOGETHER = re.compile(r"\$[^$]*\$|\([^)]*\)|\w+ \d+$")  # in one line of a label: a formula, a unit, a number
+LEAST_LETTERS = 12  # of a line of a label
 LEGEND_POINTS = 8.5  # of a legend's letters
 SERIES_MARKERS = ("o", "s", "^", "D", "v", "P")
 
@@ -179,6 +183,37 @@ class Borrowed:
         return (made.item() if made.size == 1 else made.squeeze()) if squeeze else made
 
 
+class FoldedLayout(ConstrainedLayoutEngine):
+    """Matplotlib's compressed layout, in which a label or title longer than its panel takes several lines."""
+
+    def execute(self, fig: Figure) -> None:
+        """Fit panels and texts to the figure, a second time if a panel was smaller than its label or title."""
+        super().execute(fig)
+        if any([_folded(text, side, room) for ax in fig.axes for text, side, room in _beside(ax)]):
+            super().execute(fig)
+
+
+def _beside(ax: Axes) -> list[tuple[Text, str, float]]:
+    """Labels of a panel and its left title, each with the side along which it is long, and its room in pixels."""
+    texts = {text.get_text(): text for text in ax.get_children() if isinstance(text, Text) and text.get_text()}
+    left, right = (texts.get(ax.get_title(place)) for place in ("left", "right"))
+    found = [(ax.xaxis.label, "width", ax.bbox.width), (ax.yaxis.label, "height", ax.bbox.height)]
+    if left:
+        found.append((left, "width", ax.bbox.width - (right.get_window_extent().width if right else 0.0)))
+    return found
+
+
+def _folded(text: Text, side: str, room: float) -> bool:
+    """Break a text that is longer than its room into lines; return True if that changed it."""
+    words, length = text.get_text(), getattr(text.get_window_extent(), side)
+    if not length > room > 0.0:
+        return False
+    whole = TOGETHER.sub(lambda part: part[0].replace(" ", "\u00a0"), words.replace("\n", " "))
+    most = max(LEAST_LETTERS, int(max(map(len, words.split("\n"))) * room / length))
+    text.set_text("\n".join(textwrap.wrap(whole, most, break_long_words=False)).replace("\u00a0", " "))
+    return text.get_text() != words
+
+
 def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | None = None) -> Figure | Borrowed:
     """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
@@ -197,7 +232,7 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
         wide, high = sheet.inches()
         width, height = wide, high if sheet.height else min(high, HEAD + (height - HEAD) * wide / width)
     title, subtitle = wrapped(title, width, TITLE_LETTERS), wrapped(subtitle, width)
-    figure = sheet.make(figsize=(width, height), dpi=DPI, layout="compressed", facecolor="white")
+    figure = sheet.make(figsize=(width, height), dpi=DPI, layout=FoldedLayout(compress=True), facecolor="white")
     if sheet.make is Figure:
         FigureCanvasAgg(figure)
     figure.scale = sheet.scale
@@ -315,6 +350,15 @@ def grid(ax: Axes, axis: str = "both") -> None:
 def note(ax: Axes, text: str, place, offset: tuple[float, float], **look) -> None:
     """Write a text beside a place, so many points away."""
     ax.annotate(text, place, offset, textcoords="offset points", **look)
+
+
+def spread(ax: Axes, x: float, values: np.ndarray, least: float) -> np.ndarray:
+    """Return heights for texts beside values of a panel, in fractions of its height and at least so far apart."""
+    ends = ax.transAxes.inverted().transform(ax.transData.transform([(x, value) for value in values]))
+    ends = np.clip(np.nan_to_num(ends[:, 1]), 0.0, 1.0)
+    order, steps = np.argsort(ends), least * np.arange(ends.size)
+    heights = np.maximum.accumulate(ends[order] - steps) + steps
+    return (heights - max(heights[-1] - 1.0 + least / 2, 0.0))[np.argsort(order)]
 
 
 def hatched(label: str = "physically impossible", **look) -> Patch:

@@ -244,7 +244,7 @@ def draw_ratios(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray) -> None:
     share.set(ylim=(0.0, 1.05), ylabel="cumulative fraction")
     for count in MARKED:
         ax.axvline(count, color=colors.QUIET, lw=0.8, ls=":", zorder=1, gid=f"error {count}")
-    ax.set_title(f"{100 * inside:.4g} % within the error", loc="right", color=colors.QUIET)
+    ax.set_title(f"{100 * inside:.4g} % below 1", loc="right", color=colors.QUIET)
     ax.set_xticks([1e-3, 1e-2, 0.1, *MARKED], ["≤0.001", "0.01", "0.1", *map(str, MARKED)])
     ax.minorticks_off()
 
@@ -275,5 +275,5 @@ def _share_deviations(axes: Iterable[Axes], found: Iterable[Agreement]) -> None:
         ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
         style.grid(ax, "y")
         if ax.get_ylim()[0] < EXACT * 1.5:
-            exponents = range(-16, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
+            exponents = range(-15, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
             style.log_ticks_above_zero(ax.yaxis, EXACT, exponents)

@@ -48,7 +48,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     ratios_of_width = [LARGE / 3.3] * beside + [1.0] * columns
     grid = figure.add_gridspec(rows + below, columns + beside, width_ratios=ratios_of_width)
     axes = [figure.add_subplot(grid[below + k // columns, beside + k % columns]) for k in range(rows * columns)]
-    image, most = None, float(np.nanmax(np.abs([one["measured"].values for _, one in panels]), initial=0.0)) or 1.0
+    image, maps = None, 0
+    most = float(np.nanmax(np.abs([one["measured"].values for _, one in panels]), initial=0.0)) or 1.0
     for ax, (title, one) in zip(axes, panels, strict=False):
         ax.set_title(title, loc="left")
         if not y:
@@ -58,11 +59,14 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         elif level := next((name for name in (x, y) if _is_level(one, name)), None):
             _lines(ax, one.isel({level: one.sizes[level] // 2}), y if level == x else x)
         else:
-            image = _map(ax, one, x, y, most)
+            image, maps = _map(ax, one, x, y, most), maps + 1
     if places:
         _places(figure.add_subplot(grid[0, :] if below else grid[:, 0]), part, coordinates[0], x, y)
     for ax in axes[count:]:
         ax.set_axis_off()
+    if len(axes) == count == maps:
+        for ax in axes:
+            ax.label_outer()
     if image is not None:
         bar = figure.colorbar(image, ax=axes[:count], shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable")
@@ -153,13 +157,9 @@ def _law(ax, one, x, y):
         ax.set(yscale="log")
     style.scale_as_spread(ax.xaxis, one[x].values)
     ax.set(xlabel=style.label_of(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
-    ends = ax.transAxes.inverted().transform(ax.transData.transform([(one[x].values[-1], end) for end in rates[:, -1]]))
-    ends = np.clip(np.nan_to_num(ends[:, 1]), 0.0, 1.0)
-    order = np.argsort(ends)
-    heights = ends[order] - LEAST_ROOM * np.arange(order.size)  # each at least so far above the last
-    heights = np.maximum.accumulate(heights) + LEAST_ROOM * np.arange(order.size)
-    for k, height in zip(order, heights - max(heights[-1] - 1.0, 0.0), strict=True):
-        text = style.with_unit(style.number(float(one[y].values[some[k]]), 3), one[y].attrs.get("units", "1"))
+    heights = style.spread(ax, one[x].values[-1], rates[:, -1], LEAST_ROOM)
+    for k, height in zip(some, heights, strict=True):
+        text = style.with_unit(style.number(float(one[y].values[k]), 3), one[y].attrs.get("units", "1"))
         look = {"xycoords": "axes fraction", "va": "center", "fontsize": 7.5}
         style.note(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **look)
     ax.set_title(f"{ax.get_title(loc='left')}, by {y.replace('_', ' ')}", loc="left")

@@ -86,7 +86,8 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
             _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
-    ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=9)
+    letters = 7.2 if style.is_narrow() else 9.0
+    ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=letters)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     _zero_column(ax, zero, low, rows)

@@ -139,7 +139,7 @@ def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
         ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
-        ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.5)
+        ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.0)
         for j, x in enumerate(columns):
             text, color = _cell(found.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)

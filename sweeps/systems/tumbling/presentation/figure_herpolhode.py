@@ -44,6 +44,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         for edge in (radius.min(), radius.max()):
             ax.add_patch(Circle((0, 0), edge, fill=False, color=colors.FAINT, lw=0.8))
         ax.plot(0, 0, marker="+", color=colors.INK)
+        ax.locator_params(nbins=4)
         ax.set(aspect="equal", xlabel=r"$\omega_x/\omega_0$", ylabel=r"$\omega_y/\omega_0$")
         words = {"sam": "short-axis mode", "lam": "long-axis mode"}[mode]
         ratios = " : ".join(style.number(value, 3) for value in moments / moments[2])

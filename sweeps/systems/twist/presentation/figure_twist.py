@@ -15,6 +15,7 @@ THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
 NUDGE = 0.13  # rad: the throw that the map shows, or the grid's nearest to it; near a racket's best
 MOST = 160
 WHITE = "#fefefe"  # in every theme: the paper's white is dark on a dark one
+NAME_ROOM = 0.12  # of the panel's height, between names of bodies
 FEW = 20  # bodies: so many are named, and drawn large
 
 
@@ -34,8 +35,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="cividis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
-    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0, 1.5], colors=WHITE, linewidths=0.9)
-    ax.clabel(lines, fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
+    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors=WHITE, linewidths=0.9)
+    ax.clabel(lines, lines.levels[:2], fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
     ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
@@ -44,7 +45,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     handles = [
-        Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$, linear theory"),
+        Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2"),
         style.hatched(),
     ]
     style.legend(figure, handles)
@@ -80,15 +81,17 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.plot(x, law, "o", color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
     ax.plot(x, asymptotic(part), "o", color=colors.INK, ms=3.5 if few else 1.0, gid="asymptotic", label=text)
-    ends = (x.min() / (6.0 if few else 1.2), min(1.0, 2.5 * x.max()))
+    ends = (x.min() / ((20.0 if style.is_narrow() else 6.0) if few else 1.2), min(1.0, 2.5 * x.max()))
     span = np.geomspace(*ends, 50)
     bound = r"its bound: $4\,e^{-\pi\sigma/\omega_0}$"
     ax.plot(span, 4.0 * span, color=colors.INK, lw=1.0, gid="slope", label=bound)
     ax.set(xscale="log", yscale="log", xlim=ends)
     ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
     if few and "body" in part.coords:
-        for *place, name in zip(x, best, part["body"].values, strict=True):
-            style.note(ax, str(name), place, (-7, 0), path_effects=style.halo(), ha="right", va="center")
+        heights = style.spread(ax, x[0], best, NAME_ROOM)
+        look = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
+        for *place, name in zip(x, heights, part["body"].values, strict=True):
+            style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **look)
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)
     style.grid(ax)
