@@ -46,7 +46,7 @@ class Path(NamedTuple):
 
 
 PATH = types.NamedTuple([*(float64[:, ::1],) * 3, int64[:, ::1]], Path)
-LONGER, LEAST_STEP = 4.0, 1e-290
+LONGER, LEAST = 16.0, 1e-290  # of a step; and of its last terms over their sizes
 SHORTER = 0.05  # of a step whose terms are no numbers
 GUESSED = 0.5  # terms of a step that is to be shorter than this share of theirs are found again
 LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last vanish
@@ -56,11 +56,11 @@ LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last 
 def _choose(S, terms, step, size, share, next_step, tolerance):
     """Write how much of the step each lane makes, and its next step; 0 where terms have to be found again.
 
-    By the sixteenth root, whatever the order: it takes no logarithm, and steps follow one another.
+    By the power 3/64, a little less than 1/20: it takes no logarithm, and steps follow one another.
     """
     whole_vectors()
     for lane in range(share.size):
-        share[lane] = 0.0
+        share[lane] = LEAST
     for i in range(len(size)):
         first = terms + BLOCK * i
         last, before = first + ORDER - 1, first + ORDER - 2
@@ -71,28 +71,29 @@ def _choose(S, terms, step, size, share, next_step, tolerance):
             more = ~(term == 0.0) & ~(excess <= share[lane]) & (share[lane] == share[lane])
             share[lane] = excess if more else share[lane]
     for lane in range(share.size):
-        longer = math.sqrt(math.sqrt(math.sqrt(math.sqrt(tolerance / share[lane]))))
+        root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(tolerance / share[lane]))))
+        longer = root / math.sqrt(math.sqrt(root))
         longer = LONGER if longer > LONGER else longer
         next_step[lane] = S[step, lane] * (longer if longer > 0.0 else SHORTER)
         share[lane] = longer if longer >= GUESSED else 0.0
 
 
 @njit(**OPTIONS)
-def _sum_terms(S, first, share):
+def _sum_terms(rows, S, first, share):
     """Write in a series' last row how far it comes in shares of the step; first: the row of its first term."""
     whole_vectors()
     for lane in range(share.size):
         S[first + ORDER, lane] = share[lane]
     for lane in range(W):
-        _SUM(S, first * W + lane)
+        _SUM(rows, first * W + lane)
 
 
 @njit(**OPTIONS)
-def _move(S, terms, low, share):
+def _move(rows, S, terms, low, share):
     """Add the sums of the terms to all series: with what rounding left before, and has left now."""
     whole_vectors()
     for row in range(len(low)):
-        _sum_terms(S, terms + BLOCK * row, share)
+        _sum_terms(rows, S, terms + BLOCK * row, share)
         for lane in range(share.size):
             x, change = S[row, lane], S[terms + BLOCK * row + ORDER, lane] + low[row, lane]
             moved = x + change
@@ -105,30 +106,29 @@ def _move(S, terms, low, share):
 @njit(**OPTIONS)
 def _terms(S, first, lane):
     """Return the terms of a series in a lane."""
-    first = max(first, 0)
+    at = max(first * W + lane, 0)  # no compiler knows that it is no index from the end
     return (
-        S[first, lane], S[first + 1, lane], S[first + 2, lane], S[first + 3, lane], S[first + 4, lane],
-        S[first + 5, lane], S[first + 6, lane], S[first + 7, lane], S[first + 8, lane], S[first + 9, lane],
-        S[first + 10, lane], S[first + 11, lane], S[first + 12, lane], S[first + 13, lane], S[first + 14, lane],
-        S[first + 15, lane],
+        S[at], S[at + W], S[at + 2 * W], S[at + 3 * W], S[at + 4 * W], S[at + 5 * W], S[at + 6 * W], S[at + 7 * W],
+        S[at + 8 * W], S[at + 9 * W], S[at + 10 * W], S[at + 11 * W], S[at + 12 * W], S[at + 13 * W], S[at + 14 * W],
+        S[at + 15 * W], S[at + 16 * W], S[at + 17 * W], S[at + 18 * W], S[at + 19 * W],
     )  # fmt: skip
 
 
 @njit(**OPTIONS)
-def _write_samples(S, terms, step, low, share, times, number, due, X, out):
+def _write_samples(rows, S, terms, step, low, share, times, number, due, X, out):
     """Write the samples of each lane that lie within its step, and what is its next."""
     whole_vectors()
     N, at = out.shape[2], X[-1]
     for lane in range(W):
         run, t, rest, per_step, within = number[lane], S[N, lane], low[N, lane], 1.0 / S[step, lane], TOGETHER
         while within == TOGETHER:
-            within, first = 0, max(due[lane], 0)  # no compiler knows that it is no index from the end
+            within, first = 0, max(due[lane], 0)
             for k in range(TOGETHER):
                 at[k] = ((times[run, first + k] - t) - rest) * per_step
             for k in range(TOGETHER):
                 within += 1 if at[k] <= share[lane] else 0
             for i in range(N if within > 0 else 0):
-                x, left, c = S[i, lane], low[i, lane], _terms(S, terms + BLOCK * i, lane)
+                x, left, c = S[i, lane], low[i, lane], _terms(rows, terms + BLOCK * i, lane)
                 for k in range(TOGETHER):
                     X[i, k] = x + (_sum(at[k], c) + left)
             for k in range(within):
@@ -192,12 +192,12 @@ def follow(expand, path, times, tolerance, steps, out):
             break
         expand(rows)
         _choose(S, terms, step, size, share, next_step, tolerance)
-        _write_samples(S, terms, step, low, share, times, number, due, X, out)
-        _move(S, terms, low, share)
+        _write_samples(rows, S, terms, step, low, share, times, number, due, X, out)
+        _move(rows, S, terms, low, share)
         for lane in range(W):
             left[lane] -= 1
             S[step, lane] = next_step[lane]
-            if due[lane] < count and not next_step[lane] >= LEAST_STEP:
+            if due[lane] < count and not next_step[lane] >= LEAST:
                 for k in range(due[lane], count):
                     for i in range(out.shape[2]):
                         out[number[lane], k, i] = math.nan

@@ -27,7 +27,7 @@ from kernels import direct, measure
 from kernels.blocks import W, cut, rows_of, scratch
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
-ORDER, FAR_ORDER = 12, 16  # of the generated Taylor steps, near equilibria and far from them
+ORDER, FAR_ORDER = 12, 20  # of the generated Taylor steps, near equilibria and far from them
 EPSILON = float(np.finfo(np.float64).eps)
 MOST_HALVINGS = 6
 LONGEST = 0.4  # step, in 1/S: its first term left out is 0.4^13/13! = 1e-15

@@ -1,4 +1,4 @@
-r"""The integrator of a system: its Taylor series of order 12, or 16 far from equilibria, written out for 32 lanes.
+r"""The integrator of a system: its Taylor series of order 12, or 20 far from equilibria, written out for 32 lanes.
 
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,
@@ -179,7 +179,7 @@ class Code:
         rows = np.empty((len(x), self.rows))
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, list(x.T))
-            hat, _ = self.values.deviations(U, slopes, parameters, 1.0, low.T)
+            hat = self.values.deviations(U, slopes, parameters, 1.0, low.T)[0] if low.any() else [0.0] * len(U)
             rows[:, : self.n], rows[:, self.epsilon_row], rows[:, self.step_row] = x, 1.0, step
             for number, at in self.remainders.items():
                 rows[:, at] = U[number] + hat[number]
