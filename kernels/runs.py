@@ -167,8 +167,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
     _, directions, motions, rows = runs.starts.shape
     _, channels, N = runs.project.shape
     count, states, watched, single = numbers[0], numbers[1], numbers[2], numbers[3]
-    size = rows + ORDER * N  # and the terms of a step
-    R, K, D = scratch(6 * size).reshape(6, size * W), scratch(states), rows_of(3 * channels)
+    R, K, D = scratch(6 * rows).reshape(6, rows * W), scratch(states), rows_of(3 * channels)
     project = scratch(channels * N).reshape(channels, N * W)
     for b in range(bounds.size - 1):
         first, lanes, Q = bounds[b], bounds[b + 1] - bounds[b], blocks[b]

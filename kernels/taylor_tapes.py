@@ -194,8 +194,8 @@ def _put(A, S, first):
             S[(first + n - 1) * W + lane] = A[n, lane]
 
 
-@njit(void(ROWS, WHOLE, REAL, ROWS, types.UniTuple(int64, 2), float64[::1], int64), **OPTIONS)
-def advance(tape, parts, weights, rates, rows, S, steps):
+@njit(void(ROWS, WHOLE, REAL, ROWS, int64, float64[::1], int64), **OPTIONS)
+def advance(tape, parts, weights, rates, states, S, steps):
     """Advance every lane by so many steps of order ORDER.
 
     Args:
@@ -203,8 +203,7 @@ def advance(tape, parts, weights, rates, rows, S, steps):
         parts, weights (int64 and float64 arrays): Rows of the tape that the sums are made of, and what each counts.
         rates (int64 array, shape (states, 2)): Of each state's rate its row of the tape (-1 for one that does not
             move), and the row of S with its value where deviations are from (-1: it is 0).
-        rows (2 ints): Rows of S that are state or remainder (ε and the step follow), and all of them: the terms of the
-            last step follow, of orders 1 to ORDER of each state.
+        states (int): Rows of S that are state or remainder; ε and the step follow.
         S (float64 array): Read and written: see the top of this file.
         steps (int): How many.
     """
@@ -213,14 +212,12 @@ def advance(tape, parts, weights, rates, rows, S, steps):
     X, C = np.empty((size, ORDER + 1, W)), np.empty((count, ORDER + 1, W))
     R = np.zeros((count, ORDER + 1, W))
     for _ in range(steps):
-        _series(tape, parts, weights, rates, rows[0], S, X, C, R)
+        _series(tape, parts, weights, rates, states, S, X, C, R)
         for i in range(size):
             _gather(X[i], S, i)
         for k in range(count):
             if tape[k, CODE] == FUNCTION:
                 _gather(R[k], S, tape[k, REMAINDER])
-    for i in range(size):
-        _put(X[i], S, rows[1] + ORDER * i)
 
 
 @njit(void(ROWS, WHOLE, REAL, ROWS, types.UniTuple(int64, 3), float64[::1]), **OPTIONS)

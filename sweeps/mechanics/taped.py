@@ -24,7 +24,7 @@ TABLES
 @njit("void(float64[::1], int64)", **PASSED)
 def advance(S, steps):
     """Advance every lane by so many steps."""
-    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, (STATES, ROWS), S, steps)
+    taylor_tapes.advance(STEP, STEP_PARTS, STEP_WEIGHTS, RATES, STATES, S, steps)
 
 
 @njit("void(float64[::1])", **PASSED)

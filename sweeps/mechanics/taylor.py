@@ -92,14 +92,13 @@ class Code:
     """The rows of the scratch array and the text of the module.
 
     Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
-    along a run; `advance` writes the terms of its last step after these, of orders 1 to `order` of each state.
+    along a run; `expand` writes the terms of each series after these, of orders 1 to `order`.
     """
 
     kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
 
     def __init__(self, graph: Graph):
         self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
-        self.block = self.order if graph.near else self.order + 1  # rows of a series' terms
         self.n = len(graph.rates)
         self.remainders = {number: self.n + k for k, number in enumerate(graph.functions)}
         self.states = self.n + len(self.remainders)
@@ -113,11 +112,6 @@ class Code:
     def rows(self) -> int:
         """Number of rows of the scratch array."""
         return self.watched_row + len(self.graph.watched) + len(self.constants)
-
-    @property
-    def room(self) -> int:
-        """Number of rows that `advance` needs: with the terms of a step."""
-        return self.rows + self.block * (self.n if self.graph.near else self.states)
 
     @property
     def compile_seconds(self) -> float:
@@ -402,11 +396,10 @@ class Code:
 
     def _terms(self):
         """Lines that write the terms of the series; no row is added after them."""
-        names = [f"x{i}" for i in range(self.n)]
-        names += [f"u{number}" for number in self.remainders if not self.graph.near]
+        names = [*(f"x{i}" for i in range(self.n)), *(f"u{number}" for number in self.remainders)]
         for row, name in enumerate(names):
             for n in range(1, self.order + 1):
-                yield f"S[{(self.rows + self.block * row + n - 1) * W} + lane] = {name}_{n}"
+                yield f"S[{(self.rows + (self.order + 1) * row + n - 1) * W} + lane] = {name}_{n}"
 
     def _text(self):
         if not self.graph.near:
@@ -414,7 +407,7 @@ class Code:
             return "\n\n".join([self._header(HEADER), expand])
         check = CHECK.format(lines=self._straight(self._check_lines()), W=W)
         self._used = set()
-        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums(), *self._terms()]), W=W)
+        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
         return "\n\n".join([self._header(HEADER), advance, check])
 
     def _header(self, text):

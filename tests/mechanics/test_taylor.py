@@ -28,8 +28,7 @@ def scratch(model, columns, x, v, epsilon):
     place = theory["place"][:1]
     parameters = [p[:1] for p in theory["parameters"]]
     rows = model.code.starts(parameters, place, [(np.array([epsilon]), np.reshape([*x, *v], (-1, 1)))])[:, 0]
-    S = np.zeros(model.code.room * W)
-    S.reshape(-1, W)[: model.code.rows] = rows[0][:, None]
+    S = np.repeat(rows[0], W)
     return S, place[0], theory["scale"][0]
 
 
@@ -226,13 +225,11 @@ def test_a_tape_of_first_order_gives_what_the_text_gives(name):
     ends = []
     for made in (written, taped.TapedCode(written.graph)):
         motion = (np.array([0.1]), (theory["sizes"][0] * 0.3)[:, None])
-        S = np.zeros(made.room * W)
-        S[: made.rows * W] = np.repeat(made.starts(theory["parameters"], theory["place"][:1], [motion])[0, 0], W)
+        S = np.repeat(made.starts(theory["parameters"], theory["place"][:1], [motion])[0, 0], W)
         S.reshape(-1, W)[made.step_row] = 0.2 / theory["scale"][0]
         made.module().advance(S, 30)
         made.module().check(S)
-        rows = S.reshape(-1, W)
-        ends.append(np.concatenate([rows[: made.watched_row + len(made.graph.watched)], rows[made.rows :]]))
+        ends.append(S.reshape(-1, W)[: made.watched_row + len(made.graph.watched)])
     # rounding of each order's sums, over six units of time
     assert ends[1] == pytest.approx(ends[0], rel=1e-11, abs=1e-11 * np.abs(ends[0][: made.n]).max())
 
