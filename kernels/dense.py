@@ -93,27 +93,6 @@ def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
                 out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
 
 
-@njit(void(float64[::1], float64[::1], int64, int64, float64[::1], int64, int64), **OPTIONS)
-def add_outer(out, A, a, m, B, b, n):
-    """Add row a + i of A times row b + j of B to row i n + j of out, for i < m and j < n."""
-    whole_vectors()
-    left = n % 4
-    for i in range(m):
-        u = np.uint64((a + i) * W)
-        for j in range(0, n - left, 4):
-            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
-            for lane in range(W):
-                x, y, z = A[u + np.uint64(lane)], v + np.uint64(lane), to + np.uint64(lane)
-                out[z] += x * B[y]
-                out[z + np.uint64(W)] += x * B[y + np.uint64(W)]
-                out[z + np.uint64(2 * W)] += x * B[y + np.uint64(2 * W)]
-                out[z + np.uint64(3 * W)] += x * B[y + np.uint64(3 * W)]
-        for j in range(n - left, n):
-            v, to = np.uint64((b + j) * W), np.uint64((i * n + j) * W)
-            for lane in range(W):
-                out[to + np.uint64(lane)] += A[u + np.uint64(lane)] * B[v + np.uint64(lane)]
-
-
 @njit(**INLINE)
 def _subtract(out, to, A, a, B, b, lanes):
     """Subtract row a of A times row b of B from a row of out, all flat."""

@@ -12,7 +12,7 @@ EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMI
 HEAD = 10
 
 ROWS, LANES = float64[::1], float64[:, ::1]
-STEPPED = boolean(*2 * (LANES,), int64, int64, *7 * (LANES,), ROWS, ROWS, ROWS)  # projection.step
+STEPPED = boolean(*2 * (LANES,), int64, int64, *3 * (LANES,), ROWS, ROWS, ROWS)  # projection.step
 TOLD = void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, ROWS, int64, LANES)  # invariants.tell
 STEP, TELL = types.FunctionType(STEPPED), types.FunctionType(TOLD)
 FITTED = void(

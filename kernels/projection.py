@@ -27,29 +27,27 @@ CLOSE = 1e-10  # a step that changes M by less is the last
 
 
 @njit(**OPTIONS)
-def _scaled_inverse(H, right, P, d, f):
+def _scaled_inverse(Q, H, right, P, d, f):
     """H⁻¹ in the first P columns of right, and times its last; H has a diagonal of one meanwhile, nothing is left out.
 
-    Rows p P + q of H, of which q ≤ p are read; d, f are scratch.
+    Q: the lower half of H below a first row and column, which holds the last of right; d, f are scratch.
     """
     whole_vectors()
     lanes = f.size
     for p in range(P):
         for lane in range(lanes):
-            x = H[p * P + p, lane]
+            x = Q[(p + 1) * (P + 2), lane]
             d[p, lane] = 1.0 / math.sqrt(x) if x > 0.0 else 0.0
     for p in range(P):
         for q in range(p + 1):
             for lane in range(lanes):
-                x = H[p * P + q, lane] * (d[p, lane] * d[q, lane])
+                x = Q[(p + 1) * (P + 1) + q + 1, lane] * (d[p, lane] * d[q, lane])
                 H[p * P + q, lane] = x
                 H[q * P + p, lane] = x
-                right[p * P + q, lane] = 0.0
-                right[q * P + p, lane] = 0.0
         for lane in range(lanes):
             H[p * P + p, lane] = 1.0 + 4.0 * EPSILON
             right[p * P + p, lane] = d[p, lane]
-            right[P * P + p, lane] *= d[p, lane]
+            right[P * P + p, lane] = Q[(p + 1) * (P + 1), lane] * d[p, lane]
     solve_in_lanes(H, right, P, P + 1, False, EPSILON, f)
     for c in range(P + 1):
         for p in range(P):
@@ -58,28 +56,23 @@ def _scaled_inverse(H, right, P, d, f):
 
 
 @njit(**OPTIONS)
-def _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, rest, f):
-    """C projected out: minus its answers into B, the normal matrix into H, right sides into right, what is left."""
+def _normal(by_x, squares, n, B, Q, f):
+    """C projected out: minus its answers into B, the normal matrix into Q, of which the residuals' are the first."""
     whole_vectors()
-    P, nn = runs * n, n * n
+    nn, A = n * n, rows_of(n * n)
+    P1 = len(by_x) // nn - 1
     for at in range(nn):
         for lane in range(f.size):
-            A[at, lane] = -XX[at, lane]
-    put(B, XZ)
-    put(B[nn * P :], XR)
-    solve_in_lanes(A, B, n, n * P + n, False, -math.inf, f)
-    put(H, HH)
-    put(right[P * P :], HR)
-    put(rest.reshape(1, rest.size), RR)
-    for p in range(P):  # by what rounding may have taken off: where M is of a special shape, some step changes nothing
+            A[at, lane] = -by_x[nn * P1 + at, lane]
+    put(B, by_x[: nn * P1])
+    solve_in_lanes(A, B, n, n * P1, False, -math.inf, f)
+    put(Q, squares)
+    for p in range(1, P1):  # by what rounding may have taken off: where M is special, some step changes nothing
         for lane in range(f.size):
-            H[p * P + p, lane] += 16.0 * EPSILON * HH[p * P + p, lane]
-    flat, by_z, by_r = B.reshape(B.size), XZ.reshape(XZ.size), XR.reshape(XR.size)
-    into = H.reshape(H.size)
-    for p in range(P):
-        add_inner(into, p * P, by_z, p * nn, 0, flat, 0, nn, nn, p + 1)
-    add_inner(right.reshape(right.size), P * P, by_z, 0, nn, flat, nn * P, 0, nn, P)
-    add_inner(rest, 0, by_r, 0, 0, flat, nn * P, 0, nn, 1)
+            Q[p * P1 + p, lane] += 16.0 * EPSILON * squares[p * P1 + p, lane]
+    flat, given, into = B.reshape(B.size), by_x.reshape(by_x.size), Q.reshape(Q.size)
+    for p in range(P1):
+        add_inner(into, p * P1, given, p * nn, 0, flat, 0, nn, nn, p + 1)
 
 
 @njit(**OPTIONS)
@@ -115,41 +108,42 @@ def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
 
 
 @njit(STEPPED, **PASSED)
-def step(M, X0, runs, n, XX, XR, XZ, HH, HR, RR, covariance, rest, moved, change):
+def step(M, X0, runs, n, by_x, squares, covariance, rest, moved, change):
     """Make one step of every lane that has not come to rest; return whether one has not.
 
-    Besides: the inverse of the projected normal matrix, the sum of squares left, and the change of M.
+    by_x, squares: as of :func:`kernels.spectrum.sums`. Besides: the inverse of the projected normal matrix, the sum of
+    squares left, and the change of M.
     """
     whole_vectors()
     P, nn = runs * n, n * n
     A, C, T, B, U = rows_of(nn), rows_of(nn), rows_of(nn), rows_of(nn * P + nn), rows_of(P)
-    H, right, old, d = rows_of(P * P), rows_of(P * P + P + 1), rows_of(P), rows_of(P)
+    Q, H, right, d = rows_of((P + 1) * (P + 1)), rows_of(P * P), rows_of(P * P + P + 1), rows_of(P)
     left, on, again, f = scratch(1), scratch(1), scratch(1), scratch(1)
     lanes = on.size
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
         on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
-    _normal(XX, XR, XZ, HH, HR, RR, runs, n, A, B, H, right, left, f)
-    put(old, right[P * P : P * P + P])
-    _scaled_inverse(H, right, P, d, f)
-    right[P * P + P] = 0.0
+    _normal(by_x, squares, n, B, Q, f)
+    _scaled_inverse(Q, H, right, P, d, f)
     for p in range(P):  # the least pivot's inverse: so many roundings an element of the inverse may hold
         for lane in range(lanes):
             right[P * P + P, lane] = max(right[P * P + P, lane], H[p * P + p, lane])
     # what the step takes off the sum of squares: Θ·(right side)
+    for lane in range(lanes):
+        left[lane] = Q[0, lane]
     for p in range(P):
         for lane in range(lanes):
-            left[lane] -= right[P * P + p, lane] * old[p, lane]
+            left[lane] -= right[P * P + p, lane] * Q[(p + 1) * (P + 1), lane]
     for lane in range(lanes):  # nothing left is rounding: then what was there before stands, until another step
-        again[lane] = on[lane] if left[lane] < EPSILON * RR[0, lane] else 0.0
-        left[lane] = RR[0, lane] if again[lane] > 0.0 else left[lane]
+        again[lane] = on[lane] if left[lane] < EPSILON * squares[0, lane] else 0.0
+        left[lane] = squares[0, lane] if again[lane] > 0.0 else left[lane]
     for i in range(n):
         for j in range(n):
             for lane in range(lanes):
-                C[i * n + j, lane] = (1.0 if i == j else 0.0) - B[(P * n + i) * n + j, lane]
+                C[i * n + j, lane] = (1.0 if i == j else 0.0) - B[i * n + j, lane]
                 T[i * n + j, lane] = M[i * n + j, lane]
             for p in range(P):
                 for lane in range(lanes):
-                    C[i * n + j, lane] += B[(p * n + i) * n + j, lane] * right[P * P + p, lane]
+                    C[i * n + j, lane] += B[((p + 1) * n + i) * n + j, lane] * right[P * P + p, lane]
             for s in range(runs):
                 for lane in range(lanes):
                     T[i * n + j, lane] += X0[s * n + i, lane] * right[P * P + s * n + j, lane]

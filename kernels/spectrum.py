@@ -16,11 +16,12 @@ import math
 import numpy as np
 
 from kernels.blocks import W, put, rows_of, scratch
-from kernels.dense import add_inner, add_outer, solve_in_lanes
+from kernels.dense import solve_in_lanes
 from kernels.fitting import EPSILON, EQUATIONS, FITTED, LEAST_MOVED, MOVED, SCATTER
-from kernels.jit import OPTIONS, PASSED, njit, whole_vectors
+from kernels.jit import INLINE, OPTIONS, PASSED, njit, whole_vectors
 
 STEPS = 4  # of Gauss-Newton, at most
+FOUR = 4  # samples whose products are added up together
 FEW, PIVOTED = 128.0, 16.0  # a bound is so many times as wide where the least pivot is of 16 roundings or less
 
 
@@ -30,23 +31,52 @@ def as_lanes(flat):
     return flat.reshape(flat.size // W, W)
 
 
+@njit(**INLINE)
+def _add_inner(out, to, V, a, b, n):
+    """Add the sum over k < n of rows a + k times b + k of V to a row of out, four at a time."""
+    for k in range(0, n, 4):
+        row, u, v = np.uint64(to * W), np.uint64((a + k) * W), np.uint64((b + k) * W)
+        for lane in range(W):
+            x, y = u + np.uint64(lane), v + np.uint64(lane)
+            first = V[x] * V[y] + V[x + np.uint64(W)] * V[y + np.uint64(W)]
+            second = V[x + np.uint64(2 * W)] * V[y + np.uint64(2 * W)]
+            out[row + np.uint64(lane)] += first + (second + V[x + np.uint64(3 * W)] * V[y + np.uint64(3 * W)])
+
+
 @njit(**OPTIONS)
-def moments(Y, weight, runs, count, n, XX, XD, y, d):
-    """Add up y yᵀ and (y(t+h) - y(t)) yᵀ over neighbouring samples; y, d are scratch."""
+def add_products(V, P, n, by_x, squares):
+    """Add up the products of FOUR samples: of every column's states with those of x, and of columns but x as a whole.
+
+    Rows (p n + i) FOUR + k of V: state i of column p at sample k. Columns: a residual, P slopes, x.
+    """
     whole_vectors()
-    XX[:], XD[:] = 0.0, 0.0
+    m = FOUR * n
+    for row in range((P + 2) * n):
+        for j in range(n):
+            _add_inner(by_x, row * n + j, V, row * FOUR, (P + 1) * m + j * FOUR, FOUR)
+    for p in range(P + 1):
+        for q in range(p + 1):
+            _add_inner(squares, p * (P + 1) + q, V, p * m, q * m, m)
+
+
+@njit(**OPTIONS)
+def moments(Y, weight, runs, count, n, by_x, squares):
+    """Add up the products of y(t+h) - y(t) and of y with y over neighbouring samples."""
+    whole_vectors()
+    V = scratch(2 * n * FOUR)
+    by_x[:], squares[:] = 0.0, 0.0
     for r in range(runs):
-        for k in range(count - 1):
-            used = np.uint64((r * count + k + 1) * W)
+        for k in range(-(-count // FOUR) * FOUR):
+            here, used = r * count + min(k, count - 2), np.uint64((r * count + min(k + 1, count - 1)) * W)
+            counts = 1.0 if k < count - 1 else 0.0
             for i in range(n):
-                here, row = np.uint64(((r * count + k) * n + i) * W), np.uint64(i * W)
-                there = here + np.uint64(n * W)
+                at, d = np.uint64((here * n + i) * W), np.uint64((i * FOUR + k % FOUR) * W)
                 for lane in range(W):
-                    x = Y[here + np.uint64(lane)]
-                    y[row + np.uint64(lane)] = weight[used + np.uint64(lane)] * x
-                    d[row + np.uint64(lane)] = Y[there + np.uint64(lane)] - x
-            add_outer(XX, y, 0, n, y, 0, n)
-            add_outer(XD, d, 0, n, y, 0, n)
+                    x, y = Y[at + np.uint64(lane)], Y[at + np.uint64(n * W + lane)]
+                    V[d + np.uint64(lane)] = y - x
+                    V[d + np.uint64(n * FOUR * W + lane)] = counts * weight[used + np.uint64(lane)] * x
+            if k % FOUR == FOUR - 1:
+                add_products(V, 0, n, by_x, squares)
 
 
 SWEEPS = 12  # of Jacobi's rotations, at most
@@ -94,10 +124,11 @@ def _spread(A, n, c, s, moved):
 
 
 @njit(**OPTIONS)
-def start(XX, XD, n, M, moved):
+def start(moments, n, M, moved):
     """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
     whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
+    XD, XX = moments[: n * n], moments[n * n : 2 * n * n]
     put(A, XX)
     _spread(A, n, f, g, moved)
     put(A, XX)
@@ -113,71 +144,84 @@ def start(XX, XD, n, M, moved):
 
 
 @njit(**OPTIONS)
-def sums(Y, weight, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR):
-    """Add up the normal equations: of the model's samples x, its residuals d and its slopes Z by Θ.
+def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
+    """Add up the normal equations, :func:`add_products` of the residuals, the slopes by Θ and the model's samples x."""
+    whole_vectors()
+    P, N = runs * n, -(-n // FOUR) * FOUR
+    V, Z, A, starts, live = (
+        scratch((P + 2) * n * FOUR),
+        scratch(2 * (P + 1) * N),
+        scratch(n * N),
+        scratch(P + n),
+        scratch(1),
+    )
+    by_x[:], squares[:] = 0.0, 0.0
+    for i in range(n):
+        for at in range(n * W):
+            A[i * N * W + at] = M[i * n * W + at]
+    for at in range(P * W):
+        starts[at] = X0[at]
+    for r in range(runs):
+        for k in range(-(-count // FOUR) * FOUR):
+            used, sample, opened = (r * count + min(k, count - 1)) * W, k % FOUR, 0
+            for lane in range(W):
+                live[lane] = weight[used + lane] if k < count else 0.0
+                opened |= 1 if live[lane] > 0.0 else 0
+            if opened == 0 and sample == 0:
+                break
+            if k == 0:
+                Z[:], V[:] = 0.0, 0.0
+                for i in range(n):
+                    for lane in range(W):
+                        x = live[lane] * X0[(r * n + i) * W + lane]
+                        Z[(P * N + i) * W + lane] = x
+                        V[((P + 1) * n + i) * FOUR * W + lane] = x
+            else:
+                _advance(A, starts, live, Z, V, (P, n, sample))
+            for i in range(n):
+                here, d = np.uint64(used * n + i * W), np.uint64((i * FOUR + sample) * W)
+                x = d + np.uint64((P + 1) * n * FOUR * W)
+                for lane in range(W):
+                    y = live[lane] * Y[here + np.uint64(lane)]
+                    V[d + np.uint64(lane)] = y - V[x + np.uint64(lane)]
+            if sample == FOUR - 1:
+                add_products(V, P, n, by_x, squares)
 
-    x and Z hold two samples, which take turns.
+
+@njit(**OPTIONS)
+def _advance(M, X0, live, Z, V, place):
+    """One sample on: M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
+
+    Lanes that are not live come to an end, at 0. Rows of M and columns of Z are as long as multiples of FOUR.
     """
     whole_vectors()
-    P = runs * n
-    for rows in (XX, XR, XZ, HH, HR, RR):
-        rows[:] = 0.0
-    for r in range(runs):
-        for at in range(n * W):
-            x[at] = X0[r * n * W + at]
-        for at in range(P * n * W):
-            Z[at] = 0.0
-        opened = W
-        for k in range(count):
-            xs, Zs = k % 2 * n, k % 2 * P * n
-            if k > 0:
-                _advance(M, X0, x, n - xs, xs, Z, P * n - Zs, Zs, P, n)
-            opened = _close(weight, (r * count + k) * W, opened, x, Z)
-            if opened == 0:
-                break
-            for i in range(n):
-                here = np.uint64(((r * count + k) * n + i) * W)
-                row, to = np.uint64((xs + i) * W), np.uint64(i * W)
-                for lane in range(W):
-                    d[to + np.uint64(lane)] = Y[here + np.uint64(lane)] - x[row + np.uint64(lane)]
-            add_inner(RR, 0, d, 0, 0, d, 0, 0, n, 1)
-            add_outer(XX, x, xs, n, x, xs, n)
-            add_outer(XR, d, 0, n, x, xs, n)
-            add_outer(XZ, Z, Zs, P * n, x, xs, n)
-            add_inner(HR, 0, Z, Zs, n, d, 0, 0, n, P)
-            for p in range(P):
-                add_inner(HH, p * P, Z, Zs + p * n, 0, Z, Zs, n, n, p + 1)
-
-
-@njit(**OPTIONS)
-def _close(weight, used, before, x, Z):
-    """Put an end to the model in lanes whose samples count no more: 0 stays 0; how many are open."""
-    whole_vectors()
-    opened = 0
-    for lane in range(W):
-        opened += 1 if weight[used + lane] > 0.0 else 0
-    if opened < before:
-        for rows in (x, Z):
-            for i in range(rows.size // W):
-                for lane in range(W):
-                    rows[i * W + lane] *= weight[used + lane]
-    return opened
-
-
-@njit(**OPTIONS)
-def _advance(M, X0, x, xs, new_xs, Z, Zs, new_Zs, P, n):
-    """One sample on: M x, and M Z + X0 eᵀ x for every parameter, into the new rows."""
-    whole_vectors()
-    for p in range(P):
-        v = np.uint64((xs + p % n) * W)
+    (P, n, sample), N = place, M.size // (place[1] * W)
+    new, old = sample % 2 * (P + 1) * N, (1 - sample % 2) * (P + 1) * N
+    for p in range(P + 1):  # the last is x, whose row of X0 is 0
+        v = np.uint64((old + P * N + p % n) * W)
         for i in range(n):
-            to, u = np.uint64((new_Zs + p * n + i) * W), np.uint64((p // n * n + i) * W)
-            for lane in range(W):
-                Z[to + np.uint64(lane)] = X0[u + np.uint64(lane)] * x[v + np.uint64(lane)]
-        add_inner(Z, new_Zs + p * n, M, 0, n, Z, Zs + p * n, 0, n, n)
-    for at in range(new_xs * W, (new_xs + n) * W):
-        x[at] = 0.0
-    add_inner(x, new_xs, M, 0, n, x, xs, 0, n, n)
+            u, to = np.uint64((p // n * n + i) * W), np.uint64((new + p * N + i) * W)
+            into = np.uint64((((p + 1) * n + i) * FOUR + sample) * W)
+            for k in range(0, N, FOUR):
+                a, b = np.uint64((i * N + k) * W), np.uint64((old + p * N + k) * W)
+                if k == 0:
+                    for lane in range(W):
+                        x, y = a + np.uint64(lane), b + np.uint64(lane)
+                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
+                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
+                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
+                        z = X0[u + np.uint64(lane)] * Z[v + np.uint64(lane)] + (first + (second + third))
+                        Z[to + np.uint64(lane)] = live[lane] * z
+                        V[into + np.uint64(lane)] = live[lane] * z
+                else:
+                    for lane in range(W):
+                        x, y = a + np.uint64(lane), b + np.uint64(lane)
+                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
+                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
+                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
+                        z = Z[to + np.uint64(lane)] + live[lane] * (first + (second + third))
+                        Z[to + np.uint64(lane)] = z
+                        V[into + np.uint64(lane)] = z
 
 
 @njit(FITTED, **PASSED)
@@ -192,19 +236,17 @@ def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, bend, trust
     whole_vectors()
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
-    XX, XR, M, X0 = scratch(n * n), scratch(n * n), scratch(n * n), scratch(P)
-    x, d, Z = scratch(2 * n), scratch(n), scratch(2 * P * n)
-    XZ, HH, HR, RR = scratch(P * n * n), scratch(P * P), scratch(P), scratch(1)
+    M, X0, by_x, squares = scratch(n * n), scratch(P), scratch((P + 2) * n * n), scratch((P + 1) * (P + 1))
     moved, rest, change, covariance, noise = scratch(1), scratch(1), scratch(1), rows_of(P * P + 1), scratch(1)
     change[:], noise[:] = math.inf, math.nan
-    moments(Y, counts, runs, count, n, XX, XR, x, d)
-    start(as_lanes(XX), as_lanes(XR), n, as_lanes(M), moved)
+    moments(Y, counts, runs, count, n, by_x, squares)
+    start(as_lanes(by_x), n, as_lanes(M), moved)
     for r in range(runs):
         for at in range(n * W):
             X0[r * n * W + at] = Y[r * count * n * W + at]
     for _ in range(STEPS):
-        sums(Y, counts, M, X0, runs, count, n, x, d, Z, XX, XR, XZ, HH, HR, RR)
-        given = (as_lanes(XX), as_lanes(XR), as_lanes(XZ), as_lanes(HH), as_lanes(HR), as_lanes(RR))
+        sums(Y, counts, M, X0, runs, count, n, by_x, squares)
+        given = (as_lanes(by_x), as_lanes(squares))
         if not step(as_lanes(M), as_lanes(X0), runs, n, *given, covariance, rest, moved, change):
             break
     for lane in range(lanes):
