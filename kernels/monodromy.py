@@ -126,6 +126,20 @@ class Record:
         return [*found, *self._each(others, lambda i, j: self._product(2 * others, matrix, i, j))]
 
 
+@njit(**OPTIONS)
+def _tell_minors(compound, squares, d, n, told):
+    """Write the trace of the second compound, d x d, and its error where an entry of the lane is large."""
+    for lane in range(W):
+        most, trace, error = 0.0, 0.0, 0.0
+        for i in range(n * n):
+            most = max(most, abs(told[i, lane]))
+        for i in range(d):
+            trace += compound[i * d + i, lane]
+            error += math.sqrt(squares[i * d + i, lane])
+        if most > LARGE:
+            told[3 * n * n + 1, lane], told[3 * n * n + 2, lane] = trace, error
+
+
 @cache
 def compose_of(n):
     """Return the compiled function that multiplies the matrices of n states: ``compose(S, told, steps)``.
@@ -185,16 +199,7 @@ def compose_of(n):
                 here = S[s * height * W :]
                 for lane in range(W):
                     after_minors(here, lane)
-            for lane in range(W):
-                most = 0.0
-                for i in range(size):
-                    most = max(most, abs(told[i, lane]))
-                trace, error = 0.0, 0.0
-                for i in range(d):
-                    trace += last[Q + i * d + i, lane]
-                    error += math.sqrt(R[F + i * d + i, lane])
-                if most > LARGE:  # whatever the other lanes are
-                    told[3 * size + 1, lane], told[3 * size + 2, lane] = trace, error
+            _tell_minors(last[Q:], R[F:], d, n, told)
 
     return compose
 
@@ -250,6 +255,37 @@ def store(source, first, target):
             target[row, first + lane] = source[row, lane]
 
 
+@njit(**OPTIONS)
+def _differences(C, length, matrix, work, numbers):
+    """Write half the differences of both sides, and by what the sum of all columns is off in the row behind these.
+
+    numbers: n; first row of the states in a column; sides. The last row of work: the largest sum of both sides.
+    """
+    whole_vectors()
+    (n, states, sides), (half, linear, terms, uneven) = numbers, (work[0], work[1], work[2], work[3])
+    of_sides, sign, worst = len(C) // sides, 1.0 - 2.0 * (sides - 1), matrix[n * n]
+    for lane in range(W):
+        worst[lane], uneven[lane] = 0.0, 0.0
+    for i in range(n):
+        for lane in range(W):
+            linear[lane], terms[lane] = 0.0, 0.0
+        for j in range(of_sides):
+            plus, minus = C[j, (states + i) * W :], C[len(C) - of_sides + j, (states + i) * W :]
+            for lane in range(W):
+                half[lane] = 0.5 * (plus[lane] + sign * minus[lane]) * length[i, lane]
+            if j < n:
+                row = matrix[i * n + j]
+                for lane in range(W):
+                    row[lane] = half[lane]
+                    linear[lane] += half[lane]
+                    terms[lane] += abs(half[lane])
+                    uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) * length[i, lane])
+            else:
+                for lane in range(W):
+                    apart = abs(half[lane] - 2.0 * linear[lane]) - ROUNDED * terms[lane]
+                    worst[lane] = max(worst[lane], apart)
+
+
 @njit(
     float64[:, ::1](FUNCTION, FUNCTION, float64[:, :, ::1], float64[:, :, :, ::1], float64[:, ::1], int64[::1]),
     nogil=True,
@@ -277,16 +313,11 @@ def measure(advance, compose, base, columns, lengths, numbers):
     """
     whole_vectors()
     n, segments, followed, steps, rows, states, left_out, sides, height = numbers
-    motions, of_sides, size = columns.shape[1], len(columns) // sides, n * n
-    S, C, length = (
-        scratch(rows),
-        scratch(len(columns) * motions).reshape(len(columns), motions * W),
-        rows_of(len(lengths)),
-    )
-    records, told, half, terms = scratch((segments + 1) * height), rows_of(3 * size + 5), rows_of(1)[0], rows_of(1)[0]
-    R, coherent, sign = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE, 1.0 - 2.0 * (sides - 1)
-    out = np.empty((3 * size + 5, lengths.shape[1]))
-    lost, wide, uneven, linear = told[3 * size + 3], told[3 * size + 4], rows_of(1)[0], rows_of(1)[0]
+    motions, size, out = columns.shape[1], n * n, np.empty((3 * n * n + 5, lengths.shape[1]))
+    S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
+    length, records, told, work = rows_of(len(lengths)), scratch((segments + 1) * height), rows_of(len(out)), rows_of(4)
+    R, coherent = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE
+    lost, wide, half, uneven = told[3 * size + 3], told[3 * size + 4], work[0], work[3]
     for first in range(0, lengths.shape[1], W):
         load(lengths, first, length)
         for lane in range(W):
@@ -300,28 +331,8 @@ def measure(advance, compose, base, columns, lengths, numbers):
             for c in range(len(columns)):
                 load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
-            matrix = R[s * height :]
-            worst = matrix[size]
-            for lane in range(W):
-                worst[lane], uneven[lane] = 0.0, 0.0
-            for i in range(n):
-                for lane in range(W):
-                    linear[lane], terms[lane] = 0.0, 0.0
-                for j in range(of_sides):
-                    plus, minus = C[j, (states + i) * W :], C[len(C) - of_sides + j, (states + i) * W :]
-                    for lane in range(W):
-                        half[lane] = 0.5 * (plus[lane] + sign * minus[lane]) * length[i, lane]
-                    if j < n:
-                        row = matrix[i * n + j]
-                        for lane in range(W):
-                            row[lane] = half[lane]
-                            linear[lane] += half[lane]
-                            terms[lane] += abs(half[lane])
-                            uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) * length[i, lane])
-                    else:
-                        for lane in range(W):
-                            apart = abs(half[lane] - 2.0 * linear[lane]) - ROUNDED * terms[lane]
-                            worst[lane] = max(worst[lane], apart)
+            worst = R[s * height + size]
+            _differences(C, length, R[s * height :], work, (n, states, sides))
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = 0.0

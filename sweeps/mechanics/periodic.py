@@ -23,6 +23,7 @@ time, half a period gives the finer one (the coarser one is followed through all
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
 
@@ -40,7 +41,7 @@ TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
 STEPS = 2  # in a segment, of the first try
 WIDE = 0.1  # of the segments' matrices, that the amplitude may change
-TOGETHER = 131_072  # segments times squares of states: points of one number of segments that are followed side by side
+TOGETHER = 262_144  # segments times squares of states: points of one number of segments that are followed side by side
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 1 << 14  # steps in a period, at most
@@ -483,22 +484,26 @@ def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> 
     return matrices, elsewhere, determinant
 
 
+def alike(base: Base) -> Iterator[np.ndarray]:
+    """Yield the numbers of points that are followed side by side: of one kind, and not too many at once."""
+    kinds = 16 * base.number + 8 * base.even + 4 * base.reciprocal + 2 * base.still + base.mirrored
+    for key in np.unique(kinds):
+        which = np.flatnonzero(kinds == key)
+        size = max(1, TOGETHER // (max(1, base.number[which[0]]) * base.sizes.shape[1] ** 2))
+        yield from (which[first : first + size] for first in range(0, which.size, size))
+
+
 def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     """Return all columns of points (each parameter, `epsilon`, `equilibrium`: number of the name)."""
     slot = np.asarray(points["equilibrium"])
     base = Base(model, model.parameters(points, slot.size), slot)
     epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
-    kinds = 16 * base.number + 8 * base.even + 4 * base.reciprocal + 2 * base.still + base.mirrored
-    for key in np.unique(kinds):
-        which = np.flatnonzero(kinds == key)
-        size = max(1, TOGETHER // (max(1, base.number[which[0]]) * base.sizes.shape[1] ** 2))
-        for first in range(0, which.size, size):
-            part = which[first : first + size]
-            with np.errstate(all="ignore"):
-                found = _columns(base.chosen(part), epsilon[part], tolerance)
-            for name, values in found.items():
-                fill = np.nan if values.dtype == float else 0
-                columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[part] = values
+    for part in alike(base):
+        with np.errstate(all="ignore"):
+            found = _columns(base.chosen(part), epsilon[part], tolerance)
+        for name, values in found.items():
+            fill = np.nan if values.dtype == float else 0
+            columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[part] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
     return columns | starts | {"base_residual": base.closed, "steps": base.number.astype(np.int32)}
 

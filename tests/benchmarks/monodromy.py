@@ -13,7 +13,7 @@ from sweeps import systems
 from sweeps.mechanics import periodic
 from sweeps.mechanics.graph import lambdified
 
-POINTS, ROUNDS, BATCH = 4096, 5, 16
+POINTS, ROUNDS, BATCH = 65_536, 5, 16
 RANGES = {
     "mathieu": {"a": (-2.0, 10.0), "q": (0.0, 10.0)},
     "paul_trap": {"a": (-0.3, 0.3), "q": (0.0, 1.5)},
@@ -39,7 +39,7 @@ def ours(name: str) -> None:
     points |= {key: rng.uniform(*ends, POINTS) for key, ends in RANGES[name].items()}
     points |= {"epsilon": np.full(POINTS, 1e-8), "equilibrium": np.zeros(POINTS, dtype=int)}
     base = periodic.Base(model, model.parameters(points, POINTS), points["equilibrium"])
-    parts = [base.chosen(np.flatnonzero(base.number == K)) for K in np.unique(base.number)]
+    parts = [base.chosen(part) for part in periodic.alike(base)]
 
     def each(work):
         return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
