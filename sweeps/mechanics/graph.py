@@ -280,15 +280,20 @@ def lambdified(arguments, expressions, whole=True):
 
 
 class Values:
-    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy."""
+    """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 
-    def __init__(self, graph: Graph):
+    Args:
+        graph: of the equations.
+        nodes: of the quadrature that gives functions' remainders.
+    """
+
+    def __init__(self, graph: Graph, nodes: int = REMAINDER_NODES):
         self.graph = graph
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
         self._constants = lambdified(self._parameters, constants, whole=False)
         self._derivatives, self._second = {}, {}
-        nodes, weights = special.roots_jacobi(REMAINDER_NODES, 1, 0)  # for the weight 1 − s
+        nodes, weights = special.roots_jacobi(nodes, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
         for number in graph.functions:
             lam = graph.nodes[number].weights[0]

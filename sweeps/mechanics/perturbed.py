@@ -60,6 +60,7 @@ def advance(S, columns, steps):
                 columns[c, i] = S[{first} + i]
 '''
 TINY = 1e-300
+NODES = 3  # of a start's remainders: ε û = 0.1 leaves 1e-11 of one, and its amplitude changes far more
 
 
 def _joined(terms: list[str]) -> str:
@@ -92,7 +93,7 @@ class PerturbedCode(Code):
     @cached_property
     def values(self) -> Values:
         """The graph in NumPy."""
-        return Values(self.graph)
+        return Values(self.graph, NODES)
 
     @property
     def is_mixed(self) -> bool:
