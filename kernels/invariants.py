@@ -178,10 +178,11 @@ def _form(p, a):
     """Standard deviation of Σ a_k c_k, and what its own terms may have lost by cancelling; both for noise of one."""
     total, absolute = 0.0, 0.0
     for k in range(len(p.K)):
-        for m in range(len(p.K)):
-            term = a[k] * p.K[k, m] * a[m]
-            total += term
-            absolute += abs(term)
+        square = a[k] * p.K[k, k] * a[k]
+        total, absolute = total + square, absolute + abs(square)
+        for m in range(k):
+            term = 2.0 * a[k] * p.K[k, m] * a[m]
+            total, absolute = total + term, absolute + abs(term)
     return math.sqrt(max(total, 0.0) + p.lost * absolute)
 
 
@@ -223,30 +224,36 @@ def _eigenvalue_error(p, point, gap, most, move, room):
     """
     parts, shifted = room
     n, (a, b, u, v, rounded) = len(p.K), (parts[0], parts[1], parts[2], parts[3], parts[4])
-    power, size = complex(1.0, 0.0), math.hypot(point.real, point.imag)
-    for k in range(n + 1):
-        shifted[k], rounded[k] = p.c[k], p.rounded[k]
-    for i in range(n):  # coefficients of p about the eigenvalue, and what rounding may leave of them
-        for k in range(n - 1, i - 1, -1):
-            shifted[k] += point * shifted[k + 1]
-            rounded[k] += size * rounded[k + 1]
-    slope = shifted[1]
-    steep = abs(slope)
-    inverse = 1.0 / slope if steep > 0.0 else complex(0.0, 0.0)
-    for k in range(n):
-        turned = power * inverse
-        a[k], b[k], u[k], v[k] = turned.real, turned.imag, power.real, power.imag
-        power *= point
+    size, value, slope = math.hypot(point.real, point.imag), complex(1.0, 0.0), complex(1.0, 0.0)
+    rough, steep_rough = 0.0, 0.0  # what rounding may leave of them
+    for k in range(n - 1, 0, -1):
+        value, rough = p.c[k] + point * value, p.rounded[k] + size * rough
+        slope, steep_rough = value + point * slope, rough + size * steep_rough
     rounding, height = 0.0, 1.0
     for k in range(n + 1):
         rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * height
         height *= size
     real = imaginary = MOVED * move / FARTHER + ROUNDINGS * EPSILON * most
-    if steep > FIRM * rounded[1]:
+    steep = abs(slope)
+    if steep > FIRM * steep_rough:
+        power, inverse = complex(1.0, 0.0), 1.0 / slope
+        for k in range(n):
+            turned = power * inverse
+            a[k], b[k] = turned.real, turned.imag
+            power *= point
         least = rounding / steep + ROUNDINGS * EPSILON * most
         real, imaginary = p.noise * _form(p, a) + least, p.noise * _form(p, b) + least
     if max(real, imaginary) < 0.05 * gap:
         return real, imaginary
+    power = complex(1.0, 0.0)
+    for k in range(n + 1):
+        shifted[k], rounded[k] = p.c[k], p.rounded[k]
+        u[k], v[k] = power.real, power.imag
+        power *= point
+    for i in range(n):  # coefficients of p about the eigenvalue, and what rounding may leave of them
+        for k in range(n - 1, i - 1, -1):
+            shifted[k] += point * shifted[k + 1]
+            rounded[k] += size * rounded[k + 1]
     off = p.noise * math.hypot(_form(p, u), _form(p, v)) + rounding + rounded[0]
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
@@ -280,13 +287,10 @@ def _tell_invariants(p, re, im, a, spacing, row):
 @njit(**OPTIONS)
 def _tell_lane(p, re, im, moves, spacing, room, row):
     """Eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
-    n, a = re.size, room[0][0]
+    n, odd, a = re.size, 0.0, room[0][0]
     a[:] = 0.0
-    odd = 0.0
     for k in range(n - 1, -1, -2):
-        a[k] = 1.0
-        error = p.noise * _form(p, a) + p.bent[k]
-        a[k] = 0.0
+        error = p.noise * math.sqrt((1.0 + p.lost) * max(p.K[k, k], 0.0)) + p.bent[k]
         odd = max(odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
     row[ODD] = odd
     if n == 4:
