@@ -187,15 +187,22 @@ def _form(p, a):
 
 
 @njit(**OPTIONS)
+def _slope(p, point):
+    """Return the slope of the polynomial at a point, and what rounding may leave of it."""
+    size, value, slope = math.hypot(point.real, point.imag), complex(1.0, 0.0), complex(1.0, 0.0)
+    rough, steep_rough = 0.0, 0.0
+    for k in range(len(p.K) - 1, 0, -1):
+        value, rough = p.c[k] + point * value, p.rounded[k] + size * rough
+        slope, steep_rough = value + point * slope, rough + size * steep_rough
+    return slope, steep_rough
+
+
+@njit(**OPTIONS)
 def _is_firm(p, re, im):
-    """Return whether rounding leaves the slope of the polynomial at each eigenvalue: the product of its distances."""
+    """Return whether rounding leaves the slope of the polynomial at each eigenvalue."""
     for i in range(re.size):
-        steep, rounded, height = 1.0, 0.0, 1.0
-        for j in range(re.size):
-            steep *= math.hypot(re[i] - re[j], im[i] - im[j]) if j != i else 1.0
-            rounded += (j + 1) * p.rounded[j + 1] * height
-            height *= math.hypot(re[i], im[i])
-        if not steep > 2.0 * FIRM * rounded:
+        slope, rough = _slope(p, complex(re[i], im[i]))
+        if not abs(slope) > FIRM * rough:
             return False
     return True
 
@@ -224,18 +231,14 @@ def _eigenvalue_error(p, point, gap, most, move, room):
     """
     parts, shifted = room
     n, (a, b, u, v, rounded) = len(p.K), (parts[0], parts[1], parts[2], parts[3], parts[4])
-    size, value, slope = math.hypot(point.real, point.imag), complex(1.0, 0.0), complex(1.0, 0.0)
-    rough, steep_rough = 0.0, 0.0  # what rounding may leave of them
-    for k in range(n - 1, 0, -1):
-        value, rough = p.c[k] + point * value, p.rounded[k] + size * rough
-        slope, steep_rough = value + point * slope, rough + size * steep_rough
+    size, (slope, rough) = math.hypot(point.real, point.imag), _slope(p, point)
     rounding, height = 0.0, 1.0
     for k in range(n + 1):
         rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * height
         height *= size
     real = imaginary = MOVED * move / FARTHER + ROUNDINGS * EPSILON * most
     steep = abs(slope)
-    if steep > FIRM * steep_rough:
+    if steep > FIRM * rough:
         power, inverse = complex(1.0, 0.0), 1.0 / slope
         for k in range(n):
             turned = power * inverse

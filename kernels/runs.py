@@ -236,19 +236,3 @@ def has_converged(raw, intervals, tolerance):
     """Return True where halving the step changes less than the tolerance plus rounding."""
     rounding = 8.0 * EPSILON * np.sqrt(raw[:, STEPS])
     return (raw[:, HALVING] - rounding) * intervals <= tolerance
-
-
-@njit(**OPTIONS)
-def load(table, first, S):
-    """Write the rows of W runs from the first on, the last run in place of those that are not there."""
-    for row in range(len(table)):
-        for lane in range(W):
-            S[row * W + lane] = table[row, min(first + lane, table.shape[1] - 1)]
-
-
-@njit(**OPTIONS)
-def store(S, first, table):
-    """Write the rows of W runs back."""
-    for row in range(len(table)):
-        for lane in range(min(W, table.shape[1] - first)):
-            table[row, first + lane] = S[row * W + lane]

@@ -96,8 +96,7 @@ class Model:
             return N
         parameters = self.parameters({p.name: [p.default] for p in self.system.parameters.values()}, 1)
         with np.errstate(all="ignore"):
-            named = self.landscape.starts(parameters)
-            places = (named if self.system.labels else self.equilibria(parameters).places)[0]
+            (places,) = self.landscape.starts(parameters) if self.system.labels else self.equilibria(parameters).places
             repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
             slopes = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
         found = slopes[np.isfinite(slopes).all((1, 2))]

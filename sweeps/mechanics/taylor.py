@@ -56,28 +56,19 @@ def advance(S, steps):
         for lane in range({W}):
             STEP(S, lane)
 '''
-EXPAND = '''SERIES = lines("""
+ONCE = '''{constant} = lines("""
 {lines}
 """)
 
 
 @njit("void(float64[::1])", **PASSED)
-def expand(S):
-    """Write the terms of every lane's series."""
+def {name}(S):
+    """{words}"""
     for lane in range({W}):
-        SERIES(S, lane)
+        {constant}(S, lane)
 '''
-CHECK = '''TOLD = lines("""
-{lines}
-""")
-
-
-@njit("void(float64[::1])", **PASSED)
-def check(S):
-    """Write the conserved quantities' deviations."""
-    for lane in range({W}):
-        TOLD(S, lane)
-'''
+EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series.", "W": W}
+CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations.", "W": W}
 
 COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.3, 4e-5
 SAMPLES_TIMES_CHARACTERS = 4e10
@@ -184,7 +175,7 @@ class Code:
     # -- names in the text
 
     def _is_unbased(self, number):
-        """Whether U of a node is 0: for a reason, or because all of what moves is in its terms."""
+        """Return True if U of a node is 0: by its expression, or far from equilibria, where its terms hold all."""
         node = self.graph.nodes[number]
         return node.zero or not (self.graph.near or node.kind == CONSTANT)
 
@@ -403,9 +394,9 @@ class Code:
 
     def _text(self):
         if not self.graph.near:
-            expand = EXPAND.format(lines=self._straight([*self._step_lines(), *self._terms()]), W=W)
+            expand = ONCE.format(lines=self._straight([*self._step_lines(), *self._terms()]), **EXPAND)
             return "\n\n".join([self._header(HEADER), expand])
-        check = CHECK.format(lines=self._straight(self._check_lines()), W=W)
+        check = ONCE.format(lines=self._straight(self._check_lines()), **CHECK)
         self._used = set()
         advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
         return "\n\n".join([self._header(HEADER), advance, check])
