@@ -34,9 +34,9 @@ def cache_folder() -> Path:
 
 
 @cache
-def _folder(chosen: str, user: Path, checkout: Path) -> Path:
+def _folder(setting: str, user: Path, checkout: Path) -> Path:
     name = f"{machine()[:16]}-{hashlib.sha256(str(checkout).encode()).hexdigest()[:8]}"
-    given = Path(os.path.abspath(chosen)) if chosen else None
+    given = Path(os.path.abspath(setting)) if setting else None
     for base in (given, user, Path(tempfile.gettempdir()) / "polhode"):
         if base is None:
             continue

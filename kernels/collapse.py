@@ -57,24 +57,24 @@ def distinct(points):
     for i in range(n):
         Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
         key = (Ia / Ic, Ib / Ic, epsilon[i], phase[i], 1.0 if omega0[i] > 0.0 else -1.0)
-        known = FREE
+        nth = FREE
         if math.isfinite(key[0] + key[1] + key[2] + key[3] + omega0[i]):
             # in most grids a point differs from the one before by its spin rate alone
             if last != FREE and _is_same(keys, last, key):
-                known = last
+                nth = last
             else:
                 slot = np.int64(_hash(*key) & np.uint64(room - 1))
                 while table[slot] != FREE and not _is_same(keys, table[slot], key):
                     slot = (slot + 1) & (room - 1)
-                known = table[slot]
-                if known == FREE:
+                nth = table[slot]
+                if nth == FREE:
                     table[slot] = count
-        if known == FREE:
-            known = np.int32(count)
-            first[known] = i
-            keys[known, 0], keys[known, 1], keys[known, 2], keys[known, 3], keys[known, 4] = key
+        if nth == FREE:
+            nth = np.int32(count)
+            first[nth] = i
+            keys[nth, 0], keys[nth, 1], keys[nth, 2], keys[nth, 3], keys[nth, 4] = key
             count += 1
-        motion[i] = last = known
+        motion[i] = last = nth
     return first[:count].copy(), motion
 
 

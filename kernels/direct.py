@@ -200,11 +200,11 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
     if spin == 0 or times.size == 0:
         return np.broadcast_to(omega, (times.size, 3)).copy()
     out, bound = np.empty((times.size, 3)), np.abs(coefficients).max()
-    for chosen, durations in _walks(times, spin):
-        part = np.empty((chosen.size, 3))
+    for order, durations in _walks(times, spin):
+        part = np.empty((order.size, 3))
         counts = _counts(np.abs(durations) * bound, tolerance)
         _follow(tuple(omega / spin), coefficients, durations, counts, part)
-        out[chosen] = part * spin
+        out[order] = part * spin
     return out
 
 
@@ -229,11 +229,11 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
     if spin == 0:
         raise ValueError("omega_start must not be zero: nothing turns")
     out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
-    for chosen, durations in _walks(times, spin):
-        part = np.empty((chosen.size, 4))
+    for order, durations in _walks(times, spin):
+        part = np.empty((order.size, 4))
         counts = _counts(np.abs(durations) * bound, tolerance)
         _follow_attitude(tuple(omega / spin), tuple(q), coefficients, durations, counts, part)
-        out[chosen] = part
+        out[order] = part
     return out
 
 
@@ -251,9 +251,9 @@ def _checked(moments, omega_start, times, tolerance):
 def _walks(times, spin):
     """Which times lie ahead and which behind, each in the order of the walk; and the durations between, times spin."""
     for forward in (True, False):
-        chosen = np.flatnonzero(times >= 0 if forward else times < 0)
-        chosen = chosen[np.argsort(np.abs(times[chosen]), kind="stable")]
-        yield chosen, np.diff(times[chosen], prepend=0.0) * spin
+        order = np.flatnonzero(times >= 0 if forward else times < 0)
+        order = order[np.argsort(np.abs(times[order]), kind="stable")]
+        yield order, np.diff(times[order], prepend=0.0) * spin
 
 
 def _counts(x, tolerance):

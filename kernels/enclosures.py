@@ -61,8 +61,8 @@ def _mul(a, b, c, d):
     high = 0.0 if (((a >= 0.0) & (d <= 0.0)) | ((b <= 0.0) & (c >= 0.0))) & (high > 0.0) else high
     zero = ((a == 0.0) & (b == 0.0)) | ((c == 0.0) & (d == 0.0))
     low, high = (0.0 if zero else low), (0.0 if zero else high)
-    told = (p + q + r + s == p + q + r + s) & (low == low) & (high == high)
-    return (low if told | zero else -INF), (high if told | zero else INF)
+    is_bounded = (p + q + r + s == p + q + r + s) & (low == low) & (high == high)
+    return (low if is_bounded | zero else -INF), (high if is_bounded | zero else INF)
 
 
 @njit(**OPTIONS)
@@ -376,8 +376,8 @@ def enclose(F, low, high, count, R, values):
             p, q = float(b), float(b)
             if code == codes.POWER:
                 p, q = R[b, 0], R[b, 1]
-            f, g, d, e, told = _function(code, R[a, 0], R[a, 1], p, q)
-            state = max(state, told)
+            f, g, d, e, outcome = _function(code, R[a, 0], R[a, 1], p, q)
+            state = max(state, outcome)
             R[k, 0], R[k, 1] = f, g
             for j in range(2, rows, 2):
                 R[k, j], R[k, j + 1] = _mul(d, e, R[a, j], R[a, j + 1])

@@ -129,8 +129,8 @@ def _tell_square(S, certified, tolerance):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rx, rr, xx = S[lanes.RX + lane], S[lanes.RR + lane], S[lanes.XX + lane]
         stderr = _standard_error(S[MORE.slope + lane], rx, rr, xx, used)
-        told = (used >= 3.0) & (spin - spin == 0.0)
-        rate2 = S[MORE.rate2 + lane] if told else math.nan
+        is_measured = (used >= 3.0) & (spin - spin == 0.0)
+        rate2 = S[MORE.rate2 + lane] if is_measured else math.nan
         S[MORE.rate2 + lane], S[MORE.stderr + lane] = rate2, stderr
         S[AT.omega_squared + lane], S[AT.omega_squared_stderr + lane] = rate2 * spin * spin, stderr * spin * spin
         S[AT.samples_used + lane], S[AT.steps_per_sample + lane] = used, S[lanes.STEPS + lane]

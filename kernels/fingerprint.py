@@ -109,14 +109,14 @@ def sources(*modules: str) -> list[Path]:
 
 def _with_imports(left: set[Path]) -> list[Path]:
     """Return files and all that they import from ``kernels``, by name."""
-    found: set[Path] = set()
+    files: set[Path] = set()
     while left:
         path = left.pop()
-        if path not in found:
-            found.add(path)
+        if path not in files:
+            files.add(path)
             beside = {Path(__file__).with_name(f"{name}.py") for name in _read(path)[1]}
             left |= {file for file in beside if file.exists()}  # a name that is no file is one that a module defines
-    return sorted(found, key=lambda path: (path.name, path))
+    return sorted(files, key=lambda path: (path.name, path))
 
 
 def _read(path: Path) -> tuple[bytes, frozenset[str]]:
@@ -142,9 +142,9 @@ def _content(path: Path, _date: int, _size: int) -> tuple[bytes, frozenset[str]]
 
 def _imports(text: str) -> Iterable[ast.AST]:
     """Nodes of a source text that hold its imports of ``kernels``: each process asks, and whole files take 0.3 s."""
-    found = [own for own in IMPORTS.findall(text) if "kernels" in own or re.match(r"from\s*\.", own)]
+    statements = [line for line in IMPORTS.findall(text) if "kernels" in line or re.match(r"from\s*\.", line)]
     try:
-        return ast.parse("\n".join(found)).body
+        return ast.parse("\n".join(statements)).body
     except SyntaxError:  # words of a sentence, or a comment within an import
         return ast.walk(ast.parse(text))
 

@@ -184,12 +184,12 @@ def invariants(M, error, given=None):
     """
     identity = np.eye(M.shape[-1])
     trace, trace_error = np.einsum("nii->n", M), np.einsum("nii->n", error)
-    found = {"trace": trace, "trace_error": trace_error}
+    values = {"trace": trace, "trace_error": trace_error}
     size = np.linalg.norm(error, axis=(1, 2))
 
     def put(name, value, gradient, squares):
-        found[name] = value
-        found[f"{name}_error"] = (np.abs(gradient) * error).sum(axis=(1, 2)) + squares
+        values[name] = value
+        values[f"{name}_error"] = (np.abs(gradient) * error).sum(axis=(1, 2)) + squares
 
     if M.shape[-1] == 2:
         (m11, m12), (m21, m22) = M.transpose(1, 2, 0)
@@ -209,10 +209,10 @@ def invariants(M, error, given=None):
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
     for name, sign in signs.items() if given is not None else ():
         spread = given[1] + np.abs(sign) * trace_error
-        is_better = spread < found[f"{name}_error"]
-        found[name] = np.where(is_better, given[0] + sign * trace + np.abs(sign), found[name])
-        found[f"{name}_error"] = np.where(is_better, spread, found[f"{name}_error"])
-    return found
+        is_better = spread < values[f"{name}_error"]
+        values[name] = np.where(is_better, given[0] + sign * trace + np.abs(sign), values[name])
+        values[f"{name}_error"] = np.where(is_better, spread, values[f"{name}_error"])
+    return values
 
 
 def _by_eigenvalues(M, error, period, reciprocal):
@@ -235,7 +235,7 @@ def _by_eigenvalues(M, error, period, reciprocal):
         turned = np.where(near > 0.0, np.arcsin(np.minimum(off / np.abs(mu), 1.0)), np.pi)
     growth, top, bottom = sizes.max(axis=1), most.max(axis=1), least.max(axis=1)
     T = period[:, None]
-    found = {
+    pairs = {
         "multiplier_real": (mu.real, off),
         "multiplier_imag": (mu.imag, off),
         "exponent_real": (sizes / T, np.maximum(most - sizes, sizes - least) / T),
@@ -245,18 +245,18 @@ def _by_eigenvalues(M, error, period, reciprocal):
         "trace": (np.einsum("nii->n", safe), np.einsum("nii->n", error)),
     }
     lost = ~sound
-    found = {name: np.where(lost if v.ndim == 1 else lost[:, None], np.nan, v) for name, v in _with_errors(found)}
+    pairs = {name: np.where(lost if v.ndim == 1 else lost[:, None], np.nan, v) for name, v in _with_errors(pairs)}
     first = mu[:, 0]
     kind = np.where(np.abs(first.imag) > off[:, 0], FLUTTER, np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING))
     apart = (2.0 * off < gap) & (np.abs(mu.imag) > off) & reciprocal  # a single pair cannot leave the circle
     conditions = [lost, bottom > 0.0, top < 0.0, (apart & (least < 0.0) & (most > 0.0)).all(axis=1)]
     kinds = [UNDETERMINED, kind, ASYMPTOTICALLY_STABLE, STABLE]
-    return found | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
+    return pairs | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
 
 
-def _with_errors(found):
+def _with_errors(pairs):
     """Yield (name, values) and (name_error, errors) of pairs."""
-    for name, (values, errors) in found.items():
+    for name, (values, errors) in pairs.items():
         yield name, values
         yield f"{name}_error", errors
 
@@ -345,12 +345,12 @@ def _meetings(smooth, spreads):
 
 def _distances(ends, centre, which):
     """Return name → distance of two spectra; at points where they may meet between, of each from the farthest."""
-    found = {name: np.abs(ends[name] - values) for name, values in centre.items()}
+    distances = {name: np.abs(ends[name] - values) for name, values in centre.items()}
     for name, values in centre.items():
         if values.ndim == 2 and which.size:
             apart = np.abs(ends[name][which, None] - values[which, :, None])
-            found[name][which] = reduce(np.maximum, np.moveaxis(apart, 2, 0))
-    return found
+            distances[name][which] = reduce(np.maximum, np.moveaxis(apart, 2, 0))
+    return distances
 
 
 def _regime(smooth):

@@ -117,28 +117,28 @@ def take(D, P, Q, numbers, direction, k):
 
 
 @njit(**OPTIONS)
-def _take_means(Y, weight, runs, count, n, used, h, kept):
-    """Means of two neighbours in place of samples, in lanes with more than ``kept`` of every run; in place.
+def _take_means(Y, weight, runs, count, n, used, h, most):
+    """Means of two neighbours in place of samples, in lanes with more than ``most`` of every run; in place.
 
     A mean's model is the samples' own with M², its error as their bound. Other lanes keep their first samples.
     """
     whole_vectors()
     lanes = used.size
     for r in range(runs):
-        for k in range(kept):
-            to, here, there = r * kept + k, r * count + k, r * count + 2 * k
+        for k in range(most):
+            to, here, there = r * most + k, r * count + k, r * count + 2 * k
             for i in range(n):
                 for lane in range(lanes):
                     mean = 0.5 * (Y[there * n + i, lane] + Y[(there + 1) * n + i, lane])
-                    Y[to * n + i, lane] = mean if used[lane] > kept else Y[here * n + i, lane]
+                    Y[to * n + i, lane] = mean if used[lane] > most else Y[here * n + i, lane]
             for lane in range(lanes):
                 both = weight[there + 1, lane]
-                weight[to, lane] = both if used[lane] > kept else weight[here, lane]
+                weight[to, lane] = both if used[lane] > most else weight[here, lane]
             for i in range(n):
                 for lane in range(lanes):
                     Y[to * n + i, lane] *= weight[to, lane]
     for lane in range(lanes):
-        h[lane] *= 2.0 if used[lane] > kept else 1.0
+        h[lane] *= 2.0 if used[lane] > most else 1.0
 
 
 @njit(
@@ -155,7 +155,7 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
     floor, bend, used, total = scratch(1), scratch(1), scratch(1), scratch(1)
     part = np.empty((W, fitting.HEAD + 4 * n))
-    kept = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
+    most = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
         Q, first, lanes = blocks[b], bounds[b], bounds[b + 1] - bounds[b]
         weight = Q[QUANTITY + 2 * quantities : QUANTITY + 2 * quantities + runs * count]
@@ -174,11 +174,11 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
             rounding = 4.0 * EPSILON * math.sqrt(number) * largest
             walk = WALK * EPSILON * math.sqrt(number) * (total[lane] / runs) * largest
             floor[lane] = (once + walk) / math.sqrt(n * total[lane]) + max(Q[CHANGE, lane] - rounding, 0.0) * count
-        if kept < count:
-            _take_means(Y, weight, runs, count, n, used, Q[SPACING], kept)
+        if most < count:
+            _take_means(Y, weight, runs, count, n, used, Q[SPACING], most)
         for lane in range(W):
             bend[lane] = BENDING * EPSILON * Q[SCALE, lane] * Q[SPACING, lane]
-        fit(step, tell, Y, weight, runs, kept, n, Q[SPACING], floor, bend, TRUST, lanes, part)
+        fit(step, tell, Y, weight, runs, most, n, Q[SPACING], floor, bend, TRUST, lanes, part)
         for lane in range(lanes):
             i = order[first + lane]
             raw[i, SAMPLES], raw[i, STEPS], raw[i, AMPLITUDE] = used[lane], steps[i], Q[LARGEST, lane]
@@ -225,14 +225,14 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
     A window is short where all runs together hold too few samples to tell n modes and how they scatter, or where it is
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
     """
-    told = raw[:, FIRST + quantities :]
-    moved = told[:, fitting.MOVED]
+    fit = raw[:, FIRST + quantities :]
+    moved = fit[:, fitting.MOVED]
     least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
         (raw[:, SAMPLES] < least) | ((raw[:, SAMPLES] - 1.0) * spacing < LEAST_SPAN),
         moved < fitting.LEAST_MOVED,
-        ~np.isfinite(told[:, fitting.HEAD]),
+        ~np.isfinite(fit[:, fitting.HEAD]),
         ~has_converged(raw, intervals, tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
@@ -255,9 +255,9 @@ def is_too_wide(raw, quantities, n, scale, paired):
     Returns:
         numpy.ndarray of bool.
     """
-    told = raw[:, FIRST + quantities :]
-    re, im, re_error, im_error = (told[:, fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
+    fit = raw[:, FIRST + quantities :]
+    re, im, re_error, im_error = (fit[:, fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
     with np.errstate(invalid="ignore", over="ignore"):
         impossible = (np.hypot(re, im) > scale[:, None] + np.hypot(re_error, im_error)).any(axis=1)
-        bent = raw[:, LEFT] > LINEAR * told[:, fitting.MOVED]
-        return bent | impossible | (paired & (told[:, fitting.ODD] > 1.0))
+        bent = raw[:, LEFT] > LINEAR * fit[:, fitting.MOVED]
+        return bent | impossible | (paired & (fit[:, fitting.ODD] > 1.0))

@@ -48,25 +48,25 @@ def _scale(rows, into, count, largest):
 
 
 @njit(**OPTIONS)
-def _roots(G, n, power, into, largest, found):
+def _roots(G, n, power, into, largest, out):
     """Perron's roots of G, rows i n + j, to some per cent; NaN where one is not finite or vanishes."""
     whole_vectors()
-    lanes = found.size
+    lanes = out.size
     _scale(G, power, n * n, largest)
     for lane in range(lanes):
-        found[lane] = np.log(largest[lane])
+        out[lane] = np.log(largest[lane])
     for _ in range(HALVED):
         _square(power, into, n, largest)
         for lane in range(lanes):
-            found[lane] = 2.0 * found[lane] + np.log(largest[lane])
+            out[lane] = 2.0 * out[lane] + np.log(largest[lane])
     for lane in range(lanes):
-        root = np.exp(found[lane] / 2**HALVED)
-        found[lane] = root if 0.0 < root < math.inf else math.nan
+        root = np.exp(out[lane] / 2**HALVED)
+        out[lane] = root if 0.0 < root < math.inf else math.nan
 
 
 @njit(void(float64[:, :, ::1], float64[::1]), nogil=True, **OPTIONS)
-def roots(matrices, found):
-    """Fill ``found`` with Perron's roots of matrices of absolute values, shape (points, n, n)."""
+def roots(matrices, out):
+    """Fill ``out`` with Perron's roots of matrices of absolute values, shape (points, n, n)."""
     whole_vectors()
     points, n, _ = matrices.shape
     G, power, into, largest, root = rows_of(n * n), rows_of(n * n), rows_of(n * n), scratch(1), scratch(1)
@@ -77,7 +77,7 @@ def roots(matrices, found):
                     G[i * n + j, lane] = matrices[min(first + lane, points - 1), i, j]
         _roots(G, n, power, into, largest, root)
         for lane in range(min(W, points - first)):
-            found[first + lane] = root[lane]
+            out[first + lane] = root[lane]
 
 
 @njit(**OPTIONS)
@@ -156,7 +156,7 @@ def _adjugates(A, scale, n, N, T):
 
 
 @njit(void(float64[:, :, ::1], complex128[:, ::1], float64[::1], float64[:, ::1]), nogil=True, **OPTIONS)
-def conditions(A, values, scale, found):
+def conditions(A, values, scale, out):
     """Return the condition numbers of eigenvalues, (points, n); infinite where two are one, NaN where one is NaN."""
     n = A.shape[1]
     N, T = np.empty((n, n, n)), np.empty((n, n))
@@ -173,4 +173,4 @@ def conditions(A, values, scale, found):
                     for k in range(1, n):
                         re, im = re * x - im * y + N[k, i, j], re * y + im * x
                     size += re * re + im * im
-            found[point, e] = max(1.0, math.sqrt(size) / apart) if apart != 0.0 else math.inf
+            out[point, e] = max(1.0, math.sqrt(size) / apart) if apart != 0.0 else math.inf

@@ -269,15 +269,15 @@ def _line(x, slope, start):
 @njit(**INLINE)
 def _take_first_order(S, lane):
     """Both factors to the first order."""
-    own = S[OWN + lane]
+    along = S[OWN + lane]
     S[OWN + lane] = _line(S[A + lane], S[OWN_BY + lane], S[OWN_FROM + lane])
-    return own, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
+    return along, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
 
 
 @formula
-def _less_amplitude(r, own, across, x, x1, x2):
+def _less_amplitude(r, along, across, x, x1, x2):
     """A component's residual without the amplitude's part of its triple."""
-    return (r - own * x1) - across * ((x - x1) + (x1 - x2))
+    return (r - along * x1) - across * ((x - x1) + (x1 - x2))
 
 
 def _sample_of(reduced):
@@ -314,12 +314,12 @@ def _sample_of(reduced):
             S[XX + lane] += xx if counts else 0.0
             if followed:
                 if whole:
-                    own, across, mu = _take_part(S, lane, excess)
+                    along, across, mu = _take_part(S, lane, excess)
                     S[SW + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
                 else:
-                    own, across = _take_first_order(S, lane)
-                sb = _less_amplitude(rb, own, across, b, b1, b2)
-                sc = _less_amplitude(rc, own, across, c, c1, c2)
+                    along, across = _take_first_order(S, lane)
+                sb = _less_amplitude(rb, along, across, b, b1, b2)
+                sc = _less_amplitude(rc, along, across, c, c1, c2)
                 S[SX + lane] += measure.dot(sb, sc, b1, c1) if counts else 0.0
                 S[SS + lane] += measure.dot(sb, sc, sb, sc) if counts else 0.0
                 turn = measure.dot(b1, c1, c, -b)

@@ -152,8 +152,8 @@ def slope_of_products(n, P, up, Q, over):
     With :math:`2^{up}P = \prod x_j` and :math:`2^{over}Q = \prod_i\prod_{j\le i}x_j`, j from 0 to n - 1, the slope is
     :math:`[\tfrac12(n + 1)\ln P - \ln Q]\cdot12/(n(n^2 - 1))`: two logarithms a line in place of one a sample.
     """
-    own, both = logarithm(P) + up * LN2, logarithm(Q) + over * LN2
-    return (0.5 * (n + 1.0) * own - both) * 12.0 / (n * (n * n - 1.0))
+    last, both = logarithm(P) + up * LN2, logarithm(Q) + over * LN2
+    return (0.5 * (n + 1.0) * last - both) * 12.0 / (n * (n * n - 1.0))
 
 
 @njit(**INLINE)

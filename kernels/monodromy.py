@@ -86,23 +86,23 @@ class Record:
 
     def minors(self) -> list[str]:
         """Return lines that write the second compound and the sizes of its errors."""
-        found = self.errors()[:1]
+        text = self.errors()[:1]
         for (r, (i, j)), (s, (k, m)) in product(enumerate(self.pairs), repeat=2):
             one, other = (f"{self.at('S', i, a)} * {self.at('S', j, b)}" for a, b in ((k, m), (m, k)))
-            found += [f"one = {one}", f"other = {other}", f"{self.at('C', r, s)} = one - other"]
-            found += [f"{self.at('D', r, s)} = abs(one) + abs(other) + 2.0 * {self.at('o')} * most"]
-        return found
+            text += [f"one = {one}", f"other = {other}", f"{self.at('C', r, s)} = one - other"]
+            text += [f"{self.at('D', r, s)} = abs(one) + abs(other) + 2.0 * {self.at('o')} * most"]
+        return text
 
     def before(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those before by a segment's matrix."""
-        found = self._each(2 * others, lambda i, j: self._product(matrix, others, i, j))
+        text = self._each(2 * others, lambda i, j: self._product(matrix, others, i, j))
         if self.n == 2 and matrix == "S":
             old, new = (f"({self.at(p, 1, 0)} > 0.0)" for p in ("P", "PP"))
             ahead = f"{self.at('P', 1, 0)} * {self.at('PP', 0, 0)} > {self.at('P', 0, 0)} * {self.at('PP', 1, 0)}"
             turned = f"({old} & ~{new}) | ({new} & ~{old})"
-            found += [f"turn = 1.0 if {ahead} else -1.0", f"turn = turn if {turned} else 0.0"]
-            found += [f"{self.at('tt')} = {self.at('t')} + turn"]
-        return found
+            text += [f"turn = 1.0 if {ahead} else -1.0", f"turn = turn if {turned} else 0.0"]
+            text += [f"{self.at('tt')} = {self.at('t')} + turn"]
+        return text
 
     def after(self, names: str) -> list[str]:
         """Return lines that multiply the product of those after by a segment's matrix, and add the squares of errors.
@@ -111,40 +111,40 @@ class Record:
             names: of the rows of matrix, errors' sizes, products before and after, and squares.
         """
         matrix, error, before, others, squares = names
-        size, found = range(self.of[matrix]), []
+        size, text = range(self.of[matrix]), []
         for b in size:
             for j in size:
-                found += [f"t_{b}_{j} = {self.at(2 * before, b, j)} * {self.at(2 * before, b, j)}"]
+                text += [f"t_{b}_{j} = {self.at(2 * before, b, j)} * {self.at(2 * before, b, j)}"]
                 for c in size:
-                    found += [f"u = {self.at(error, b, c)} * {self.at(before, c, j)}", f"t_{b}_{j} = t_{b}_{j} + u * u"]
-        found += [f"z_{i}_{b} = {self.at(2 * others, i, b)} * {self.at(2 * others, i, b)}" for i in size for b in size]
+                    text += [f"u = {self.at(error, b, c)} * {self.at(before, c, j)}", f"t_{b}_{j} = t_{b}_{j} + u * u"]
+        text += [f"z_{i}_{b} = {self.at(2 * others, i, b)} * {self.at(2 * others, i, b)}" for i in size for b in size]
 
         def added(i, j):
             return " + ".join([self.at(2 * squares, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for b in size)])
 
-        found += self._each(squares, added)
-        return [*found, *self._each(others, lambda i, j: self._product(2 * others, matrix, i, j))]
+        text += self._each(squares, added)
+        return [*text, *self._each(others, lambda i, j: self._product(2 * others, matrix, i, j))]
 
 
 @njit(**OPTIONS)
-def _tell_minors(compound, squares, d, n, told):
+def _tell_minors(compound, squares, d, n, out):
     """Write the trace of the second compound, d x d, and its error where an entry of the lane is large."""
     for lane in range(W):
         most, trace, error = 0.0, 0.0, 0.0
         for i in range(n * n):
-            most = max(most, abs(told[i, lane]))
+            most = max(most, abs(out[i, lane]))
         for i in range(d):
             trace += compound[i * d + i, lane]
             error += math.sqrt(squares[i * d + i, lane])
         if most > LARGE:
-            told[3 * n * n + 1, lane], told[3 * n * n + 2, lane] = trace, error
+            out[3 * n * n + 1, lane], out[3 * n * n + 2, lane] = trace, error
 
 
 @cache
 def compose_of(n):
-    """Return the compiled function that multiplies the matrices of n states: ``compose(S, told, steps)``.
+    """Return the compiled function that multiplies the matrices of n states: ``compose(S, out, steps)``.
 
-    S holds a :class:`Record` of each step and one more, flat, of which S and o are given. Written into told
+    S holds a :class:`Record` of each step and one more, flat, of which S and o are given. Written into out
     (3 n n + 3, W): the product; that of the cycle that begins ELSEWHERE; the root of the sum of the squares of what G,
     and one rounding of each product, become; the number of times that the first column turned through whole half turns,
     of n = 2; where an entry is large, the trace of the second compound, and the error of that.
@@ -157,7 +157,7 @@ def compose_of(n):
     before_minors, after_minors = lines("\n".join(record.before("C", "Q"))), lines("\n".join(record.after("CDQZF")))
 
     @njit(ROWS, name=f"compose_{n}", **PASSED)
-    def compose(S, told, steps):
+    def compose(S, out, steps):
         whole_vectors()
         R, alike = S.reshape(S.size // W, W), 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
         last, later = R[steps * height :], R[round(ELSEWHERE * steps) * height :]
@@ -176,15 +176,15 @@ def compose_of(n):
             here = S[s * height * W :]
             for lane in range(W):
                 after(here, lane)
-        product_in_lanes(later[P:], later[Y:], told[size:], n)
+        product_in_lanes(later[P:], later[Y:], out[size:], n)
         most = 0.0
         for i in range(size):
             for lane in range(W):
-                told[i, lane], told[2 * size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
+                out[i, lane], out[2 * size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
                 most = max(most, abs(last[P + i, lane]))
         for lane in range(W):
-            told[3 * size, lane] = last[turns, lane]
-            told[3 * size + 1, lane] = told[3 * size + 2, lane] = np.nan
+            out[3 * size, lane] = last[turns, lane]
+            out[3 * size + 1, lane] = out[3 * size + 2, lane] = np.nan
         if d > 0 and most > LARGE:
             for i in range(d):
                 for lane in range(W):
@@ -199,7 +199,7 @@ def compose_of(n):
                 here = S[s * height * W :]
                 for lane in range(W):
                     after_minors(here, lane)
-            _tell_minors(last[Q:], R[F:], d, n, told)
+            _tell_minors(last[Q:], R[F:], d, n, out)
 
     return compose
 
@@ -308,16 +308,17 @@ def measure(advance, compose, base, columns, lengths, numbers):
             of the states in a column, and the row of what the steps leave out; sides; rows of a record.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 5, points): As told by :func:`compose_of`; what the steps leave out and what the
-            amplitude changes, relative to each segment's largest entry.
+        numpy.ndarray, shape (3 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
+            steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
     n, segments, followed, steps, rows, states, left_out, sides, height = numbers
     motions, size, out = columns.shape[1], n * n, np.empty((3 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
-    length, records, told, work = rows_of(len(lengths)), scratch((segments + 1) * height), rows_of(len(out)), rows_of(4)
+    length, records = rows_of(len(lengths)), scratch((segments + 1) * height)
+    out_rows, work = rows_of(len(out)), rows_of(4)
     R, coherent = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE
-    lost, wide, half, uneven = told[3 * size + 3], told[3 * size + 4], work[0], work[3]
+    lost, wide, half, uneven = out_rows[3 * size + 3], out_rows[3 * size + 4], work[0], work[3]
     for first in range(0, lengths.shape[1], W):
         load(lengths, first, length)
         for lane in range(W):
@@ -346,9 +347,9 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
         if followed < segments:
             mirror(R, segments, height, n, length[n + 1 :])
-        compose(records, told, segments)
+        compose(records, out_rows, segments)
         for i in range(size):
             for lane in range(W):
-                lost[lane] += 0.0 * told[i, lane]  # not a number where these are none
-        store(told, first, out)
+                lost[lane] += 0.0 * out_rows[i, lane]  # not a number where these are none
+        store(out_rows, first, out)
     return out

@@ -347,8 +347,8 @@ def _sixth(raw, square, shift, span, S2, clear):
     seen, residual = raw[:, RAW.spread] * spread, raw[:, RAW.stderr] * spread
     rate = np.sqrt(np.maximum(square, 0.0))
     phase = 0.5 * shift * span / rate
-    known = np.hypot(shift, HARMONIC * residual) * (phase * phase / (128.0 * math.sqrt(5.0)))
-    return np.where(clear, np.maximum(UNKNOWN * seen, seen - 2.0 * known), seen)
+    bound = np.hypot(shift, HARMONIC * residual) * (phase * phase / (128.0 * math.sqrt(5.0)))
+    return np.where(clear, np.maximum(UNKNOWN * seen, seen - 2.0 * bound), seen)
 
 
 def _turned(square, span):

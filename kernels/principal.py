@@ -77,12 +77,12 @@ def _diagonalise(T, rows):
 @njit(**INLINE)
 def _nearest(rows):
     """Which row lies nearest to each coordinate axis, of all ways to share them out; the first of equal ones."""
-    best, found = -1.0, ORDERS[0]
+    best, nearest = -1.0, ORDERS[0]
     for order in ORDERS:
         fit = abs(rows[order[0], 0]) + abs(rows[order[1], 1]) + abs(rows[order[2], 2])
         if fit > best:
-            best, found = fit, order
-    return found
+            best, nearest = fit, order
+    return nearest
 
 
 @njit(**INLINE)

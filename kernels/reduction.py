@@ -114,9 +114,9 @@ def amplitude_part(u, u1, lane):
     first, second, third, along, slope = lane
     mu, eta = 0.5 * (u + u1), 0.5 * (u - u1)
     square = mu * mu
-    own = mu * first + (second * (u * u1) + third * (square * mu))  # μ² - η² = u u1
+    along_first = mu * first + (second * (u * u1) + third * (square * mu))  # μ² - η² = u u1
     across = eta * (along + (mu * slope + square * (1.0 - mu)))
-    return own, across, mu
+    return along_first, across, mu
 
 
 @njit(**INLINE)
@@ -134,8 +134,8 @@ def corrected_guess(excess, now, before, earlier, drive):
         quadrature, first, second, third, along, slope = constants(guess, drive)
         u1 = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
         u = 0.5 * (a + a1) - quadrature * (b * c - b1 * c1)
-        own, across, _ = amplitude_part(u, u1, (first, second, third, along, slope))
-        guess = raw + 0.5 * (own + across * along1)
+        along_first, across, _ = amplitude_part(u, u1, (first, second, third, along, slope))
+        guess = raw + 0.5 * (along_first + across * along1)
     return guess
 
 

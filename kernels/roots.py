@@ -401,10 +401,10 @@ def _begin(box, start, within, narrowest, floor):
 
 
 @njit(**OPTIONS)
-def _is_within(low, high, boxes, found):
+def _is_within(low, high, boxes, kinds):
     """Return whether low … high lies in one of boxes (records, 2, n) that hold one zero; high … low: meets one."""
     for r in range(len(boxes)):
-        inside = found[r, 1] == ZERO
+        inside = kinds[r, 1] == ZERO
         for j in range(len(low)):
             inside &= low[j] >= boxes[r, 0, j] and high[j] <= boxes[r, 1, j]
         if inside:
@@ -431,7 +431,7 @@ def _cut(box, within, floor, stack, top):
 
 
 @njit(int64(ENCLOSE, OF_POINTS, WHERE, LIMITS, FOUND), nogil=True, **OPTIONS)
-def search(enclose, functions, where, limits, found):
+def search(enclose, functions, where, limits, boxes_found):
     """Find all zeros of points, one after the other, until the records are full; return the number of records.
 
     Args:
@@ -439,9 +439,9 @@ def search(enclose, functions, where, limits, found):
         functions (kernels.codes.Formulas): With the constants of all points; as many functions as variables.
         where (Where): Bounds and starts of each point.
         limits (Limits): When a search ends.
-        found (Boxes): Written.
+        boxes_found (Boxes): Written.
     """
-    records, boxes, progress = found
+    records, boxes, progress = boxes_found
     n, count, room = functions.outputs.size, 0, 0
     for point in range(len(where.shares)):
         room = max(room, DEPTH * n + 1 + where.shares[point, 1] - where.shares[point, 0])

@@ -24,13 +24,13 @@ def unit_of(x1, x2, x3):
 
 
 @njit(**INLINE)
-def unit_of_moments(low, middle, high, own):
-    """Return ``own``, or the power of two next above it where two of three ascending moments agree to 1/32.
+def unit_of_moments(low, middle, high, unit):
+    """Return ``unit``, or the power of two next above it where two of three ascending moments agree to 1/32.
 
     A division by that rounds nothing, so that the small difference keeps its digits.
     """
     close = min(middle - low, high - middle) < 0.03125 * high
-    return unit_of(own, own, own) if close else own
+    return unit_of(unit, unit, unit) if close else unit
 
 
 @njit(**INLINE)

@@ -173,8 +173,8 @@ class _Writer:
 
     def _assign(self, target, value):
         if isinstance(target, ast.Tuple):
-            for one, own in zip(target.elts, value, strict=True):
-                self._assign(one, own)
+            for one, part in zip(target.elts, value, strict=True):
+                self._assign(one, part)
         elif isinstance(target, ast.Name):
             self.known[target.id] = value
         else:

@@ -99,11 +99,11 @@ def _plan(T, axis, spacing, intervals, keys):
         Ia, Ib, Ic = rigid_body.relabel(T[_A + i], T[_B + i], T[_C + i], axis[i])
         ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
         bound = max(abs(ca), abs(cb), abs(cc))
-        own = min(spacing, 0.5 / max(1.0, bound))
-        T[_BOUND + i], T[_SPACING + i] = bound, own
+        point_spacing = min(spacing, 0.5 / max(1.0, bound))
+        T[_BOUND + i], T[_SPACING + i] = bound, point_spacing
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
-        keys[i] = level + (0 if reduction.is_small(ca, T[_EPSILON + i], own * intervals) else LEVELS)
+        keys[i] = level + (0 if reduction.is_small(ca, T[_EPSILON + i], point_spacing * intervals) else LEVELS)
         scale, omega0 = 1.0 / solution.unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
         T[_A + i], T[_B + i], T[_C + i] = Ia * scale, Ib * scale, Ic * scale
         T[_SPIN + i] = 1.0 if omega0 > 0.0 else -1.0
@@ -113,13 +113,13 @@ def _plan(T, axis, spacing, intervals, keys):
 @njit(nogil=True, **OPTIONS)
 def _choose(T, intervals, tolerance, keys):
     """Put into the keys which Taylor steps the points need, and how many a sample."""
-    known, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
+    latest, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(keys.size):
         epsilon = T[_EPSILON + i]
-        if epsilon != known:
-            known = epsilon
-            size = min(1.0, measure.WINDOW * known * math.exp(0.5))  # the sample after the window's end included
-            whole = math.sqrt(1.0 + known * known)  # the rates go with all of |omega|, not with the spin alone
+        if epsilon != latest:
+            latest = epsilon
+            size = min(1.0, measure.WINDOW * latest * math.exp(0.5))  # the sample after the window's end included
+            whole = math.sqrt(1.0 + latest * latest)  # the rates go with all of |omega|, not with the spin alone
             coefficients = (
                 direct.truncation(size, direct.ORDERS[0]),
                 direct.truncation(size, direct.ORDERS[1]),
@@ -154,25 +154,25 @@ def _gather(S, T, points, steps):
 
 
 @njit(nogil=True, **OPTIONS)
-def _keep(S, rows, kept):
+def _keep(S, rows, out):
     """Some columns of a block, whole rows of lanes at once."""
     whole_vectors()
     for k in range(rows.size):
         first = (findings.FIRST + rows[k]) * W
-        row, own = S[first : first + W], kept[k]
+        row, out_row = S[first : first + W], out[k]
         for lane in range(W):
-            own[lane] = row[lane]
+            out_row[lane] = row[lane]
 
 
 @njit(nogil=True, **OPTIONS)
 def _run(T, keys, blocks, run, work, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
-    ``out`` holds the numbers ``rows`` of those wanted; ``kept``, shape (blocks, rows, W), where they go; and ``at``,
-    where in it each point's lane lies.
+    ``out`` holds the numbers ``rows`` of those wanted; ``blocks_out``, shape (blocks, rows, W), where they go; and
+    ``at``, where in it each point's lane lies.
     """
     order, starts = blocks
-    rows, kept, at = out
+    rows, blocks_out, at = out
     _, intervals, tolerance, exactly, rounded = run
     reducing = work[3]
     S = scratch(findings.ROWS)
@@ -183,23 +183,23 @@ def _run(T, keys, blocks, run, work, out):
         _gather(S, T, points, steps)
         lanes.follow(S, taken, steps, intervals, work, depth)
         findings.tell(S, work, depth, taken, rounded, tolerance)
-        _keep(S, rows, kept[j])
+        _keep(S, rows, blocks_out[j])
         for lane in range(points.size):
-            at[points[lane]] = j * kept.shape[1] * W + lane
+            at[points[lane]] = j * blocks_out.shape[1] * W + lane
 
 
 @njit(nogil=True, **OPTIONS)
-def _sort_back(first, kept, at, low, size, out):
+def _sort_back(first, blocks, at, low, size, out):
     """Columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
-    Those of one type are a table of their own; its first is number ``first`` of what is kept. One column at a time,
+    Columns of one type are one table; the first one is number ``first`` of a block. One column at a time,
     written as it lies: a point's columns are far apart in memory, and to write them point by point takes three times
     as long.
     """
     for k in range(out.shape[0]):
-        column, own = kept[(first + k) * W :], out[k][low : low + size]  # both known to be contiguous
+        column, sorted_column = blocks[(first + k) * W :], out[k][low : low + size]  # both known to be contiguous
         for i in range(size):
-            own[i] = column[at[i]]
+            sorted_column[i] = column[at[i]]
 
 
 def _measure(points, run, work, rows, tables):
@@ -209,19 +209,19 @@ def _measure(points, run, work, rows, tables):
     room = min(I1.size, TILE)
     T, keys = np.empty(PITCH * (GATHERED + 1)), np.empty(room, dtype=np.int64)
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
-    kept, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint32)
+    blocks, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint32)
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
-        part, own = slice(low, low + size), keys[:size]
+        part, part_keys = slice(low, low + size), keys[:size]
         _lay_out(T, (I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part]))
-        _plan(T, axis[part], run.spacing, run.intervals, own)
+        _plan(T, axis[part], run.spacing, run.intervals, part_keys)
         if not run.exactly:
-            _choose(T, run.intervals, run.tolerance, own)
-        order, starts = cut(own, LEVELS)
-        if starts.size - 1 > kept.shape[0]:
-            kept = np.empty((starts.size - 1, kept.shape[1], W))
-        _run(T, own, (order, starts), tuple(run), work, (rows, kept, at))
-        flat = kept.ravel()
+            _choose(T, run.intervals, run.tolerance, part_keys)
+        order, starts = cut(part_keys, LEVELS)
+        if starts.size - 1 > blocks.shape[0]:
+            blocks = np.empty((starts.size - 1, blocks.shape[1], W))
+        _run(T, part_keys, (order, starts), tuple(run), work, (rows, blocks, at))
+        flat = blocks.ravel()
         _sort_back(0, flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)
         _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
@@ -265,10 +265,10 @@ def measured(
     points = rigid_body.points_of(points)
     n = points.I1.size
     needed = {"omega_squared", "status"} if nonlinear else set()
-    asked = [column for column in COLUMNS if column.name in wanted or column.name in needed]
-    asked.sort(key=lambda column: TYPES.index(column.dtype))
-    rows = np.array([MEASURED.index(column.name) for column in asked], dtype=np.int64)
-    tables = tuple(np.empty((sum(column.dtype is dtype for column in asked), n), dtype=dtype) for dtype in TYPES)
+    requested = [column for column in COLUMNS if column.name in wanted or column.name in needed]
+    requested.sort(key=lambda column: TYPES.index(column.dtype))
+    rows = np.array([MEASURED.index(column.name) for column in requested], dtype=np.int64)
+    tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
     rated = bool(work & {findings.RATES, findings.LOG_SLOPE})
     certified = propagator == "direct" and (rated or bool(work & {findings.CERTIFICATE, findings.ERRORS}))
@@ -277,17 +277,17 @@ def measured(
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
     run = RunSettings(spacing, intervals, tolerance, propagator == "exact", rounded)
     _measure(points, run, tuple(done), rows, tables)
-    found = {column.name: values for column, values in zip(asked, chain(*tables), strict=True)}
-    followed = _nonlinear(points, found, tolerance) if nonlinear else {}
-    _leave_out_unrepresentable(found, points.omega0)
-    return followed | {name: found[name] for name in MEASURED if name in wanted}
+    result = {column.name: values for column, values in zip(requested, chain(*tables), strict=True)}
+    followed = _nonlinear(points, result, tolerance) if nonlinear else {}
+    _leave_out_unrepresentable(result, points.omega0)
+    return followed | {name: result[name] for name in MEASURED if name in wanted}
 
 
-def _leave_out_unrepresentable(found, omega0):
+def _leave_out_unrepresentable(result, omega0):
     """Mark as missing what is in s-2 where doubles cannot hold it and its error; the status is then NON_FINITE."""
     spin = np.abs(omega0)
     lost = spin < LEAST_SPIN
-    squares = [values for name, values in found.items() if POWERS[name] == 2]
+    squares = [values for name, values in result.items() if POWERS[name] == 2]
     if spin.size and spin.max() > 1.0 / LEAST_SPIN:
         for values in squares:
             lost |= np.isinf(values)
@@ -295,8 +295,8 @@ def _leave_out_unrepresentable(found, omega0):
         return
     for values in squares:
         values[lost] = np.nan
-    if "status" in found:
-        status = found["status"]
+    if "status" in result:
+        status = result["status"]
         status[lost & (status == OK)] = NON_FINITE
 
 
@@ -309,22 +309,22 @@ def flipped(points, tolerance=1e-10):
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
-    found = np.empty((len(flips.COLUMNS), n))
-    flips.fill(points, np.arange(n), tolerance, found, np.zeros(n, dtype=bool))
-    return dict(zip(flips.MEASURED, found, strict=True))
+    out = np.empty((len(flips.COLUMNS), n))
+    flips.fill(points, np.arange(n), tolerance, out, np.zeros(n, dtype=bool))
+    return dict(zip(flips.MEASURED, out, strict=True))
 
 
 def _nonlinear(points, measured, tolerance):
     """Columns of kernels.flips; a search that was given up is a window too short."""
     n, omega0, status = points.I1.size, points.omega0, measured["status"]
-    found, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
+    out, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
     sound = np.flatnonzero(status != NON_FINITE)
-    found[:, status == NON_FINITE] = np.nan
+    out[:, status == NON_FINITE] = np.nan
     rate2 = measured["omega_squared"][sound] / omega0[sound] / omega0[sound]
     order = sound[np.argsort(np.abs(rate2))]  # of like duration together
-    flips.fill(points, order, tolerance, found, given_up)
+    flips.fill(points, order, tolerance, out, given_up)
     status[given_up & (status == OK)] = SHORT_WINDOW
-    return dict(zip(flips.MEASURED, found, strict=True))
+    return dict(zip(flips.MEASURED, out, strict=True))
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
@@ -363,9 +363,9 @@ def collapsed(points, *settings, **options):
     points = rigid_body.points_of(points)
     first, motion = collapse.distinct(points)
     motions = as_motions({name: values[first] for name, values in points._asdict().items()})
-    found = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
+    of_motions = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
     spin = np.abs(points.omega0)
-    expanded = {name: _expanded(values, motion, spin, POWERS[name]) for name, values in found.items()}
+    expanded = {name: _expanded(values, motion, spin, POWERS[name]) for name, values in of_motions.items()}
     _leave_out_unrepresentable(expanded, points.omega0)
     return expanded
 
@@ -392,6 +392,6 @@ def survey(points, *settings, collapse=False, **options):
     Theory is spared where columns are ``wanted`` and none of its own among them.
     """
     measure = collapsed if collapse else measured
-    found = measure(points, *settings, **options)
+    measurement = measure(points, *settings, **options)
     foretells = any(name in options.get("wanted", foretold.NAMES) for name in foretold.NAMES)
-    return theory(points) | found if foretells else found
+    return theory(points) | measurement if foretells else measurement

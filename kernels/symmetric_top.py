@@ -472,19 +472,19 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     _, omega3, _ = _point_arrays(points)
     spin = np.abs(omega3)
     intervals = round(rotations * samples_per_rotation)
-    told, stderr = raw[:, RAW.rate], raw[:, RAW.stderr]
-    rate = _resolved(told, stderr, raw[:, RAW.floor])
-    momentum_told, momentum_stderr = raw[:, RAW.momentum_rate], raw[:, RAW.momentum_stderr]
-    momentum_rate = _resolved(momentum_told, momentum_stderr, raw[:, RAW.floor])
+    raw_rate, stderr = raw[:, RAW.rate], raw[:, RAW.stderr]
+    rate = _resolved(raw_rate, stderr, raw[:, RAW.floor])
+    raw_momentum, momentum_stderr = raw[:, RAW.momentum_rate], raw[:, RAW.momentum_stderr]
+    momentum_rate = _resolved(raw_momentum, momentum_stderr, raw[:, RAW.floor])
     senses = [~np.isfinite(rate), rate == 0.0, rate * np.sign(omega3) > 0.0]
     return {
         "precession_rate": rate * spin,
         "precession_rate_stderr": stderr * spin,
-        "precession_rate_error": _error(raw, raw[:, RAW.ahead], told, rate, stderr, intervals) * spin,
+        "precession_rate_error": _error(raw, raw[:, RAW.ahead], raw_rate, rate, stderr, intervals) * spin,
         "momentum_precession_rate": momentum_rate * spin,
         "momentum_precession_rate_stderr": momentum_stderr * spin,
         "momentum_precession_rate_error": _error(
-            raw, raw[:, RAW.momentum_ahead], momentum_told, momentum_rate, momentum_stderr, intervals
+            raw, raw[:, RAW.momentum_ahead], raw_momentum, momentum_rate, momentum_stderr, intervals
         )
         * spin,
         "period": _period(rate) / spin,

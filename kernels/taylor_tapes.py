@@ -83,14 +83,14 @@ def _product(C, S, row, n, epsilon, out):
 
 
 @njit(**OPTIONS)
-def _quotient(C, S, row, n, epsilon, own, over, out):
+def _quotient(C, S, row, n, epsilon, factors, over, out):
     whole_vectors()
     a, b = row[FIRST], row[SECOND]
     if n == 0:
         for lane in range(out.size):
             base = S[row[BASE2] * W + lane] if row[BASE2] >= 0 else 0.0
             over[lane] = 1.0 / (base + S[epsilon + lane] * C[b, 0, lane])
-    _add_products(C[b], own, 1, n, n, out)
+    _add_products(C[b], factors, 1, n, n, out)
     for lane in range(out.size):
         out[lane] *= -S[epsilon + lane]
     _add_based(S, row[OWN], C[b], n, -1.0, out)

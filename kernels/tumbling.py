@@ -337,11 +337,11 @@ def survey(points, tolerance, measured=True):
     fill_exact(*bodies, modes, out)
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
     if measured:
-        seen, found = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
-        fill(bodies, tolerance, seen, found)
+        seen, measured_periods = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
+        fill(bodies, tolerance, seen, measured_periods)
         columns |= {"mode": seen}
-        columns |= {name: found[k] / omega0 for k, name in enumerate(PERIODS)}
-        columns |= {f"{name}_error": found[k + 3] / omega0 for k, name in enumerate(PERIODS)}
+        columns |= {name: measured_periods[k] / omega0 for k, name in enumerate(PERIODS)}
+        columns |= {f"{name}_error": measured_periods[k + 3] / omega0 for k, name in enumerate(PERIODS)}
     return columns
 
 

@@ -332,7 +332,7 @@ def fill_exact(throws, out):
 def fill(throws, tolerance, out):
     """Fill (4, n) with measured twist (rad) and time of the turn (in I_mid/L), each with its error, as TWISTS."""
     whole_vectors()
-    S, found = np.zeros(ROWS * W), np.empty((2, 2, W))
+    S, both = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
     block = Block(moments, starts, angle)
     I1, I2, I3, chi, theta = throws
@@ -344,16 +344,16 @@ def fill(throws, tolerance, out):
             moments[0, lane], moments[1, lane], moments[2, lane] = low, middle, high
             starts[0, lane], starts[1, lane], starts[2, lane] = start(low, middle, high, chi[i], theta[i])
             angle[lane] = within(chi[i])
-        _run(S, block, 1.0, tolerance, found[0])
-        _run(S, block, 0.77, tolerance, found[1])
+        _run(S, block, 1.0, tolerance, both[0])
+        _run(S, block, 0.77, tolerance, both[1])
         for lane in range(count):
             i = first + lane
             growth = math.sqrt(S[FAST + lane] / S[SLOW + lane]) if S[SLOW + lane] > 0.0 else 1.0
             rounding = 4.0 * EPSILON * (4.0 + math.sqrt(S[STEP + lane])) * (1.0 + growth)
             for k in range(2):
-                value = found[1, k, lane]
+                value = both[1, k, lane]
                 out[k, i] = value
-                out[k + 2, i] = 3.0 * abs(value - found[0, k, lane]) + rounding * max(1.0, abs(value))
+                out[k + 2, i] = 3.0 * abs(value - both[0, k, lane]) + rounding * max(1.0, abs(value))
 
 
 def survey(points, tolerance, measured=True):
@@ -382,14 +382,14 @@ def survey(points, tolerance, measured=True):
         "growth": np.sqrt((middle - low) / low) * np.sqrt((high - middle) / high),
     }
     if measured:
-        found = np.empty((4, omega0.size))
-        fill(throws, tolerance, found)
+        turns = np.empty((4, omega0.size))
+        fill(throws, tolerance, turns)
         columns |= {
-            "twist": found[0],
-            "twist_error": found[2],
-            "time_of_turn": found[1] / omega0,
-            "time_of_turn_error": found[3] / omega0,
-            "twist_defect": np.pi - np.abs(found[0]),
-            "ends_reversed": np.where(np.isnan(found[0]), -1, np.cos(found[0]) < 0.0).astype(np.int8),
+            "twist": turns[0],
+            "twist_error": turns[2],
+            "time_of_turn": turns[1] / omega0,
+            "time_of_turn_error": turns[3] / omega0,
+            "twist_defect": np.pi - np.abs(turns[0]),
+            "ends_reversed": np.where(np.isnan(turns[0]), -1, np.cos(turns[0]) < 0.0).astype(np.int8),
         }
     return columns

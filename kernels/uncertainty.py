@@ -164,8 +164,8 @@ def well_within_a_turn(rate2, wander, intervals):
 @formula
 def rounding(rate, samples, used):
     """Return the rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
-    own = rate * (8.0 * rate + 6.0 * samples)
-    return UNIT * (own + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
+    of_steps = rate * (8.0 * rate + 6.0 * samples)
+    return UNIT * (of_steps + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
 
 
 @formula

@@ -77,11 +77,11 @@ def equations(m, n, entries):
     rows, once the unknowns are eliminated, is the matrix of the step.
     """
     size = STAGES * m
-    found = [{row: "1.0"} for row in range(size)]
+    rows = [{row: "1.0"} for row in range(size)]
     for e, (i, j) in enumerate(entries):
         unknown, weights, starts = terms(m, n, (i, j))
         for stage in range(STAGES):
-            row, slope = found[stage * m + i], f"s_{stage * len(entries) + e}"
+            row, slope = rows[stage * m + i], f"s_{stage * len(entries) + e}"
             for column, weight in [(k * m + unknown, -weights[stage, k]) for k in range(STAGES)]:
                 row[column] = " + ".join(filter(None, [row.get(column), f"{float(weight)!r} * {slope}"]))
             for state, factor in starts:
@@ -91,8 +91,8 @@ def equations(m, n, entries):
     for i in range(n):
         weights = WHOLE_TWICE if i < n - m else WHOLE
         last = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
-        found.append(last | ({size + i + m: "1.0"} if i < n - m else {}))
-    return found
+        rows.append(last | ({size + i + m: "1.0"} if i < n - m else {}))
+    return rows
 
 
 def written(m, n, entries):
@@ -134,7 +134,7 @@ def step_of(m, n, entries):
                 step(S, lane)
 
         return by_lines
-    size, count, own = STAGES * m, len(entries), np.array(entries).reshape(-1, 2)
+    size, count, pairs = STAGES * m, len(entries), np.array(entries).reshape(-1, 2)
     weights = [terms(m, n, entry) for entry in entries]
     unknown, inner = np.array([w[0] for w in weights]), np.array([w[1] for w in weights])
     starts = np.zeros((count, STAGES, n))
@@ -151,7 +151,7 @@ def step_of(m, n, entries):
                 A[r * size + r, lane] = 1.0
         for stage in range(STAGES):
             for e in range(count):
-                r, slope = stage * m + own[e, 0], s[stage * count + e]
+                r, slope = stage * m + pairs[e, 0], s[stage * count + e]
                 for k in range(STAGES):
                     row = A[r * size + k * m + unknown[e]]
                     for lane in range(W):
@@ -193,13 +193,14 @@ def flow(step, compose, factors, slopes, lengths, numbers):
         numbers (numpy.ndarray): n; steps in a period; those that are followed, all or half; rows of a record.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 3, points): As told by :func:`kernels.monodromy.compose_of`, in the states' sizes.
+        numpy.ndarray, shape (3 n n + 3, points): As written by
+            :func:`kernels.monodromy.compose_of`, in the states' sizes.
     """
     whole_vectors()
     n, steps, followed, height = numbers
     (_, count, points), parts = slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
-    length, ratio, told, records = (
+    length, ratio, result, records = (
         rows_of(len(lengths)),
         rows_of(size),
         rows_of(3 * size + 3),
@@ -237,6 +238,6 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                 R[k * height + size, lane] = 0.0
         if followed < steps:
             mirror(R, steps, height, n, length[n:])
-        compose(records, told, steps)
-        store(told, first, out)
+        compose(records, result, steps)
+        store(result, first, out)
     return out

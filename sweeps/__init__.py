@@ -228,8 +228,8 @@ def motion(
         return trajectories.trajectories(
             system, start or {}, [] if times is None else times, parameters or {}, tolerance
         )
-    found, spun = asked.body_of(system, "bodies", spin_of(start), catalogue.load)
-    return from_start(found, spun, start, times, tolerance)
+    chosen_body, spun = asked.body_of(system, "bodies", spin_of(start), catalogue.load)
+    return from_start(chosen_body, spun, start, times, tolerance)
 
 
 def uncertainty(

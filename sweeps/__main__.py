@@ -177,10 +177,10 @@ def _heard_again(heard: list) -> Iterator[None]:
     """Where Ctrl-C comes while Python disposes of an object, what it raises ends there: it is raised again."""
     unraised = sys.unraisablehook
 
-    def raise_again(told):
+    def raise_again(unraisable):
         if not heard:
-            unraised(told)
-        elif issubclass(told.exc_type, KeyboardInterrupt):  # other errors: of objects that were only half made
+            unraised(unraisable)
+        elif issubclass(unraisable.exc_type, KeyboardInterrupt):  # other errors: of objects that were only half made
             later = Timer(MOMENT, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
             later.daemon = True
             later.start()
@@ -205,7 +205,7 @@ def _without_words_of_h5py() -> Iterator[None]:
             excepted(kind, value, trace)
 
     sys.excepthook = except_h5py
-    sys.unraisablehook = lambda told: None if "h5py" in str(told.object) else unraised(told)
+    sys.unraisablehook = lambda unraisable: None if "h5py" in str(unraisable.object) else unraised(unraisable)
     try:
         yield
     finally:

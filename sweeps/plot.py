@@ -110,15 +110,15 @@ def draw(ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | Non
 
     register()
     part = figures.literal(_cut(_whole(ds), at or {}))
-    known = figures.pictures(part)
-    found = next((known[one] for one in known if one == name or one.startswith(f"{name}_axis_")), None)
-    if found is None:
+    drawings = figures.pictures(part)
+    drawing = next((drawings[one] for one in drawings if one == name or one.startswith(f"{name}_axis_")), None)
+    if drawing is None:
         from sweeps.schema.refusals import hint
 
-        _refuse(f"{name}: is not a figure of this map{hint(name, known)}; allowed: {', '.join(known)}")
+        _refuse(f"{name}: is not a figure of this map{hint(name, drawings)}; allowed: {', '.join(drawings)}")
     if ax is not None and ax.get_subplotspec() is None:
         _refuse("ax: has no grid specification; allowed: an Axes of `subplots`, or none")
-    return _panel(found, name, ax)
+    return _panel(drawing, name, ax)
 
 
 def _refuse(message: str):
@@ -168,8 +168,8 @@ def _worded(variable: "xr.DataArray", meanings: Mapping[int, str]) -> "xr.DataAr
     import numpy as np
 
     words = np.array([meanings.get(code, "") for code in range(max(meanings) + 1)])
-    kept = {name: value for name, value in variable.attrs.items() if not name.startswith("flag_")}
-    return variable.copy(data=words[variable.values]).drop_attrs().assign_attrs(kept)
+    attributes = {name: value for name, value in variable.attrs.items() if not name.startswith("flag_")}
+    return variable.copy(data=words[variable.values]).drop_attrs().assign_attrs(attributes)
 
 
 class Polhode:
@@ -196,17 +196,17 @@ class Polhode:
 
     def __repr__(self) -> str:
         try:
-            found = ", ".join(self.pictures())
+            names = ", ".join(self.pictures())
         except ValueError as unlike:
             return f"ds.polhode: {unlike}"
         methods = "summary(), words(), pictures()"
-        return f"ds.polhode of {self._ds.attrs.get('title', 'a map')!r}: {methods}; figures: {found}"
+        return f"ds.polhode of {self._ds.attrs.get('title', 'a map')!r}: {methods}; figures: {names}"
 
     def words(self) -> "xr.Dataset":
         """Return the map with its flag variables as words in place of numbers."""
         from sweeps.schema.boxes import flags
 
-        return self._ds.map(lambda one: _worded(one, found) if (found := flags(one)) else one, keep_attrs=True)
+        return self._ds.map(lambda one: _worded(one, meanings) if (meanings := flags(one)) else one, keep_attrs=True)
 
     def pictures(self) -> list[str]:
         """Return the names of this map's pictures."""

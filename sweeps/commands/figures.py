@@ -54,9 +54,9 @@ def _draw(args, sheet, worker):
     from sweeps.views import drawing, figures
 
     with figures.opened(args.map) as ds:
-        asked = args.coordinates | dict(selection.assigned(text) for text in args.at)
-        places = selection.nearest(ds, asked)
-        chosen = [places[name] for name in asked]
+        requested = args.coordinates | dict(selection.assigned(text) for text in args.at)
+        places = selection.nearest(ds, requested)
+        chosen = [places[name] for name in requested]
         cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
         submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None
         wish = (args.format, args.only, args.theme, sheet, submit)
@@ -75,8 +75,8 @@ def _sheet(text: str | None):
 
     if text is None or text in style.SHEETS:
         return style.SHEETS.get(text, style.ITS_OWN)
-    found = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
-    *sides, unit = found.groups() if found else ("",)
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
+    *sides, unit = match.groups() if match else ("",)
     sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
     if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
         allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {LEAST_MM} to {MOST_MM} mm"

@@ -22,5 +22,5 @@ def _run(args):
     from sweeps.shards import merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest)
-    told = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
-    print(f"content_hash {told}")
+    content_hash = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
+    print(f"content_hash {content_hash}")

@@ -47,9 +47,9 @@ def _run(args):
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
-    found, spun = asked.body_of(body, args.definition, spin_of(start), catalogue.load)
+    chosen_body, spun = asked.body_of(body, args.definition, spin_of(start), catalogue.load)
     with waiting.said("computing the motion; the first time on a machine its kernels are compiled"):
-        moved = from_start(found, spun, start, args.duration, 1e-12, args.samples)
+        moved = from_start(chosen_body, spun, start, args.duration, 1e-12, args.samples)
     if kind in motion.FORMATS:
         motion.write(moved, args.output)
     else:

@@ -43,16 +43,16 @@ class Parser(argparse.ArgumentParser):
         raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
-        kept, coordinates = [], {}
+        others, coordinates = [], {}
         while self.takes_coordinates and arguments:
             name, equals, value = (text := arguments.pop(0)).partition("=")
             if not name.startswith("--") or len(name) < 3 or name in self._option_string_actions:
-                kept.append(text)
+                others.append(text)
                 continue
             if not equals and not arguments:
                 self.error(f"{name}: a value is missing")
             coordinates[name[2:]] = value if equals else arguments.pop(0)
-        return kept + arguments, coordinates
+        return others + arguments, coordinates
 
 
 def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:

@@ -24,16 +24,16 @@ def _run(args):
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
-        found = summary.summarise(ds)
+        totals = summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.asked is not None}
         if args.json:
-            printing.print_json(_facts(ds, found))
+            printing.print_json(_facts(ds, totals))
         else:
             console = printing.console()
-            told.write(console, ds, found, textmap.draw(ds, chosen, console.width))
+            told.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
 
 
-def _facts(ds, found) -> dict:
+def _facts(ds, totals) -> dict:
     from sweeps.maps.summary import place
     from sweeps.schema.boxes import dimensions
 
@@ -41,14 +41,14 @@ def _facts(ds, found) -> dict:
         return {"value": worst.value, "at": place(ds, worst.at), "points": worst.points}
 
     table = {}
-    for (meaning, status), number in found.table.items():
+    for (meaning, status), number in totals.table.items():
         table.setdefault(meaning, {})[status] = number
     facts = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
-    facts |= {"dimensions": dimensions(ds), "points": found.points, "counts": found.counts, "table": table}
-    facts |= {"unlike": found.unlike, "impossible": found.impossible, "compared": found.compared}
+    facts |= {"dimensions": dimensions(ds), "points": totals.points, "counts": totals.counts, "table": table}
+    facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared}
     facts["deviations"] = {}
-    for (reference, name), deviation in found.deviations.items():
+    for (reference, name), deviation in totals.deviations.items():
         facts["deviations"].setdefault(
             name, said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
         )
-    return facts | {"checks": {name: said(worst) for name, worst in found.checks.items()}}
+    return facts | {"checks": {name: said(worst) for name, worst in totals.checks.items()}}

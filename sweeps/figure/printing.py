@@ -12,10 +12,10 @@ STANDARD_OUTPUT_WIDTH = 100  # where it is no terminal
 
 def console(file: TextIO | None = None) -> Console:
     """Return a console on the standard output, or on a file."""
-    found = Console(file=file, highlight=False, emoji=False, markup=False)
-    if not found.is_terminal:
-        found.width = STANDARD_OUTPUT_WIDTH
-    return found
+    result = Console(file=file, highlight=False, emoji=False, markup=False)
+    if not result.is_terminal:
+        result.width = STANDARD_OUTPUT_WIDTH
+    return result
 
 
 def table(*headings: str, right: tuple[int, ...] = ()) -> Table:

@@ -94,9 +94,9 @@ class Film(NamedTuple):
     finer: int  #: how many times as many frames it has as a GIF
     across: int | None  #: its width in pixels; None for the animation's own
 
-    def dots(self, inches: tuple[float, float], own: int) -> float:
-        """Return the pixels per inch of a picture of this size, whose own are `own`."""
-        return self.across / inches[0] if self.across else own
+    def dots(self, inches: tuple[float, float], usual: int) -> float:
+        """Return the pixels per inch of a picture of this size, whose own are `usual`."""
+        return self.across / inches[0] if self.across else usual
 
 
 GIF, HD = Film(1000 / 60, 1, None), Film(30.0, 2, 1920)
@@ -145,7 +145,7 @@ def arranged(panels: int, cell: tuple[float, float], beside=(1.2, 1.6)) -> tuple
         return beside[0] + columns * cell[0], beside[1] + math.ceil(panels / columns) * cell[1]
 
     def share(columns: int) -> float:
-        scale = min(most / own for most, own in zip(room, size(columns), strict=True))
+        scale = min(most / need for most, need in zip(room, size(columns), strict=True))
         return scale * panels / (columns * math.ceil(panels / columns))
 
     good = [columns for columns in range(panels, 0, -1) if share(columns) >= LEAST_SHARE]
@@ -197,10 +197,10 @@ def _beside(ax: Axes) -> list[tuple[Text, str, float]]:
     """Labels of a panel and its left title, each with the side along which it is long, and its room in pixels."""
     texts = {text.get_text(): text for text in ax.get_children() if isinstance(text, Text) and text.get_text()}
     left, right = (texts.get(ax.get_title(place)) for place in ("left", "right"))
-    found = [(ax.xaxis.label, "width", ax.bbox.width), (ax.yaxis.label, "height", ax.bbox.height)]
+    labels = [(ax.xaxis.label, "width", ax.bbox.width), (ax.yaxis.label, "height", ax.bbox.height)]
     if left:
-        found.append((left, "width", ax.bbox.width - (right.get_window_extent().width if right else 0.0)))
-    return found
+        labels.append((left, "width", ax.bbox.width - (right.get_window_extent().width if right else 0.0)))
+    return labels
 
 
 def _folded(text: Text, side: str, room: float) -> bool:
@@ -427,16 +427,16 @@ def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
         figure: what the picture stands in.
         handles: what stands for kinds of things that are no artist of their own, after the others.
     """
-    found = _labelled(figure) | {str(handle.get_label()): _seen(handle) for handle in handles}
-    if isinstance(figure, Borrowed) or not found:
+    entries = _labelled(figure) | {str(handle.get_label()): _seen(handle) for handle in handles}
+    if isinstance(figure, Borrowed) or not entries:
         return
-    sizes = [TextPath((0, 0), label, LEGEND_POINTS).get_extents().width + 4.2 * LEGEND_POINTS for label in found]
+    sizes = [TextPath((0, 0), label, LEGEND_POINTS).get_extents().width + 4.2 * LEGEND_POINTS for label in entries]
     room = 72 * (figure.get_size_inches()[0] - 0.2)
     rows = {n: sum(map(max, np.array_split(sizes, n))) for n in range(len(sizes), 0, -1)}  # columns → points
     columns = next((n for n, row in rows.items() if row <= room), 1)
     look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.8}
     size = LEGEND_POINTS * min(1.0, room / rows[columns])
-    figure.legend(handles=list(found.values()), ncols=columns, fontsize=size, loc="outside lower left", **look)
+    figure.legend(handles=list(entries.values()), ncols=columns, fontsize=size, loc="outside lower left", **look)
 
 
 def _labelled(figure: Figure | Borrowed) -> dict:
@@ -444,22 +444,22 @@ def _labelled(figure: Figure | Borrowed) -> dict:
 
     An Axes with a legend of its own says what it has to say.
     """
-    found = {}
+    entries = {}
     for ax in figure.axes:
-        own = ax.get_legend() is not None
-        for artist in () if own else (*ax.lines, *ax.collections, *ax.patches):
+        has_legend = ax.get_legend() is not None
+        for artist in () if has_legend else (*ax.lines, *ax.collections, *ax.patches):
             if (label := artist.get_label()) and not str(label).startswith("_"):
-                found.setdefault(str(label), artist)
-    return {label: _seen(artist) for label, artist in found.items()}
+                entries.setdefault(str(label), artist)
+    return {label: _seen(artist) for label, artist in entries.items()}
 
 
 def _seen(artist):
     if not isinstance(artist, Line2D):
         return artist
-    shown = copy(artist)
-    shown.set(alpha=max(artist.get_alpha() or 1.0, 0.9), path_effects=[])
-    shown.set_markersize(max(artist.get_markersize(), 4.0))
-    return shown
+    sample = copy(artist)
+    sample.set(alpha=max(artist.get_alpha() or 1.0, 0.9), path_effects=[])
+    sample.set_markersize(max(artist.get_markersize(), 4.0))
+    return sample
 
 
 def few(length: int, most: int) -> list[int]:

@@ -75,21 +75,21 @@ def measured_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[
     import sweeps
 
     say("reading the numbers")
-    found = {}
+    facts = {}
     for source, path in maps.items():
         with sweeps.open_map(path) as ds:
-            loaded, told = ds.load().squeeze(), {"map": source, "content_hash": ds.attrs["content_hash"]}
+            loaded, source_facts = ds.load().squeeze(), {"map": source, "content_hash": ds.attrs["content_hash"]}
             for name, (meaning, formula) in numbers.NUMBERS.get(source, {}).items():
-                found[name] = {"meaning": meaning, "value": numbers.value(formula, loaded), **told}
-    return found
+                facts[name] = {"meaning": meaning, "value": numbers.value(formula, loaded), **source_facts}
+    return facts
 
 
 def as_html(facts: dict[str, dict], name: str, form: str) -> str:
     """Return a measured number for a page of HTML, with its meaning, map and hash under the pointer."""
     fact = facts[name]
     source = f"{fact['meaning']} (map {fact['map']}, content hash {fact['content_hash'][:12]})"
-    shown = numbers.shown(fact["value"], form)
-    return f'<span class="measured" title="{html.escape(source)}">{shown}</span>'
+    text = numbers.shown(fact["value"], form)
+    return f'<span class="measured" title="{html.escape(source)}">{text}</span>'
 
 
 def as_markdown(facts: dict[str, dict], name: str, form: str) -> str:

@@ -93,8 +93,8 @@ def _systems() -> dict[str, str]:
         rows.append((f"[`{name}`](systems/{name}.md)", system.caption))
         text = [f"# `{name}`", "", f"{system.caption}.", "", "## Keys of a definition", ""]
         text.append(_table(("key", "meaning", "default"), ((f"`{key}`", *more) for key, *more in keys(system.model))))
-        for heading, found in (("Coordinates", _coordinates(system)), ("Variables", _all_variables(system))):
-            listed = [(f"`{key}`", *meaning(variable)) for key, variable in found.items()]
+        for heading, entries in (("Coordinates", _coordinates(system)), ("Variables", _all_variables(system))):
+            listed = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
             text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
         texts[f"reference/systems/{name}"] = "\n".join(text)
     toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.names()), "```"])

@@ -54,9 +54,9 @@ def _word(flags: xr.DataArray, word: str) -> xr.DataArray:
 
 def _otherwise(ds: xr.Dataset) -> xr.DataArray:
     """Where a regime was measured, and it is not theory's."""
-    told = ~(_word(ds.regime, "undetermined") | _word(ds.regime, "marginal"))
+    is_decided = ~(_word(ds.regime, "undetermined") | _word(ds.regime, "marginal"))
     same = [_word(ds.regime, word) & _word(ds.regime_theory, word) for word in ds.regime.attrs["flag_meanings"].split()]
-    return told & ~xr.concat(same, "word").any("word")
+    return is_decided & ~xr.concat(same, "word").any("word")
 
 
 def _about(ds: xr.Dataset, body: str, axis: int) -> xr.Dataset:

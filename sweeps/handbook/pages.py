@@ -21,7 +21,7 @@ def numbers(text: str) -> list[tuple[str, str, str]]:
 
     A page says ``1.9<!--racket_growth .2g-->``: Markdown shows the number and hides its name and format.
     """
-    return [(shown, name, form or ".3g") for shown, name, form in NUMBER.findall(text)]
+    return [(text_on_page, name, form or ".3g") for text_on_page, name, form in NUMBER.findall(text)]
 
 
 def with_numbers(text: str, write: Callable[[str, str], str]) -> str:

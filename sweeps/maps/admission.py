@@ -81,22 +81,22 @@ def holds_map(path: str | Path, sweep: "Sweep") -> bool:
         return False
 
 
-def admitted(path: str | Path, file: FileBytes, found: Structure, any_flags: bool = False) -> PlainMap:
+def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> PlainMap:
     """Return the content of a file that is a map; numbers are read on their first use.
 
     Args:
         path: the file's name, for messages.
         file: the file, open.
-        found: what it holds.
+        structure: what it holds.
         any_flags: whether flags without a meaning are read as they are; else they are refused as they are read.
 
     Raises:
         MapError: for a file that is unlike the maps of its system, in words.
     """
     try:
-        attributes = _global(found.attributes)
-        layout = _layout(attributes, found.variables)
-        parts = _Parts(layout, found.variables)
+        attributes = _global(structure.attributes)
+        layout = _layout(attributes, structure.variables)
+        parts = _Parts(layout, structure.variables)
         _check(parts)
         return _plain(parts, file, attributes, any_flags)
     except _UnlikeError as unlike:
@@ -134,17 +134,17 @@ def _said(value: Any) -> str:
 
 def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
     """Attributes of the whole file as text of bounded length, of a contract that is known."""
-    found = {}
+    texts = {}
     for name, value in attributes.items():
         text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
         if not name.startswith("_"):  # the netCDF library's own
             most = MAX_FILE_BYTES if name in WHOLE else MOST_TEXT
-            found[name] = text if len(text) <= most else text[: most - 1] + "…"
-    version = found.get("contract_version", "")
+            texts[name] = text if len(text) <= most else text[: most - 1] + "…"
+    version = texts.get("contract_version", "")
     if not is_readable(version):
-        shown = _shown(version) or "missing"
-        raise _UnlikeError(f"contract_version: is {shown}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps")
-    return found
+        stated = _shown(version) or "missing"
+        raise _UnlikeError(f"contract_version: is {stated}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps")
+    return texts
 
 
 def _printable(where: str, text: str, beside: str | None) -> str:
@@ -189,7 +189,7 @@ class _Parts:
 
     def _take_own(self, held: Mapping[str, StoredVariable]) -> None:
         """Takes the parameters and places that only the description of the system knows: they are doubles."""
-        own = {}
+        doubles = {}
         for name, one in held.items():
             if name in self.specs or one.dtype not in ("<f8", ">f8"):
                 continue
@@ -199,10 +199,10 @@ class _Parts:
                 name, words["units"] or "1", words["long_name"] or name, comment=words["comment"]
             )
             if one.dims in ((), (name,), (POINT.name,)):
-                own[name] = one
+                doubles[name] = one
             else:
                 self.variables[name] = one
-        self.coordinates = own | self.coordinates
+        self.coordinates = doubles | self.coordinates
 
 
 def _check(parts: _Parts) -> None:
@@ -217,13 +217,13 @@ def _check(parts: _Parts) -> None:
 
 def _check_dimensions(parts: _Parts) -> None:
     dims = parts.dims
-    known = [dim for dim in parts.layout.coordinates if dim in dims]
-    if [dim for dim in dims if dim in known] != known or len(set(dims)) != len(dims):
-        raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(known)} in this order")
+    order = [dim for dim in parts.layout.coordinates if dim in dims]
+    if [dim for dim in dims if dim in order] != order or len(set(dims)) != len(dims):
+        raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(order)} in this order")
     for dim in (*dims, *parts.further):
         if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
-            shown = shortened(repr(dim)) if dim else "(one without a name)"
-            raise _UnlikeError(f"dimensions: {shown} has no coordinate; allowed: those of this system's maps")
+            value = shortened(repr(dim)) if dim else "(one without a name)"
+            raise _UnlikeError(f"dimensions: {value} has no coordinate; allowed: those of this system's maps")
     for name in parts.coordinates:
         along = _own_dims(parts, name)
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
@@ -244,31 +244,31 @@ def _check_coordinate(parts: _Parts, name: str, held: StoredVariable) -> None:
     spec, dims = parts.specs[name], _own_dims(parts, name)
     over = tuple(dim for dim in parts.layout.over.get(name, ()) if dim in dims)
     if dims not in ((), (name,), (parts.layout.along,), (POINT.name,), over):
-        shown = _shown(" × ".join(dim or "?" for dim in dims))
-        raise _UnlikeError(f"{name}: lies along {shown}; allowed: its own dimension alone")
+        value = _shown(" × ".join(dim or "?" for dim in dims))
+        raise _UnlikeError(f"{name}: lies along {value}; allowed: its own dimension alone")
     if spec.dtype == "str":
         if held.dtype != "str" and not held.dtype.startswith("|S"):
             raise _UnlikeError(f"{name}: is of type {held.dtype or 'unknown'}; allowed: text")
     else:
         _check_type(name, held, spec)
-    own = tuple(n for dim in over if dim in parts.coordinates for n in parts.coordinates[dim].shape)
-    if dims == over and over and held.shape != own:
-        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {own}, as its dimensions' coordinates")
+    shape = tuple(n for dim in over if dim in parts.coordinates for n in parts.coordinates[dim].shape)
+    if dims == over and over and held.shape != shape:
+        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its dimensions' coordinates")
     if 0 in held.shape:
         raise _UnlikeError(f"{name}: has no values; allowed: one value or more")
 
 
 def _check_type(name: str, held: StoredVariable, spec: Variable) -> None:
     if not held.dtype or held.dtype == "str" or np.dtype(held.dtype).newbyteorder("=") != np.dtype(spec.dtype):
-        shown = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
-        raise _UnlikeError(f"{name}: is of type {shown}; allowed: {np.dtype(spec.dtype)}")
-    told = held.attributes
+        value = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
+        raise _UnlikeError(f"{name}: is of type {value}; allowed: {np.dtype(spec.dtype)}")
+    attributes = held.attributes
     if spec.flags:
-        same = told.get("flag_values", _flag_values(spec)) == _flag_values(spec)
-        if not same or _said(told.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):
+        same = attributes.get("flag_values", _flag_values(spec)) == _flag_values(spec)
+        if not same or _said(attributes.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):
             raise _UnlikeError(f"{name}: has flags of other meanings; allowed: {', '.join(spec.flags)}")
-    elif _said(told.get("units", spec.units)) != spec.units:
-        raise _UnlikeError(f"{name}: is in {_shown(told['units'])}; allowed: {spec.units}")
+    elif _said(attributes.get("units", spec.units)) != spec.units:
+        raise _UnlikeError(f"{name}: is in {_shown(attributes['units'])}; allowed: {spec.units}")
 
 
 def _shown(value: Any) -> str:
@@ -283,8 +283,8 @@ def _check_variable(parts: _Parts, name: str, held: StoredVariable) -> None:
     spec = parts.specs[name]
     dims = (*parts.dims, *spec.over)
     if held.dims != dims:
-        shown = _shown(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
-        raise _UnlikeError(f"{name}: lies along {shown}; allowed: {', '.join(dims)}")
+        value = _shown(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
+        raise _UnlikeError(f"{name}: lies along {value}; allowed: {', '.join(dims)}")
     shape = tuple(parts.coordinates[dim].shape[0] for dim in dims)
     if held.shape != shape:
         raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its coordinates")
@@ -339,9 +339,9 @@ def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
         width = values.nbytes // max(math.prod(shape), 1)
         joined = np.frombuffer(values.tobytes(), f"S{max(width, 1)}")
         items = [item.decode("utf-8", "replace") for item in joined.tolist()]
-    found = np.empty(shape, dtype=object)
-    found.reshape(-1)[:] = items
-    return found
+    texts = np.empty(shape, dtype=object)
+    texts.reshape(-1)[:] = items
+    return texts
 
 
 def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:

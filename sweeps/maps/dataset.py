@@ -47,18 +47,18 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
-    found = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
-    return found if len(found) > 1 else found[0]  # apply_ufunc takes a single output bare
+    shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
+    return shaped if len(shaped) > 1 else shaped[0]  # apply_ufunc takes a single output bare
 
 
 def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
     """Return the coordinates of a whole grid with attributes, each along its dimensions."""
-    found = {}
+    coordinates = {}
     for name, (dims, values, attributes) in contract.coordinates(sweep).items():
         values = np.asarray(values)
-        own = {name: values} if dims == (name,) else None
-        found[name] = xr.DataArray(values, dims=dims, coords=own, attrs=attributes)
-    return found
+        index = {name: values} if dims == (name,) else None
+        coordinates[name] = xr.DataArray(values, dims=dims, coords=index, attrs=attributes)
+    return coordinates
 
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:

@@ -32,12 +32,12 @@ def of(
     if samples is not None and not 2 <= samples <= 10_000_000:
         raise MotionError(f"samples: {samples} is out of range; allowed: 2 to 10,000,000")
     with np.errstate(all="ignore"):
-        found = system.motion(point, duration, samples, tolerance)
-    if found is None:
+        moved = system.motion(point, duration, samples, tolerance)
+    if moved is None:
         allowed = f"maps of {' and '.join(systems.moving())}"
         raise MotionError(f"motion: {system.name} has none at its points; allowed: {allowed}")
-    check_finite({name: (one.dims, one.values) for name, one in found.variables.items()})
-    return found
+    check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
+    return moved
 
 
 def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:
@@ -45,8 +45,8 @@ def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | No
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
     duration = None if duration is None else amount("duration", duration, "s")
     moved = of(systems.of_map(row), point, duration, samples, tolerance)
-    kept = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
-    return moved.assign_attrs(kept | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
+    provenance = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
+    return moved.assign_attrs(provenance | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
 
 
 def tolerance_of(row: xr.Dataset) -> float:

@@ -45,5 +45,5 @@ def _length(texts: np.ndarray) -> int:
 
 def _beside(ds: "PlainMap | xr.Dataset", dims: tuple[str, ...]) -> str:
     """Names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
-    found = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
-    return " ".join(sorted(found))
+    names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
+    return " ".join(sorted(names))

@@ -129,5 +129,5 @@ class PlainMap:
 
     def _each(self, change: Callable[[PlainVariable], PlainVariable | None]) -> "PlainMap":
         changed = [{name: change(one) for name, one in of.items()} for of in (self.data_vars, self.coords)]
-        kept = [{name: one for name, one in of.items() if one is not None} for of in changed]
-        return PlainMap(*kept, self.attrs, self.others, self.close)
+        groups = [{name: one for name, one in of.items() if one is not None} for of in changed]
+        return PlainMap(*groups, self.attrs, self.others, self.close)

@@ -66,17 +66,17 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
         Dimension → place, in storage order; dimensions that are longer than one and not chosen are left out.
     """
     sizes = dimensions(ds)
-    own = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
-    chosen = {name: text for name, text in chosen.items() if name not in own}
+    scattered = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
+    chosen = {name: text for name, text in chosen.items() if name not in scattered}
     for name in chosen:
         if name not in sizes:
             beside = f"is a coordinate along {_along(ds, name)}" if name in ds.coords else ""
             wrong = beside or "is no dimension of this map"
             allowed = ", ".join(f"--{dim}" for dim in sizes)
             raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
-    found = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
-    found |= _nearest_by(ds, own, found) if own else {}
-    return {dim: found[dim] for dim in sizes if dim in found}
+    places = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
+    places |= _nearest_by(ds, scattered, places) if scattered else {}
+    return {dim: places[dim] for dim in sizes if dim in places}
 
 
 def _along(ds: "xr.Dataset", name: str) -> str:
@@ -85,16 +85,16 @@ def _along(ds: "xr.Dataset", name: str) -> str:
     return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
 
 
-def _nearest_by(ds: "xr.Dataset", own: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
+def _nearest_by(ds: "xr.Dataset", texts: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
     """The places nearest to some coordinates that are no dimensions, where others are chosen already."""
-    units = {name: str(ds[name].attrs.get("units", "")) for name in (*own, *ds.dims)}
-    asked = {name: _number(name, text, ds[name].values, units[name]) for name, text in own.items()}
-    said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in asked.items())
-    found = {}
-    for dim, index in nearest_by(ds, asked, {place.dim: place.index for place in places.values()}).items():
+    units = {name: str(ds[name].attrs.get("units", "")) for name in (*texts, *ds.dims)}
+    requested = {name: _number(name, text, ds[name].values, units[name]) for name, text in texts.items()}
+    said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in requested.items())
+    result = {}
+    for dim, index in nearest_by(ds, requested, {place.dim: place.index for place in places.values()}).items():
         value = ds[dim].values[index].item()
-        found[dim] = Place(dim, index, value, value, units[dim], by=said)
-    return found
+        result[dim] = Place(dim, index, value, value, units[dim], by=said)
+    return result
 
 
 def assigned(text: str) -> tuple[str, str]:
@@ -114,10 +114,10 @@ def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
         names = [str(value) for value in values]
         index = names.index(named(text, names, f"--{dim}", SelectionError))
         return Place(dim, index, names[index], names[index], "")
-    asked = _number(dim, text, values, units)
-    index = int(np.abs(values.astype(float) - asked).argmin())
-    outside = not values.min() <= asked <= values.max()
-    return Place(dim, index, values[index].item(), asked, units, outside)
+    requested = _number(dim, text, values, units)
+    index = int(np.abs(values.astype(float) - requested).argmin())
+    outside = not values.min() <= requested <= values.max()
+    return Place(dim, index, values[index].item(), requested, units, outside)
 
 
 def _number(dim: str, text: str, values: np.ndarray, unit: str) -> float:
@@ -170,8 +170,8 @@ def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple
 
 def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:
     """Return the possible values of some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
-    own = dict.fromkeys(dims, "")
+    alternatives = dict.fromkeys(dims, "")
     for name in placing(ds):
-        first = next((dim for dim in ds[name].dims if dim in own), None)
-        own |= {first: f"{own[first]}, or --{name} {span(ds[name].values)}"} if first else {}
-    return ", ".join(f"--{dim} {span(ds[dim].values)}{own[dim]}" for dim in dims)
+        first = next((dim for dim in ds[name].dims if dim in alternatives), None)
+        alternatives |= {first: f"{alternatives[first]}, or --{name} {span(ds[name].values)}"} if first else {}
+    return ", ".join(f"--{dim} {span(ds[dim].values)}{alternatives[dim]}" for dim in dims)

@@ -78,15 +78,15 @@ def _widened(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
 def _of_one(ds: "xr.Dataset", anchor: str, layout: Layout) -> list[str]:
     """Return the scalar coordinates that belong to the one body, or the one point, that a slice has left."""
     grid = definition_of(ds.attrs).get("grid") if anchor == layout.along else None
-    own = {*grid} if isinstance(grid, dict) else set()
+    keys = {*grid} if isinstance(grid, dict) else set()
     numbers = [str(name) for name, one in ds.coords.items() if not one.ndim and one.dtype.kind == "f"]
-    return [name for name in (*numbers, *layout.beside) if name in ds.coords and name not in own]
+    return [name for name in (*numbers, *layout.beside) if name in ds.coords and name not in keys]
 
 
 def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     """Return the slice with its dimensions in storage order, and the values along each of them in order."""
-    known = [*layout.coordinates]
-    order = sorted(map(str, ds.coords), key=lambda name: known.index(name) if name in known else -1)
+    names = [*layout.coordinates]
+    order = sorted(map(str, ds.coords), key=lambda name: names.index(name) if name in names else -1)
     for dim in ds.dims:
         values = ds[dim].values
         if values.dtype.kind in "OU":

@@ -110,7 +110,7 @@ class _Lazy(xr.backends.BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._raw.read)
 
 
-def as_dataset(found: PlainMap) -> xr.Dataset:
+def as_dataset(plain: PlainMap) -> xr.Dataset:
     """Return a plain map as a Dataset."""
 
     def variable(one):
@@ -118,10 +118,10 @@ def as_dataset(found: PlainMap) -> xr.Dataset:
             return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs, one.encoding)
         return xr.Variable(one.dims, one.data, one.attrs, one.encoding)
 
-    variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (found.data_vars, found.coords))
-    ds = xr.Dataset(variables, coordinates, found.attrs)
-    ds.encoding["ignored"] = found.others
-    ds.set_close(found.close)
+    variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (plain.data_vars, plain.coords))
+    ds = xr.Dataset(variables, coordinates, plain.attrs)
+    ds.encoding["ignored"] = plain.others
+    ds.set_close(plain.close)
     return ds
 
 

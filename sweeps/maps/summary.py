@@ -34,11 +34,11 @@ class Worst:
 
     def take(self, sizes: np.ndarray, box: Mapping[str, slice]) -> None:
         """Add magnitudes over a box; non-finite values are left out."""
-        known = np.isfinite(sizes)
-        self.points += int(known.sum())
-        if not known.any():
+        finite = np.isfinite(sizes)
+        self.points += int(finite.sum())
+        if not finite.any():
             return
-        place = np.unravel_index(int(np.where(known, sizes, -1.0).argmax()), sizes.shape)
+        place = np.unravel_index(int(np.where(finite, sizes, -1.0).argmax()), sizes.shape)
         if sizes[place] > self.value or not self.at:
             self.value = float(sizes[place])
             self.at = {dim: s.start + int(i) for (dim, s), i in zip(box.items(), place, strict=True)}
@@ -75,13 +75,13 @@ class Deviation:
 
     def take(self, sound, values, reference, error, scale, box: Mapping[str, slice]) -> None:
         """Add a box: the points to compare, measured values, theory, errors or None, and the denominators."""
-        known = sound & np.isfinite(values) & np.isfinite(reference) & (scale != 0.0)
+        comparable = sound & np.isfinite(values) & np.isfinite(reference) & (scale != 0.0)
         with np.errstate(all="ignore"):
             gap = np.abs(values - reference)
-            deviation = np.where(known, gap / np.abs(scale), np.nan)
+            deviation = np.where(comparable, gap / np.abs(scale), np.nan)
         self.worst.take(deviation, box)
         if error is not None:
-            judged = known & np.isfinite(error)
+            judged = comparable & np.isfinite(error)
             self.judged += int(np.count_nonzero(judged))
             self.within += int(np.count_nonzero(gap[judged] <= error[judged]))
         self.equal += int(np.count_nonzero(deviation == 0.0))
@@ -175,8 +175,8 @@ class Summary:
             return
         for value, meaning in self._flags[self._lead].items():
             for number, word in self._flags[self._status].items():
-                found = np.count_nonzero((whole[self._lead] == value) & (whole[self._status] == number))
-                self.table[meaning, word] = self.table.get((meaning, word), 0) + int(found)
+                count = np.count_nonzero((whole[self._lead] == value) & (whole[self._status] == number))
+                self.table[meaning, word] = self.table.get((meaning, word), 0) + int(count)
 
     def _sound(self, whole: Mapping[str, np.ndarray], shape) -> np.ndarray:
         """Which points are compared with theory: the rule of this module."""

@@ -88,12 +88,12 @@ def _content(ds: xr.Dataset) -> Check:
     promised = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
     findings = [
         f"{name}: holds other values than were written"
-        for name, own in digest.digests().items()
-        if promised[name] and promised[name] != own
+        for name, actual in digest.digests().items()
+        if promised[name] and promised[name] != actual
     ]
     if not findings and digest.hexdigest() != str(ds.attrs.get("content_hash", "")):
-        told = "is missing" if "content_hash" not in ds.attrs else "is not that of what the file holds"
-        findings = [f"content_hash: {told}"]
+        problem = "is missing" if "content_hash" not in ds.attrs else "is not that of what the file holds"
+        findings = [f"content_hash: {problem}"]
     return Check("content", f"SHA-256 of {len(promised)} variables", tuple(findings))
 
 
@@ -177,11 +177,11 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
         if name not in ds.variables:
             yield f"{name}: is missing"
             continue
-        found = ds.variables[name]
-        boxes = runs(found.shape, BLOCK_POINTS)
-        if found.dims != dims or (found.dtype.kind != values.dtype.kind and found.dtype.kind not in "OU"):
+        stored = ds.variables[name]
+        boxes = runs(stored.shape, BLOCK_POINTS)
+        if stored.dims != dims or (stored.dtype.kind != values.dtype.kind and stored.dtype.kind not in "OU"):
             yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
-        elif any(content.as_bytes(found[box].values) != content.as_bytes(values[box]) for box in boxes):
+        elif any(content.as_bytes(stored[box].values) != content.as_bytes(values[box]) for box in boxes):
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
@@ -248,14 +248,14 @@ def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray
 
     Its first `points` dimensions are those of the points.
     """
-    found, first, own = [], 0, variable.shape[points:]
-    for box in runs(variable.shape[:points], max(1, BLOCK_POINTS // math.prod(own))):
-        after = first + variable[box].size // math.prod(own)
+    parts, first, inner = [], 0, variable.shape[points:]
+    for box in runs(variable.shape[:points], max(1, BLOCK_POINTS // math.prod(inner))):
+        after = first + variable[box].size // math.prod(inner)
         low, high = np.searchsorted(numbers, (first, after))
         if low < high:
-            found.append(variable[box].values.reshape(-1, *own)[numbers[low:high] - first])
+            parts.append(variable[box].values.reshape(-1, *inner)[numbers[low:high] - first])
         first = after
-    return np.concatenate(found)
+    return np.concatenate(parts)
 
 
 def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
@@ -271,21 +271,21 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
         return Check(name, covers, skipped=f"a run of {samples:,} samples takes more than {MOST_SECONDS:g} s")
     findings, done = [], 0
     step = max(W, int(rate / samples))  # a second's work
-    for chosen in _while_patient([range(at, min(at + step, count)) for at in range(0, count, step)]):
-        findings += _differing_bits(sweep, sample, chosen)
-        done = chosen.stop
+    for part in _while_patient([range(at, min(at + step, count)) for at in range(0, count, step)]):
+        findings += _differing_bits(sweep, sample, part)
+        done = part.stop
     left = "" if done == count else f"; {done:,} of them, no more in {MOST_SECONDS:g} s"
     return Check(name, covers + left, _shown(findings))
 
 
-def _differing_bits(sweep: Sweep, sample: _Sample, chosen: range) -> list[str]:
+def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     """Where some points of a sample, measured again, have other bits."""
-    part = slice(chosen.start, chosen.stop)
+    part = slice(numbers.start, numbers.stop)
     arrays = {name: xr.DataArray(values[part], dims="point") for name, values in sample.points.items()}
     again = dataset.evaluate(arrays, sweep)
     findings = []
     for variable, held in sample.columns.items():
-        for i, a, b in zip(chosen, held[part], again[variable].values, strict=True):
+        for i, a, b in zip(numbers, held[part], again[variable].values, strict=True):
             if a.tobytes() != b.tobytes():
                 findings.append(f"{variable} at {sample.name(i)}: the map holds {_said(a)}, measured again {_said(b)}")
     return findings
@@ -320,18 +320,18 @@ def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str
     if variable not in sample.columns or not status:
         return Check(name, covers, skipped=f"the map has no {variable} with a status")
     findings, compared, sound, seen = [], 0, np.flatnonzero(sample.columns[status] == 0), 0
-    told = sample.columns.get(sweep.variables[variable].error) if reference.told else None
+    errors = sample.columns.get(sweep.variables[variable].error) if reference.within_error else None
     for i in _while_patient(sound):
         seen += 1
         point, held = sample.at(i), float(sample.columns[variable][i])
         with np.errstate(all="ignore"):
-            found = reference.ways[name](point, integration)
-            most = reference.allowed(point, integration) if np.isfinite(found) else math.nan
-        if np.isfinite(found):
+            value = reference.ways[name](point, integration)
+            most = reference.allowed(point, integration) if np.isfinite(value) else math.nan
+        if np.isfinite(value):
             compared += 1
-            most += 0.0 if told is None else 2.0 * float(told[i])
-            if not abs(held - found) <= most:
-                findings.append(f"{variable} at {sample.name(i)}: the map holds {held:.15g}, {name} finds {found:.15g}")
+            most += 0.0 if errors is None else 2.0 * float(errors[i])
+            if not abs(held - value) <= most:
+                findings.append(f"{variable} at {sample.name(i)}: the map holds {held:.15g}, {name} finds {value:.15g}")
     left = "" if seen == len(sound) else f"; no more in {MOST_SECONDS:g} s"
     check = Check(name, f"{compared} points, {covers}{left}", _shown(findings))
     return check if compared else replace(check, skipped="no run of the sample is short enough, or none is ok")
@@ -373,11 +373,11 @@ def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, 
         return 0.5 * np.concatenate([[-q[1:] @ w], q[0] * w + np.cross(q[1:], w)])
 
     run = solve_ivp(turning, (0.0, 1.0), [1.0, 0.0, 0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
-    wanted, found = Rotation.from_quat(run.y[:, -1], scalar_first=True), {}
+    wanted, apart = Rotation.from_quat(run.y[:, -1], scalar_first=True), {}
     for way, suffix in (("the closed form", ""), ("the direct integration", "_direct")):
         q = [float(moved[f"q{k}{suffix}"][-1]) for k in range(4)]
-        found[way] = float((Rotation.from_quat(q, scalar_first=True).inv() * wanted).magnitude())
-    return found
+        apart[way] = float((Rotation.from_quat(q, scalar_first=True).inv() * wanted).magnitude())
+    return apart
 
 
 def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
@@ -394,8 +394,8 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     for spec in specs:
         beside = spec.truth
         value, error, truth = columns[spec.name], columns[spec.error], columns[beside]
-        own = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
-        judged = own & np.isfinite(error) & np.isfinite(truth)
+        sound_values = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
+        judged = sound_values & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())
         with np.errstate(over="ignore", invalid="ignore"):
             missed = judged & ~(np.abs(value - truth) <= 2.0 * error)
@@ -424,6 +424,6 @@ def _expected(path: str, definition: str | None) -> Sweep | None:
     from sweeps.points import catalogue
 
     folder = Path(os.path.realpath(admission.map_of(path))).parent
-    known = catalogue.shipped() if folder.parent.name == "results" else {}
-    source = catalogue.resolve(definition) if definition is not None else known.get(folder.name)
+    shipped = catalogue.shipped() if folder.parent.name == "results" else {}
+    source = catalogue.resolve(definition) if definition is not None else shipped.get(folder.name)
     return None if source is None else read(source)

@@ -77,8 +77,8 @@ def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
     shares = [0.0, *((step - SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
     for begin, end in pairwise(shares):
         new, sure = way.search(end)
-        slots, told = _handed_on(way, roots, new, slots, begin, end)
-        roots, decided = new, decided & sure & told
+        slots, is_handed_on = _handed_on(way, roots, new, slots, begin, end)
+        roots, decided = new, decided & sure & is_handed_on
     return _fitted(slots, most), decided
 
 

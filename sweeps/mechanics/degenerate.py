@@ -62,24 +62,24 @@ class Degenerate:
         with np.errstate(all="ignore"):
             c = np.stack(self._series(*parameters, place))
             a = np.stack(self._a(*parameters, place))
-            found = {name: np.full(place.size, np.nan) for name in ("frequency", "frequency_error", "amplitude")}
+            columns = {name: np.full(place.size, np.nan) for name in ("frequency", "frequency_error", "amplitude")}
             order = np.zeros(place.size, dtype=np.int8)
             for m in HOLDING:
                 held, A, frequency, error = _held_by(m, c, a, x, v)
                 chosen = held & (order == 0)
                 order[chosen] = m
                 for name, values in (("frequency", frequency), ("frequency_error", error), ("amplitude", A)):
-                    found[name][chosen] = values[chosen]
-        return {f"degenerate_{name}": values for name, values in found.items()} | {"degenerate_order": order}
+                    columns[name][chosen] = values[chosen]
+        return {f"degenerate_{name}": values for name, values in columns.items()} | {"degenerate_order": order}
 
 
 def _held_by(m, c, a, x, v):
     """Whether the term of order m holds motions, their turning point, frequency and its error."""
-    own = c[m - ORDERS[0]]
-    A = (0.5 * a[0] * v * v / own + np.abs(x) ** m) ** (1.0 / m)
-    sizes = np.stack([np.abs(c[k - ORDERS[0]] / own) * A ** (k - m) for k in ORDERS])
+    coefficient = c[m - ORDERS[0]]
+    A = (0.5 * a[0] * v * v / coefficient + np.abs(x) ** m) ** (1.0 / m)
+    sizes = np.stack([np.abs(c[k - ORDERS[0]] / coefficient) * A ** (k - m) for k in ORDERS])
     others = np.stack([sizes[k - ORDERS[0]] * max(k / m, 1.0) for k in ORDERS if k != m])
-    frequency = 0.5 * math.pi * A ** (m / 2 - 1) * np.sqrt(2.0 * own / a[0]) / quarter(m)
+    frequency = 0.5 * math.pi * A ** (m / 2 - 1) * np.sqrt(2.0 * coefficient / a[0]) / quarter(m)
     bent = 0.5 * np.abs(a[1] / a[0]) * A + 0.25 * np.abs(a[2] / a[0]) * A * A
-    held = (own > 0.0) & (a[0] > 0.0) & (sizes <= 1.0).all(axis=0) & np.isfinite(frequency)
+    held = (coefficient > 0.0) & (a[0] > 0.0) & (sizes <= 1.0).all(axis=0) & np.isfinite(frequency)
     return held, A, frequency, frequency * (others.sum(axis=0) + bent + ROUNDING)

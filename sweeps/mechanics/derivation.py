@@ -59,8 +59,8 @@ def derive(system: System) -> Equations:
 def _of_states(system):
     missing = [s.name for s in system.states.values() if s.symbol not in system.rates]
     if missing or not system.states:
-        told = f"rate of {missing[0]}: is missing" if missing else "states: there is none"
-        raise DescriptionError(f"{told}; allowed: system.rate(x, f) for each state")
+        problem = f"rate of {missing[0]}: is missing" if missing else "states: there is none"
+        raise DescriptionError(f"{problem}; allowed: system.rate(x, f) for each state")
     if system.dissipation_terms or system.forces or system.potential_terms:
         raise DescriptionError("states: beside a potential, R or a force; allowed: all forces within the rates")
     q = tuple(s.symbol for s in system.states.values())
@@ -179,11 +179,11 @@ def _of_particles(system):
                 if product not in short:
                     paired = _paired(product)
                     short[product] = simplified(paired) if paired.is_Add else paired
-                found = masses.setdefault((i, j), {})
-                found[short[product]] = found.get(short[product], 0) + mass
+                products = masses.setdefault((i, j), {})
+                products[short[product]] = products.get(short[product], 0) + mass
     whole = sp.zeros(n)
-    for (i, j), found in masses.items():
-        whole[i, j] = whole[j, i] = sp.Add(*(product * mass for product, mass in found.items()))
+    for (i, j), products in masses.items():
+        whole[i, j] = whole[j, i] = sp.Add(*(product * mass for product, mass in products.items()))
     kept = list(range(n - 1))
     whole = _timeless(system, whole)
     return whole.extract(kept, kept), whole.extract(kept, [n - 1]), whole[n - 1, n - 1] / 2
@@ -291,8 +291,8 @@ def _check_dissipation(system, R):
         raise DescriptionError(f"R: not of degree two in the velocities ({R}); allowed: Rayleigh's function ½ c_ij q̇q̇")
     for values in _trials(system):
         if float(sp.re(R.subs(values).evalf())) < -1e-12:
-            told = ", ".join(f"{x} = {float(y):.3g}" for x, y in values.items() if x in R.free_symbols)
-            raise DescriptionError(f"R: negative at {told}; allowed: R ≥ 0 everywhere, for it takes energy away")
+            place = ", ".join(f"{x} = {float(y):.3g}" for x, y in values.items() if x in R.free_symbols)
+            raise DescriptionError(f"R: negative at {place}; allowed: R ≥ 0 everywhere, for it takes energy away")
 
 
 def _trials(system):

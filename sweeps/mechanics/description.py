@@ -236,8 +236,8 @@ class System:
         """Add generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
         for symbol, Q in forces.items():
             if symbol not in {c.symbol for c in self.coordinates.values()}:
-                known = ", ".join(self.coordinates) or "there are none"
-                raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {known}")
+                allowed = ", ".join(self.coordinates) or "there are none"
+                raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {allowed}")
             force = self._expression(f"force on {symbol}", Q, self._moving(velocities=True))
             self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + force
 
@@ -255,8 +255,8 @@ class System:
     def rate(self, state: sp.Symbol, f) -> None:
         """Set the state's rate of change, an expression in states and parameters."""
         if state not in {s.symbol for s in self.states.values()}:
-            known = ", ".join(self.states) or "there are none"
-            raise DescriptionError(f"rate: {state} is no state; allowed: {known}")
+            allowed = ", ".join(self.states) or "there are none"
+            raise DescriptionError(f"rate: {state} is no state; allowed: {allowed}")
         if state in self.rates:
             raise DescriptionError(f"rate of {state}: given twice; allowed: one for each state")
         self.rates[state] = self._expression(f"rate of {state}", f, self._moving())
@@ -295,9 +295,9 @@ class System:
         """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters)."""
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
-        known = {c.symbol for c in (*self.coordinates.values(), *self.states.values())}
-        if unknown := sorted(str(x) for x in place if x not in known):
-            allowed = ", ".join(sorted(map(str, known))) or "there are none yet"
+        symbols = {c.symbol for c in (*self.coordinates.values(), *self.states.values())}
+        if unknown := sorted(str(x) for x in place if x not in symbols):
+            allowed = ", ".join(sorted(map(str, symbols))) or "there are none yet"
             raise DescriptionError(f"equilibrium {label}: {unknown[0]} is no coordinate or state; allowed: {allowed}")
         self.labels[label] = {x: self._expression(f"equilibrium {label}", e) for x, e in place.items()}
 
@@ -318,8 +318,8 @@ class System:
 
     def _moving(self, velocities=False) -> set[sp.Symbol]:
         """Symbols that an expression in a motion may hold beside the parameters."""
-        kept = {x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))}
-        return kept | {s.symbol for s in self.states.values()} | {self.time}
+        moving = {x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))}
+        return moving | {s.symbol for s in self.states.values()} | {self.time}
 
     def _size(self, name, size, moving=frozenset()):
         size = None if size is None else self._expression(f"size of {name}", size, moving - {self.time})
@@ -332,9 +332,9 @@ class System:
         e = sp.sympify(value)
         if not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
             raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
-        known = {p.symbol for p in self.parameters.values()} | moving
-        if unbound := sorted(map(str, e.free_symbols - known)):
-            names = ", ".join(sorted(map(str, known))) or "numbers"
+        bound = {p.symbol for p in self.parameters.values()} | moving
+        if unbound := sorted(map(str, e.free_symbols - bound)):
+            names = ", ".join(sorted(map(str, bound))) or "numbers"
             raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
         for part in sorted(e.atoms(*KINKED), key=str):
             if part.free_symbols & moving:

@@ -148,12 +148,12 @@ class Equations:
     def second(self) -> tuple[bool, ...]:
         """Which conserved quantities have no slope at the equilibria, so that they change in second order."""
         defaults = {p.symbol: p.default for p in self.system.parameters.values()}
-        told = []
+        without_slope = []
         for row in self.gradients.tolist():
             sizes = []
             for place in self.system.labels.values():
                 here = {x: sp.sympify(y).subs(defaults) for x, y in place.items()}
                 here |= {s.symbol: s.size.subs(defaults) for s in self.places if s.symbol not in here}
                 sizes += [abs(complex(e.subs(defaults).subs(here).evalf())) for e in row]
-            told.append(bool(sizes) and max(sizes) < 1e-12)
-        return tuple(told)
+            without_slope.append(bool(sizes) and max(sizes) < 1e-12)
+        return tuple(without_slope)

@@ -88,29 +88,29 @@ def find(problem: RootProblem, parameters) -> Found:
     rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
     first, inverse = _points(rows)
     rows = [p[first] for p in rows]
-    asked, known, found = b"".join(p.tobytes() for p in rows), *problem.last
-    if asked != known:
+    key, last_key, equilibria = b"".join(p.tobytes() for p in rows), *problem.last
+    if key != last_key:
         chunks = [[p[start : start + CHUNK] for p in rows] for start in range(0, first.size, CHUNK)]
-        found = joined([_found(problem, chunk) for chunk in chunks])
-        problem.last = asked, found
-    return found[inverse]
+        equilibria = joined([_found(problem, chunk) for chunk in chunks])
+        problem.last = key, equilibria
+    return equilibria[inverse]
 
 
-def refusal(problem: RootProblem, found: Found, parameters) -> str:
+def refusal(problem: RootProblem, equilibria: Found, parameters) -> str:
     """Return why none of the points has an equilibrium to begin from; the empty string if one has.
 
     Raises:
         DescriptionError: where every point has more equilibria than there is room for.
     """
-    if found.crowded.all():
-        raise DescriptionError(_crowded(problem, found, parameters))
-    if found.crowded.any() or not np.isnan(found.places).all():
+    if equilibria.crowded.all():
+        raise DescriptionError(_crowded(problem, equilibria, parameters))
+    if equilibria.crowded.any() or not np.isnan(equilibria.places).all():
         return ""
-    if found.flat.any():
-        return _symmetry(problem, found.direction[found.flat.argmax()])
-    points, open_ = found.counts.size, np.flatnonzero(found.certified != PROVED)
+    if equilibria.flat.any():
+        return _symmetry(problem, equilibria.direction[equilibria.flat.argmax()])
+    points, open_ = equilibria.counts.size, np.flatnonzero(equilibria.certified != PROVED)
     if open_.size:
-        reason = REASONS[int(found.certified[open_].max())]
+        reason = REASONS[int(equilibria.certified[open_].max())]
         return (
             f"none is found and none excluded at {open_.size} of {points} points of the grid: {reason}; allowed: "
             + ("narrower bounds, or a name near one")
@@ -129,10 +129,10 @@ def _symmetry(problem, direction):
     return f"{what} along a line of them, which goes along {along}; allowed: {mend}"
 
 
-def _crowded(problem, found, parameters):
+def _crowded(problem, equilibria, parameters):
     """Return the message about the first point that has more equilibria than the dimension holds."""
-    system, point = problem.system, int(np.argmax(found.crowded))
-    count = found.counts[point]
+    system, point = problem.system, int(np.argmax(equilibria.crowded))
+    count = equilibria.counts[point]
     wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
     values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=False))
     allowed = f"at most {system.most} (`most`, or their names)"
@@ -192,10 +192,10 @@ def _take_names(problem, parameters, slots):
     for k in range(names.shape[1]):
         near = (np.abs(names[:, k] - slots[:, k]) <= width).all(axis=1)
         rows = np.flatnonzero(near & (names[:, k] != slots[:, k]).any(axis=1))
-        chosen = [p[rows] for p in parameters]
-        named, found = (problem.enclosed(chosen, x[rows, k], x[rows, k])[0][:, :, 0] for x in (names, slots))
+        of_rows = [p[rows] for p in parameters]
+        named, residual = (problem.enclosed(of_rows, x[rows, k], x[rows, k])[0][:, :, 0] for x in (names, slots))
         zero = (named[..., 0] <= 0.0) & (named[..., 1] >= 0.0)
-        rows = rows[(zero | (np.abs(named).max(axis=-1) <= np.abs(found).max(axis=-1))).all(axis=1)]
+        rows = rows[(zero | (np.abs(named).max(axis=-1) <= np.abs(residual).max(axis=-1))).all(axis=1)]
         slots[rows, k] = names[rows, k]
 
 
@@ -256,8 +256,8 @@ class _All:
         room, parts = 4 * len(bounds) + 1000, []
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
-            found = roots.Boxes(records, boxes, progress)
-            count = roots.search(enclosures.enclose, functions, where, roots.Limits(*limits), found)
+            boxes_found = roots.Boxes(records, boxes, progress)
+            count = roots.search(enclosures.enclose, functions, where, roots.Limits(*limits), boxes_found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return (
@@ -377,7 +377,7 @@ class _All:
     def _searched(self, points, bounds, most, starts):
         """Search boxes as `run`, and again where more than a few hide whether there are zeros and lie in no family."""
         few, many = ((self.narrowest, most, narrow, False) for narrow in (FEW, MANY))
-        found = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
+        records = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
         narrow = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
         again, first, count = np.unique(which[narrow], return_index=True, return_counts=True)
         again, some = again[count > FEW], narrow[first + count // 2][count > FEW]
@@ -387,11 +387,11 @@ class _All:
         member &= self.family(at, place)[0] > 0
         again = again[~member]
         if not again.size:
-            return found
+            return records
         starts = starts and (starts[0], starts[1][again])
         more = self.run(self.constants[points[again]], bounds[again], many, starts)
         kept = ~np.isin(which, again)
-        merged = [np.concatenate([a[kept], b]) for a, b in zip(found, (again[more[0]], *more[1:]), strict=True)]
+        merged = [np.concatenate([a[kept], b]) for a, b in zip(records, (again[more[0]], *more[1:]), strict=True)]
         order = np.argsort(merged[0], kind="stable")
         return tuple(x[order] for x in merged)
 
@@ -440,12 +440,12 @@ class _All:
         dimension, direction = np.zeros(at.size, dtype=np.int64), np.full(place.shape, np.nan)
         open_ = kept[~proved[kept]]
         dimension[open_], direction[open_] = self.family(at[open_], place[open_])
-        order, found = np.argsort(self.owner, kind="stable"), []
-        known = self.owner[order]
+        order, undecided = np.argsort(self.owner, kind="stable"), []
+        owners_in_order = self.owner[order]
         for point in np.unique(owner):
             mine = slice(*np.searchsorted(owner, [point, point + 1]))
             rows = kept[slice(*np.searchsorted(at[kept], [point, point + 1]))]
-            zeros = order[slice(*np.searchsorted(known, [point, point + 1]))]
+            zeros = order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
             boxes, width = (low[mine], high[mine], kind[mine]), SAME * self.width[point]
             alone, hidden = rows[proved[rows]], rows[~proved[rows]]
             if dimension[hidden].any():
@@ -460,21 +460,21 @@ class _All:
             noted = list(zip(self.place[zeros], self.reach[zeros], strict=True))
             for j in alone:
                 if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in noted):
-                    found.append((point, place[j], reach[j]))
+                    undecided.append((point, place[j], reach[j]))
                 noted.append((place[j], reach[j]))
             covered = np.zeros(len(boxes[2]), dtype=bool)
             for j in alone:
                 covered |= ((boxes[0] >= a[0][j]) & (boxes[1] <= b[0][j])).all(axis=1)
             boxes = tuple(x[~covered] for x in boxes)
-            found += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
+            undecided += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
             if boxes[2].size:
                 reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
                 ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
                 self.undecided[point, self.problem.free] = ends
-        if found:
-            owners, places, reaches = (np.array(x) for x in zip(*found, strict=True))
-            self._note(owners, places, np.zeros(len(found), dtype=np.int64), reaches)
+        if undecided:
+            owners, places, reaches = (np.array(x) for x in zip(*undecided, strict=True))
+            self._note(owners, places, np.zeros(len(undecided), dtype=np.int64), reaches)
 
     def _starts(self, owner, kind, low, high):
         """Places to start from: evenly many of the boxes that could not be decided, and what the description names."""
@@ -516,24 +516,24 @@ class _All:
             return []
         near = ((low[:, None] <= high + width) & (high[:, None] >= low - width)).all(axis=2)
         _, group = connected_components(near)
-        chosen = {}
+        zeros = {}
         for place in places:
             usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
             inside = np.flatnonzero(((place >= low - width) & (place <= high + width)).all(axis=1) & usable)
-            known = any((np.abs(c - place) <= r + width).all() for c, r in noted)
-            if not inside.size or known:
+            is_noted = any((np.abs(c - place) <= r + width).all() for c, r in noted)
+            if not inside.size or is_noted:
                 continue
             rows = group == group[inside[0]]
             a, b = low[rows].min(axis=0), high[rows].max(axis=0)
             middle = np.where((a <= 0.0) & (b >= 0.0), 0.0, 0.5 * (a + b))
             if (kind[rows] == codes.LEFT).any():  # a group of boxes that may hold many
-                if not any((np.abs(other - place) <= width).all() for other in chosen.values()):
-                    chosen[len(group) + len(chosen)] = place
-            elif group[inside[0]] not in chosen:
+                if not any((np.abs(other - place) <= width).all() for other in zeros.values()):
+                    zeros[len(group) + len(zeros)] = place
+            elif group[inside[0]] not in zeros:
                 owner = np.array([point])
                 resting = self.still(owner, middle[None], 2.0 * self.narrowest)[0]
-                chosen[group[inside[0]]] = middle if resting else place
-        return list(chosen.values())
+                zeros[group[inside[0]]] = middle if resting else place
+        return list(zeros.values())
 
     # -- what is found
 

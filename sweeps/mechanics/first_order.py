@@ -35,15 +35,15 @@ def graph(equations: Equations, near: bool = True) -> Graph:
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True)
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
         return g
-    found = _by_elimination(equations, near)
+    elimination = _by_elimination(equations, near)
     if not near:
-        return _timed(found)
-    length = len(Code(found).text)
+        return _timed(elimination)
+    length = len(Code(elimination).text)
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
     if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
-        return found
+        return elimination
     other = _by_inverse(equations)
-    return other if len(Code(other).text) < length else found
+    return other if len(Code(other).text) < length else elimination
 
 
 def _by_elimination(equations, near=True):
@@ -89,14 +89,14 @@ def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
                 if not g.nodes[a[k, j]].zero:
                     a[i, j] = g.sum((a[i, j], g.product(factor, a[k, j])), (1.0, -1.0))
             right[i] = g.sum((right[i], g.product(factor, right[k])), (1.0, -1.0))
-    found = [0] * n
+    solution = [0] * n
     for i in reversed(range(n)):
         rest = right[i]
         for j in range(i + 1, n):
             if not g.nodes[a[i, j]].zero:
-                rest = g.sum((rest, g.product(a[i, j], found[j])), (1.0, -1.0))
-        found[i] = g.quotient(rest, a[i, i])
-    return found
+                rest = g.sum((rest, g.product(a[i, j], solution[j])), (1.0, -1.0))
+        solution[i] = g.quotient(rest, a[i, i])
+    return solution
 
 
 def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:
@@ -122,7 +122,7 @@ def _in_common(e, moving):
     """A sum in which the factor that most terms share stands outside, and so on."""
     terms = sp.Add.make_args(e)
     powers = [term.as_powers_dict().items() for term in terms]
-    factors = [{x for x, k in found if x in moving and k.is_Integer and k > 0} for found in powers]
+    factors = [{x for x, k in factors_of_term if x in moving and k.is_Integer and k > 0} for factors_of_term in powers]
     counts = {x: sum(x in f for f in factors) for x in sorted(moving, key=str)}
     most = max(counts, key=counts.get, default=None)
     if most is None or counts[most] < 2:

@@ -186,10 +186,10 @@ class Graph:
         return None
 
     def _power(self, base, exponent):
-        found = self._root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
-        if found is None or exponent.q > 2 or abs(exponent) > MOST_POWER:
+        root = self._root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
+        if root is None or exponent.q > 2 or abs(exponent) > MOST_POWER:
             return self._plain_power(base, exponent)
-        (B, sign), whole = found, exponent.q == 1
+        (B, sign), whole = root, exponent.q == 1
         e = B ** sp.Rational(-1, 2)
         d = self._expressions[e] if e in self._expressions else self._function(e, B)
         if exponent == e.exp:

@@ -99,10 +99,10 @@ class Model:
             (places,) = self.landscape.starts(parameters) if self.system.labels else self.equilibria(parameters).places
             repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
             slopes = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
-        found = slopes[np.isfinite(slopes).all((1, 2))]
-        if not found.size:
+        finite = slopes[np.isfinite(slopes).all((1, 2))]
+        if not finite.size:
             raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")
-        singular = np.linalg.svd(found[0], compute_uv=False)
+        singular = np.linalg.svd(finite[0], compute_uv=False)
         return N - int((singular > RANK * singular.max(initial=0.0)).sum())
 
     @property
@@ -150,19 +150,19 @@ class Model:
             `equilibria.Found`; `status`, OK or why there is none.
         """
         first, inverse = equilibria.runs_of(parameters)
-        found = self.equilibria([p[first] for p in parameters])
-        place = found.places[inverse, slot]
+        zeros = self.equilibria([p[first] for p in parameters])
+        place = zeros.places[inverse, slot]
         cases = [
             ~np.isnan(place).any(axis=1),
-            found.flat[inverse],
-            found.crowded[inverse],
-            found.certified[inverse] != equilibria.PROVED,
+            zeros.flat[inverse],
+            zeros.crowded[inverse],
+            zeros.certified[inverse] != equilibria.PROVED,
         ]
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {
             "place": place,
-            "dimension": found.dimension[inverse, slot],
-            "certified": found.certified[inverse],
-            "decided": found.decided[inverse],
+            "dimension": zeros.dimension[inverse, slot],
+            "certified": zeros.certified[inverse],
+            "decided": zeros.decided[inverse],
             "status": np.select(cases, kinds, statuses.NO_EQUILIBRIUM).astype(np.int8),
         }

@@ -38,8 +38,8 @@ def normal_modes(hessian, a):
     sound = np.isfinite(inverse).all(axis=(1, 2))
     which, unit, inverse = which[sound], unit[sound], inverse[sound]
     turned = np.swapaxes(inverse, 1, 2)
-    squares[which], found = np.linalg.eigh(inverse @ (hessian[which] * pair[sound]) @ turned)
-    vectors[which] = unit[:, :, None] * (turned @ found)
+    squares[which], directions = np.linalg.eigh(inverse @ (hessian[which] * pair[sound]) @ turned)
+    vectors[which] = unit[:, :, None] * (turned @ directions)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None, :], axis=1)
     return squares, vectors * np.where(largest < 0.0, -1.0, 1.0)
 

@@ -35,8 +35,8 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     time = len(code.graph.equations.states)  # the place of the time among the states
     x = np.insert(start, time, times[:, 0], axis=1)
     count, expand = times.shape[1], code.module().expand
-    found = np.empty((len(x), count, start.shape[1]))
-    found[:, 0] = start
+    states = np.empty((len(x), count, start.shape[1]))
+    states[:, 0] = start
     low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), np.ptp(times, axis=1) / count
     step[step == 0.0] = 1.0
     due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
@@ -47,13 +47,13 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
         table = code.table([p[due[0]] for p in parameters], x, low[:, : code.n], step)
         low[:, code.n :] = 0.0
         path = paths.Path(table, low, size, due)
-        paths.follow(expand, path, times, tolerance, SEGMENT, found)
+        paths.follow(expand, path, times, tolerance, SEGMENT, states)
         left = due[1] < count
         x, low, size, step = table[left, : code.n], low[left], size[left], table[left, code.step_row]
         due = np.ascontiguousarray(due[:, left])
     for number, first in due.T:
-        found[number, first:] = np.nan
-    return found
+        states[number, first:] = np.nan
+    return states
 
 
 def solved(

@@ -144,12 +144,12 @@ def _nudge(points, theory, part, direction):
     """
     a, sizes = theory["a"][part], theory["sizes"][part]
     vectors = _nudged_first(theory["modes"][part], np.asarray(points["mode"])[part] - 1)
-    own = vectors[:, :, 0]
-    unit = 1.0 / np.abs(own / sizes).max(axis=1)
+    first = vectors[:, :, 0]
+    unit = 1.0 / np.abs(first / sizes).max(axis=1)
     one = np.ones(part.size)
     if direction is None:
         projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
-        along = own * unit[:, None]
+        along = first * unit[:, None]
         return {"along": along, "projection": projection, "start": one, "reach": one, "allowed": 0.0 * one}
     along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
     along = along / np.abs(along / sizes).max(axis=1)[:, None]
@@ -211,24 +211,24 @@ def _at_amplitude(model, points, theory, regime):
     epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
     size, place = theory["sizes"][:, 0], theory["place"][:, 0]
     x, v = epsilon * size * np.cos(phase), epsilon * size * theory["scale"] * np.sin(phase)
-    found = model.degenerate.oscillations(theory["parameters"], place, x, v)
-    found["degenerate_amplitude"] = found["degenerate_amplitude"] / size
+    columns = model.degenerate.oscillations(theory["parameters"], place, x, v)
+    columns["degenerate_amplitude"] = columns["degenerate_amplitude"] / size
     marginal = regime == kernel.MARGINAL
-    nothing = {name: 0 if values.dtype == np.int8 else np.nan for name, values in found.items()}
-    return {name: np.where(marginal, values, nothing[name]).astype(values.dtype) for name, values in found.items()}
+    nothing = {name: 0 if values.dtype == np.int8 else np.nan for name, values in columns.items()}
+    return {name: np.where(marginal, values, nothing[name]).astype(values.dtype) for name, values in columns.items()}
 
 
 def _columns(model, points, theory, measured):
     raw, S = measured["raw"], theory["scale"]
     reduced = raw[:, kernel.RAW.reduced]
     epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
-    known = np.isfinite(raw[:, kernel.RAW.rate2])
+    is_measured = np.isfinite(raw[:, kernel.RAW.rate2])
     with np.errstate(invalid="ignore"):
         uncertain = theory["uncertain"] * S * S
         error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], measured["share"]))
         regime = kernel.regime(reduced, left)
         predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
-    regime = np.where(known, regime, -1).astype(np.int8)
+    regime = np.where(is_measured, regime, -1).astype(np.int8)
     predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
     columns = {
         "omega_squared_theory": theory["omega_squared"],
@@ -263,12 +263,12 @@ def _columns(model, points, theory, measured):
 
 def _rates(suffix, squares, regime):
     missing = np.where(regime < 0, np.nan, 0.0)
-    found = {}
-    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+    columns = {}
+    for name, regime_of_rate, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
         with np.errstate(invalid="ignore"):
             rate = np.sqrt(np.maximum(sign * squares, 0.0))
-        found[f"{name}{suffix}"] = np.where(regime == told, rate, missing)
-    return found
+        columns[f"{name}{suffix}"] = np.where(regime == regime_of_rate, rate, missing)
+    return columns
 
 
 def _rate_errors(suffix, squares, error, regime):
@@ -276,22 +276,22 @@ def _rate_errors(suffix, squares, error, regime):
 
     Where it is marginal both rates are 0, and may be what the interval allows.
     """
-    found = {}
-    for name, told, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
-        square = np.where(regime == told, sign * squares, np.nan)
+    columns = {}
+    for name, regime_of_rate, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        square = np.where(regime == regime_of_rate, sign * squares, np.nan)
         with np.errstate(invalid="ignore"):
             low, rate, high = (np.sqrt(np.maximum(x, 0.0)) for x in (square - error, square, square + error))
             farther = np.maximum(rate - low, high - rate)
             upper = np.sqrt(np.maximum(sign * squares + error, 0.0))
-        found[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
-    return found
+        columns[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
+    return columns
 
 
 def _log_slope(raw, regime):
     """The lecture's estimator, where its window held at least two e-folds."""
     e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
-    told = e_folds >= measure.LEAST_EFOLDS
-    return {"growth_rate_logslope": np.where(told, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
+    is_long_enough = e_folds >= measure.LEAST_EFOLDS
+    return {"growth_rate_logslope": np.where(is_long_enough, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
 
 
 def _rate_stderr(stderr, rate):

@@ -214,11 +214,11 @@ def divided(a, right):
 def stacked(rows, points: int) -> np.ndarray:
     """Return a matrix of arrays (times, points), or of one time or point, as one: (rows, columns, times, points)."""
     shape = np.broadcast_shapes((1, points), *(np.shape(x) for row in rows for x in row))
-    found = np.empty((len(rows), len(rows[0]), *shape))
+    array = np.empty((len(rows), len(rows[0]), *shape))
     for i, row in enumerate(rows):
         for j, x in enumerate(row):
-            found[i, j] = x
-    return found
+            array[i, j] = x
+    return array
 
 
 def entries_of(whole: np.ndarray) -> tuple[tuple[int, int], ...]:
@@ -318,15 +318,15 @@ class Base:
 
     def __call__(self, phases) -> np.ndarray:
         """Return the states at phases of the period, shape (n, phases, points); (n, 1, points) if all are at rest."""
-        found = np.ascontiguousarray(self.start.T)[:, None]
+        states_at = np.ascontiguousarray(self.start.T)[:, None]
         if self.still.all():
-            return found
-        found, which = np.repeat(found, phases.size, axis=1), np.flatnonzero(~self.still)
+            return states_at
+        states_at, which = np.repeat(states_at, phases.size, axis=1), np.flatnonzero(~self.still)
         ordered, number = np.unique(phases % 1.0, return_inverse=True)
         given, times = [p[which] for p in self.parameters], self.period[which, None] * np.insert(ordered, 0, 0.0)
         states = motions.solved(self.model.moving, given, self.start[which], times, 1e-13, self.sizes[which])[0]
-        found[:, :, which] = np.moveaxis(states[:, 1 + number], 0, 2).swapaxes(0, 1)
-        return found
+        states_at[:, :, which] = np.moveaxis(states[:, 1 + number], 0, 2).swapaxes(0, 1)
+        return states_at
 
     def chosen(self, which) -> "Base":
         """Return the motions of some points."""
@@ -357,8 +357,8 @@ class Base:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
         needed = np.ceil((self.period * self.scale + 2.0 * np.pi) / TURN)
         at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
-        found = np.array([*SEGMENTS, 0])[at]
-        return found + self.even * found % 2
+        segments = np.array([*SEGMENTS, 0])[at]
+        return segments + self.even * segments % 2
 
 
 class Monodromy(NamedTuple):
@@ -379,9 +379,9 @@ class Monodromy(NamedTuple):
     further: np.ndarray
 
     @classmethod
-    def of(cls, told, n, further=None) -> "Monodromy":
+    def of(cls, rows, n, further=None) -> "Monodromy":
         """Return what rows hold."""
-        matrices, rest = np.moveaxis(told[: 3 * n * n].reshape(3, n, n, -1), 3, 1), told[3 * n * n :]
+        matrices, rest = np.moveaxis(rows[: 3 * n * n].reshape(3, n, n, -1), 3, 1), rows[3 * n * n :]
         return cls(*matrices, rest[0], rest[1:3], rest[3:] if further is None else further)
 
 
@@ -411,8 +411,8 @@ def varied(base: Base, steps: int, begin: float = 0.0) -> Monodromy:
     diagonal = [e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first]
     trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
     functions, height = variation.kernels(still)
-    told = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
-    return Monodromy.of(told, n, trace + np.zeros(points))
+    rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
+    return Monodromy.of(rows, n, trace + np.zeros(points))
 
 
 def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
@@ -434,8 +434,8 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
     numbers = np.array([n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height])
     lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
-    told = monodromy.measure(jit.passed(code.module().advance), compose, rows, columns, lengths, numbers)
-    return Monodromy.of(told, n)
+    result = monodromy.measure(jit.passed(code.module().advance), compose, rows, columns, lengths, numbers)
+    return Monodromy.of(result, n)
 
 
 def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
@@ -447,9 +447,9 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STE
         tolerance: what steps may leave out, relative to the segments' matrices: they are halved until it is met.
         steps: in each segment, of the first try.
     """
-    found, noise = followed(base, epsilon, steps), monodromy.NOISE * np.sqrt(steps / STEPS)
-    matrices = floquet.Matrices(found.matrix, noise * found.noise, found.turns, found.minors * [[1.0], [2.0 * noise]])
-    left_out, amplitude = found.further
+    blind, noise = followed(base, epsilon, steps), monodromy.NOISE * np.sqrt(steps / STEPS)
+    matrices = floquet.Matrices(blind.matrix, noise * blind.noise, blind.turns, blind.minors * [[1.0], [2.0 * noise]])
+    left_out, amplitude = blind.further
     wide, unresolved = amplitude > WIDE, ~(left_out <= tolerance)
     left = np.flatnonzero(unresolved)
     if left.size and 2 * steps * int(base.number[0]) <= FINEST:
@@ -468,15 +468,15 @@ def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> 
         last: what the matrices from both phases differed by in longer steps.
     """
     steps = steps or first_steps(base)
-    found, coarser = varied(base, steps), varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-    apart = COARSER * floquet.largest(found.other - coarser.matrix)
-    other = np.nan_to_num(np.abs(found.minors[0] - coarser.minors[0]))  # none where no entry is large there
-    minors = found.minors * [[1.0], [2.0 * ROUNDING]] + [0.0 * other, other]
-    matrices = floquet.Matrices(found.matrix, ROUNDING * found.noise + apart[:, None, None], found.turns, minors)
-    elsewhere = np.abs(np.einsum("nii->n", found.matrix - coarser.matrix))
-    determinant = np.exp(found.further)
-    rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(found.matrix))
-    left = np.flatnonzero(~(apart <= ROUNDING * floquet.largest(found.noise)) & ~rounded)
+    flow, coarser = varied(base, steps), varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+    apart = COARSER * floquet.largest(flow.other - coarser.matrix)
+    other = np.nan_to_num(np.abs(flow.minors[0] - coarser.minors[0]))  # none where no entry is large there
+    minors = flow.minors * [[1.0], [2.0 * ROUNDING]] + [0.0 * other, other]
+    matrices = floquet.Matrices(flow.matrix, ROUNDING * flow.noise + apart[:, None, None], flow.turns, minors)
+    elsewhere = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix))
+    determinant = np.exp(flow.further)
+    rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
+    left = np.flatnonzero(~(apart <= ROUNDING * floquet.largest(flow.noise)) & ~rounded)
     if left.size and 3 * steps // 4 * 2 <= FINEST:
         finer, *others = certified(base.chosen(left), 3 * steps // 4 * 2, apart[left])
         matrices.put(left, finer)
@@ -500,8 +500,8 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
     for part in alike(base):
         with np.errstate(all="ignore"):
-            found = _columns(base.chosen(part), epsilon[part], tolerance)
-        for name, values in found.items():
+            part_columns = _columns(base.chosen(part), epsilon[part], tolerance)
+        for name, values in part_columns.items():
             fill = np.nan if values.dtype == float else 0
             columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[part] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
@@ -510,20 +510,20 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
 
 def refusal(model, parameters) -> str:
     """Return why none of these points has a periodic motion to measure; nothing if one has."""
-    found = []
+    flags = []
     for slot in range(len(model.system.labels)):
         with np.errstate(all="ignore"):
             base = Base(model, parameters, np.full(parameters[0].size, slot))
         if not (base.period > 0.0).any():
             return f"period: {model.system.given_period} is {base.period[0]:.6g} s; allowed: a finite time > 0"
-        found.append(((base.closed <= CLOSED).any(), (base.number > 0).any()))
-    if not any(closed for closed, _ in found):
+        flags.append(((base.closed <= CLOSED).any(), (base.number > 0).any()))
+    if not any(closed for closed, _ in flags):
         names = ", ".join(model.system.labels)
         return (
             f"base motion: none of the system's period begins near {names} (Newton's method on the period map does not "
             "close it); allowed: an equilibrium at all times, or a start near a periodic motion"
         )
-    if not any(bounded for _, bounded in found):
+    if not any(bounded for _, bounded in flags):
         return "coefficients: not finite, or too fast for the period; allowed: smooth, bounded functions of the time"
     if is_jagged(base):
         return "coefficients: they jump, have a kink or a pole; allowed: smooth, bounded functions of the time"
@@ -543,15 +543,15 @@ def _columns(base, epsilon, tolerance):
     """Columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
     nothing, elsewhere, wide, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), False, 1.0
-    found = linear = floquet.Matrices(nothing, nothing)
+    blind = linear = floquet.Matrices(nothing, nothing)
     unresolved = wide
     if base.number[0]:
-        found, wide, unresolved = measured(base, epsilon, tolerance)
+        blind, wide, unresolved = measured(base, epsilon, tolerance)
         linear, elsewhere, determinant = certified(base)
         linear.matrix[elsewhere > TWO_PHASES * floquet.largest(linear.matrix)] = np.nan
-        found.matrix[wide] = np.nan
-    columns, agree = floquet.compared(found, linear, elsewhere, base.period, reciprocal, determinant)
-    sound = np.isfinite(floquet.largest(found.matrix + found.error))
+        blind.matrix[wide] = np.nan
+    columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
+    sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
     cases = [~(base.closed <= CLOSED), base.number == 0, wide, unresolved, ~sound, ~agree]
     kinds = [
         "NO_PERIODIC_MOTION",

@@ -180,8 +180,8 @@ class PerturbedCode(Code):
     def _products(self, first, second, n, least=0, sign=""):
         """Return the terms of Σ u_k v_(n-k) from k = least on, the newest last; first and second are (kind, node)."""
         pairs = sorted(range(least, n + 1), key=lambda k: max(k, n - k))
-        found = [(self._term(*first, k), self._term(*second, n - k)) for k in pairs]
-        return [f"{sign}{u} * {v}" for u, v in found if u and v]
+        terms = [(self._term(*first, k), self._term(*second, n - k)) for k in pairs]
+        return [f"{sign}{u} * {v}" for u, v in terms if u and v]
 
     def _B(self, number, n):
         node = self.graph.nodes[number]
@@ -299,8 +299,8 @@ class PerturbedCode(Code):
         #: number of rows of the scratch array
         self.scratch = first + len(self.perturbed) + len(series)
 
-        def placed(found):
-            kind, number = found[1], int(found[2])
+        def placed(match):
+            kind, number = match[1], int(match[2])
             at = first + self.perturbed[kind, number] if kind in "xew" else self.base[kind, number]
             return f"{at * W} + lane"
 

@@ -103,15 +103,15 @@ class RootProblem:
 
         A factor of F_i that is free of x and never 0 (the mass and the length of a pendulum) moves no root.
         """
-        told = set()
+        symbols = set()
         for e in self.F:
             factor, rest = _factored(e).as_independent(*self.symbols, as_Add=False)
-            told |= rest.free_symbols | (set() if factor.is_nonzero else factor.free_symbols)
+            symbols |= rest.free_symbols | (set() if factor.is_nonzero else factor.free_symbols)
         for place, hold in zip(self.places, self.held, strict=True):
-            told |= set().union(*(sp.sympify(e).free_symbols for e in (*place.bounds, hold)))
+            symbols |= set().union(*(sp.sympify(e).free_symbols for e in (*place.bounds, hold)))
         for place in self.system.labels.values():
-            told |= set().union(*(e.free_symbols for e in place.values()))
-        return tuple(None if p.symbol in told else p.default for p in self.system.parameters.values()) or (0.0,)
+            symbols |= set().union(*(e.free_symbols for e in place.values()))
+        return tuple(None if p.symbol in symbols else p.default for p in self.system.parameters.values()) or (0.0,)
 
     def bounds(self, parameters):
         """Return (low, high) of each coordinate or state, shape (points, m, 2)."""
@@ -155,19 +155,19 @@ def magnitude(e: sp.Expr) -> sp.Expr:
 
     It does not become small where terms cancel, and bounds the expression.
     """
-    known: dict = {}
+    memo: dict = {}
 
     def of(e):
-        if e not in known:
+        if e not in memo:
             if e.is_Add:
-                known[e] = sp.Add(*map(of, e.args))
+                memo[e] = sp.Add(*map(of, e.args))
             elif e.is_Mul:
-                known[e] = sp.Mul(*map(of, e.args))
+                memo[e] = sp.Mul(*map(of, e.args))
             elif e.is_Pow and e.exp.is_Integer and e.exp.is_positive:
-                known[e] = of(e.base) ** e.exp
+                memo[e] = of(e.base) ** e.exp
             else:
-                known[e] = sp.Abs(e)
-        return known[e]
+                memo[e] = sp.Abs(e)
+        return memo[e]
 
     return of(e)
 

@@ -42,7 +42,7 @@ def _of_equilibria(model, parameters):
 
 def _of_a_period(model, parameters):
     variation = model.variation
-    linear, odd = (np.array([found]) for found in (model.perturbed_code(True).linear, variation.odd))
+    linear, odd = (np.array([flags]) for flags in (model.perturbed_code(True).linear, variation.odd))
     yield "linear about an equilibrium at all times: followed with one size and from one side", linear
     yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear
     _, reciprocal, even = variation.proved(parameters)

@@ -52,8 +52,8 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     """
     slot = np.asarray(points["equilibrium"])
     parameters = model.parameters(points, slot.size)
-    told = model.located(parameters, slot)
-    place = told["place"]
+    located = model.located(parameters, slot)
+    place = located["place"]
     with np.errstate(all="ignore"):
         J, terms, sizes = _jacobian(model, parameters, place)
         S, sizes = _scales(terms, sizes)
@@ -62,10 +62,10 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, place, sizes, gradients)
-    found = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-    told |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
-    told |= {"paired": paired(model, parameters, place)}
-    return told | found | {"parameters": parameters, "changes": changes}
+    spectra = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
+    located |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+    located |= {"paired": paired(model, parameters, place)}
+    return located | spectra | {"parameters": parameters, "changes": changes}
 
 
 def _jacobian(model, parameters, place):
@@ -184,8 +184,8 @@ def _run(model, points, theory, part, runs, sampling):
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
     family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
     scale = theory["scale"][part]
-    chosen = Runs(starts, project, scale, epsilon, twice, family, scale[:, None])
-    return kernel.run(model.code.integrator(), chosen, len(model.quantities), sampling)
+    batch = Runs(starts, project, scale, epsilon, twice, family, scale[:, None])
+    return kernel.run(model.code.integrator(), batch, len(model.quantities), sampling)
 
 
 # -- both
@@ -198,8 +198,8 @@ def survey(
     first, back = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
     motions = {name: np.asarray(values)[first] for name, values in points.items()}
     linear = theory(model, motions)
-    found = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
-    columns = _columns(model, linear, found)
+    measurement = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
+    columns = _columns(model, linear, measurement)
     number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
     return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
 
@@ -211,8 +211,8 @@ def _columns(model, theory, measured):
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
     raw = measured["raw"]
-    told = raw[:, kernel.FIRST + q :]
-    parts = np.stack([told[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
+    fit = raw[:, kernel.FIRST + q :]
+    parts = np.stack([fit[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
     number = _ordered(parts[0] + 1j * parts[1], S)[1]
     re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
@@ -229,9 +229,9 @@ def _columns(model, theory, measured):
     invariants, predicted = None, None
     if n == 4:
         invariants = {
-            "sum_of_squares": told[:, [column.SUM, column.SUM_ERROR]],
-            "product_of_squares": told[:, [column.PRODUCT, column.PRODUCT_ERROR]],
-            "discriminant": told[:, [column.DISCRIMINANT, column.DISCRIMINANT_ERROR]],
+            "sum_of_squares": fit[:, [column.SUM, column.SUM_ERROR]],
+            "product_of_squares": fit[:, [column.PRODUCT, column.PRODUCT_ERROR]],
+            "discriminant": fit[:, [column.DISCRIMINANT, column.DISCRIMINANT_ERROR]],
         }
         predicted = _invariants(theory["matrix"])
         for (name, value), exact in zip(invariants.items(), predicted, strict=True):
@@ -240,15 +240,15 @@ def _columns(model, theory, measured):
     pairs = theory["paired"]
     exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
     columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
-    found = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
-    columns["regime"] = regimes(re, im, e_re, e_im, found, pairs)
+    smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
+    columns["regime"] = regimes(re, im, e_re, e_im, smooth, pairs)
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):
             columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
     return columns | {
         "eigenvalue_condition": theory["condition"],
-        "smallest_singular_value": told[:, column.MOVED],
+        "smallest_singular_value": fit[:, column.MOVED],
         **model.columns_of_runs(theory, measured, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 
@@ -262,9 +262,9 @@ def _root(bound):
     """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
     from kernels import jacobians
 
-    found = np.empty(len(bound))
-    jacobians.roots(np.ascontiguousarray(bound), found)
-    return found
+    root = np.empty(len(bound))
+    jacobians.roots(np.ascontiguousarray(bound), root)
+    return root
 
 
 def _scales(terms, sizes):
@@ -370,11 +370,11 @@ def _exchanged(re, im, re_error, im_error, S):
 
 def _growth(re, error):
     """The largest real part, and the largest error of those that may be it."""
-    known = np.isfinite(re).all(1)
-    growth = np.where(known, re.max(1), np.nan)
+    finite = np.isfinite(re).all(1)
+    growth = np.where(finite, re.max(1), np.nan)
     with np.errstate(invalid="ignore"):
         rival = re + error >= growth[:, None]
-    return growth, np.where(known, np.where(rival, error, 0.0).max(1), np.nan)
+    return growth, np.where(finite, np.where(rival, error, 0.0).max(1), np.nan)
 
 
 def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
@@ -396,22 +396,22 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
         turning = np.abs(im) > im_error
         real = im == 0.0  # and not one that meets another within the errors, for the two may be a complex pair
-        asked = np.flatnonzero((grows[:, None] & rival & real).any(1))
-        real[asked] &= _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked])
+        rows = np.flatnonzero((grows[:, None] & rival & real).any(1))
+        real[rows] &= _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows])
         turns, straight = ((kind | ~rival).all(1) for kind in (turning, real))
         decays = (re + re_error < 0).all(1)
         level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
         if pairs is not None:
             level &= pairs  # without the symmetry an eigenvalue may lie beside the axis, within its error
         if invariants is None:
-            asked = np.flatnonzero(level)
-            level[asked] = _told_apart(re[asked], im[asked], np.hypot(re_error, im_error)[asked]).all(1)
+            rows = np.flatnonzero(level)
+            level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
         cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
         values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
-        found = np.select(cases, values, kernel.MARGINAL)
+        regime = np.select(cases, values, kernel.MARGINAL)
         if invariants is not None:
-            found = np.where(pairs, _by_pairs(*invariants), found)
-    return np.where(np.isfinite(re).all(1), found, -1).astype(np.int8)
+            regime = np.where(pairs, _by_pairs(*invariants), regime)
+    return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
 
 
 def _told_apart(re, im, errors):

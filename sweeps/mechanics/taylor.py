@@ -203,29 +203,29 @@ class Code:
 
     def _needed(self, roots):
         """The nodes that some nodes stand on, functions' slopes with them, in order."""
-        found, stack = set(), list(roots)
+        nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
-            if number in found or not self.graph.moves(number):
+            if number in nodes or not self.graph.moves(number):
                 continue
-            found.add(number)
+            nodes.add(number)
             node = self.graph.nodes[number]
             if node.kind in (ADD, MUL, DIV, FUNCTION):
                 stack += node.parts
             if node.kind == FUNCTION:
                 stack.append(self.graph.slopes[number])
-        return sorted(found)
+        return sorted(nodes)
 
     def _inner(self, roots):
         """The nodes that some nodes stand on at one order."""
-        found, stack = set(), list(roots)
+        nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
-            if number not in found and self.graph.moves(number):
-                found.add(number)
+            if number not in nodes and self.graph.moves(number):
+                nodes.add(number)
                 node = self.graph.nodes[number]
                 stack += node.parts if node.kind in (ADD, MUL, DIV, FUNCTION) else ()
-        return sorted(found)
+        return sorted(nodes)
 
     def _term(self, number, n):
         """Lines that give the n-th term of a node."""
@@ -285,8 +285,8 @@ class Code:
         if n == 0:
             base = self._base(below)
             lines.append(f"r{number} = 1.0 / ({base + ' + ' if base else ''}{self._epsilon}u{below}_0)")
-        if own := self._base(number):
-            terms.append(f"{own} * u{below}_{n}")
+        if numerator := self._base(number):
+            terms.append(f"{numerator} * u{below}_{n}")
         if n > 0:
             convolution = " + ".join(f"u{below}_{k} * u{number}_{n - k}" for k in range(1, n + 1))
             terms.append(f"{self._epsilon}({convolution})")

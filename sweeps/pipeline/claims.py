@@ -84,9 +84,9 @@ def _claim(handle: int, folder: Path) -> None:
 
 
 def _refuse(handle: int, folder: Path) -> None:
-    number, host = living.of_number(told := _told(handle))
+    number, host = living.of_number(holder := _told(handle))
     os.close(handle)
-    where = "" if living.is_here(told) or not host else f" on {host}"
+    where = "" if living.is_here(holder) or not host else f" on {host}"
     raise DefinitionError(
         f"{folder}: another run is active there (process {number or 'unknown'}{where}); allowed: one at a time"
     )
@@ -99,7 +99,7 @@ def _told(handle: int) -> str:
 def _claim_by_word(handle: int, folder: Path) -> None:
     """On a file system without locks: by what the claim says, and by its date, which a thread renews."""
     untouched = time.time() - os.fstat(handle).st_mtime
-    if (told := _told(handle)) and not living.is_over(told, untouched, PATIENCE):
+    if (holder := _told(handle)) and not living.is_over(holder, untouched, PATIENCE):
         _refuse(handle, folder)
     threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
 

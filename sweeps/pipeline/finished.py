@@ -37,8 +37,8 @@ def basis(definition: str | Path) -> str:
         text = content(definition, MAX_FILE_BYTES)
     except (OSError, ValueError):
         return ""
-    told = [os.path.realpath(definition), sys.version, *processor(), *_settings(), *map(_weight, _sources())]
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest() + _hash(text.removeprefix(codecs.BOM_UTF8))
+    inputs = [os.path.realpath(definition), sys.version, *processor(), *_settings(), *map(_weight, _sources())]
+    return hashlib.sha256(json.dumps(inputs).encode()).hexdigest() + _hash(text.removeprefix(codecs.BOM_UTF8))
 
 
 def _hash(text: bytes) -> str:

@@ -83,7 +83,7 @@ def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]
         files = _files(rules)
         near = difflib.get_close_matches(file, files, n=1)
         meant = f" (did you mean results/{name}/{near[0]}?)" if near else ""
-        made = [f"results/{own}/{file}" for own in ([name] if name in sweeps else sweeps) for file in files]
+        made = [f"results/{sweep}/{file}" for sweep in ([name] if name in sweeps else sweeps) for file in files]
         what = f"target: {shortened(repr(target))} is made by no rule{meant}"
         raise DefinitionError(f"{what}; allowed: {', '.join(made)}")
 

@@ -56,12 +56,12 @@ def _count(entry: object) -> int:
 
 def resolve(text: str) -> Path:
     """Return the file of a sweep that ships, by its name, or of a path."""
-    known = shipped()
-    if text in known:
-        return known[text]
+    files = shipped()
+    if text in files:
+        return files[text]
     if "/" in text or "\\" in text or re.search(r"\.(ya?ml|json)$", text) or Path(text).is_file():
         return Path(text)
-    raise DefinitionError(_unknown("definition", text, known, "or the path of a YAML file"))
+    raise DefinitionError(_unknown("definition", text, files, "or the path of a YAML file"))
 
 
 def load(source: str | Path | Mapping) -> "Definition":
@@ -75,14 +75,14 @@ def compiled(source: str | Path | Mapping) -> "Definition":
     """Return a definition as `load`, with what measures it compiled where this process has the compiler."""
     from sweeps.points import compile, sweep
 
-    found = load(source)
-    compile.ensure(sweep.of(found))
-    return found
+    definition = load(source)
+    compile.ensure(sweep.of(definition))
+    return definition
 
 
-def _unknown(where: str, name: str, known: Iterable[str], otherwise: str) -> str:
-    wrong = f"{name[:100]!r} is not the name of a sweep{hint(name[:100], known)}"
-    return f"{where}: {wrong}; allowed: {', '.join(known)}, {otherwise}"
+def _unknown(where: str, name: str, names: Iterable[str], otherwise: str) -> str:
+    wrong = f"{name[:100]!r} is not the name of a sweep{hint(name[:100], names)}"
+    return f"{where}: {wrong}; allowed: {', '.join(names)}, {otherwise}"
 
 
 @dataclass(frozen=True)
@@ -136,12 +136,12 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
     source = resolve(str(config.get("definition", DEFAULT)))
     default = plan(source)
     plans = {default.sweep.name: default}
-    known = {**shipped(), default.sweep.name: default.path}
+    files = {**shipped(), default.sweep.name: default.path}
     for name in filter(None, map(_sweep_of, targets)):
-        if not re.fullmatch(NAME_PATTERN, name) or name not in known:
-            raise DefinitionError(_unknown("target", name, known, "or --config definition=PATH with that file name"))
+        if not re.fullmatch(NAME_PATTERN, name) or name not in files:
+            raise DefinitionError(_unknown("target", name, files, "or --config definition=PATH with that file name"))
         if name not in plans:
-            plans[name] = plan(known[name])
+            plans[name] = plan(files[name])
     return default.sweep.name, plans
 
 

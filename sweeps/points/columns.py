@@ -56,10 +56,10 @@ def begun(
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
-    asked = [
+    futures = [
         pool.submit(part, {name: values[low:high] for name, values in points.items()}, sweep) for low, high in bounds
     ]
-    return lambda: _typed([future.result() for future in asked], sweep)
+    return lambda: _typed([future.result() for future in futures], sweep)
 
 
 def _typed(parts: list[dict[str, np.ndarray]], sweep: Sweep) -> dict[str, np.ndarray]:

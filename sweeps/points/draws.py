@@ -67,27 +67,27 @@ class Draw:
         return np.round(points * 2.0**BITS).astype(np.int64)
 
     def _sobol(self, start: int, stop: int) -> np.ndarray:
-        found = np.empty((stop - start, self._dimensions), np.int64)
+        fractions = np.empty((stop - start, self._dimensions), np.int64)
         for number in range(start >> LOW, -(-stop >> LOW) if stop > start else 0):
             first = number << LOW
             low, high = max(start, first), min(stop, first + 2**LOW)
             turn = np.zeros(self._dimensions, np.int64)
-            for digit, own in enumerate(self._turns):
+            for digit, digit_turn in enumerate(self._turns):
                 if number >> digit & 1:
-                    turn ^= own
-            found[low - start : high - start] = self._block[low - first : high - first] ^ turn
-        return found * 2.0**-BITS
+                    turn ^= digit_turn
+            fractions[low - start : high - start] = self._block[low - first : high - first] ^ turn
+        return fractions * 2.0**-BITS
 
     def _latin(self, start: int, stop: int) -> np.ndarray:
         num = self._sample.num
         numbers = np.arange(start, stop, dtype=np.uint64)
-        found = np.empty((stop - start, self._dimensions))
+        fractions = np.empty((stop - start, self._dimensions))
         for d in range(self._dimensions):
             keys = np.random.SeedSequence([self._sample.seed, d]).generate_state(ROUNDS + 1, np.uint64)
             within = (_mixed(numbers ^ keys[ROUNDS]) >> np.uint64(11)) * 2.0**-53
             # the last slice's upper end must not round to 1
-            found[:, d] = np.minimum((_permuted(numbers, num, keys) + within) / num, 1 - 2.0**-53)
-        return found
+            fractions[:, d] = np.minimum((_permuted(numbers, num, keys) + within) / num, 1 - 2.0**-53)
+        return fractions
 
 
 def _mixed(values: np.ndarray) -> np.ndarray:
@@ -101,10 +101,10 @@ def _mixed(values: np.ndarray) -> np.ndarray:
 def _permuted(numbers: np.ndarray, num: int, keys: np.ndarray) -> np.ndarray:
     """A permutation of 0 … num − 1 at some numbers, uint64."""
     digits = max(2, (num - 1).bit_length())
-    found = _network(numbers, digits, keys)
-    while (walking := np.flatnonzero(found >= np.uint64(num))).size:
-        found[walking] = _network(found[walking], digits, keys)
-    return found
+    places = _network(numbers, digits, keys)
+    while (walking := np.flatnonzero(places >= np.uint64(num))).size:
+        places[walking] = _network(places[walking], digits, keys)
+    return places
 
 
 def _network(values: np.ndarray, digits: int, keys: np.ndarray) -> np.ndarray:

@@ -21,8 +21,8 @@ def schema(described: Sequence[str] = ()) -> dict:
     places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")
     any_of = {}
     for name, model in models.items():  # without a title a sweep has its file's name, without a system the default one
-        own = whole["$defs"][places[model, "validation"]["$ref"].rpartition("/")[2]]
-        own["required"] = [key for key in own.get("required", []) if key not in ("title", "system")]
+        entry = whole["$defs"][places[model, "validation"]["$ref"].rpartition("/")[2]]
+        entry["required"] = [key for key in entry.get("required", []) if key not in ("title", "system")]
         readers = (name, *systems.resolve(name).variants.values())
         any_of[name] = {"anyOf": [places[models[each], "validation"] for each in readers]}
     named = {"required": ["system"]}
@@ -38,6 +38,6 @@ def _model(name: str) -> type[BaseModel]:
     try:
         return systems.resolve(name).model
     except KeyError:
-        known = systems.names()
-        what = f"{shortened(repr(name))} is not a system{hint(name, known)}"
-        raise RefusedError(f"SYSTEM: {what}; allowed: {', '.join(known)}, or path/to/file.py") from None
+        names = systems.names()
+        what = f"{shortened(repr(name))} is not a system{hint(name, names)}"
+        raise RefusedError(f"SYSTEM: {what}; allowed: {', '.join(names)}, or path/to/file.py") from None

@@ -21,10 +21,10 @@ class Following:
         #: what they follow from
         self.needed = tuple(dict.fromkeys(one for name in self.names for one in self._derived.over[name]))
 
-    def dimensions(self, own: Mapping[str, Any]) -> dict[str, Range | np.ndarray]:
+    def dimensions(self, dimensions: Mapping[str, Any]) -> dict[str, Range | np.ndarray]:
         """Return the dimensions of a system, with the pair in place of the parameters derived from it."""
         instead = dict(zip(self.names, self._pair.items(), strict=True))
-        along = (instead.get(name, (name, values)) for name, values in own.items())
+        along = (instead.get(name, (name, values)) for name, values in dimensions.items())
         return {name: spread(values) if name in self._pair else values for name, values in along}
 
     def at(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -33,7 +33,7 @@ class Following:
 
     def coordinates(self, shape: Mapping[str, int], values: Any) -> dict[str, tuple[tuple[str, ...], OnDemand]]:
         """Return name → (dimensions, values) of each derived coordinate."""
-        found = {}
+        coordinates = {}
         for name in self.names:
             dims = self._derived.over[name]
 
@@ -42,5 +42,5 @@ class Following:
                 made = self._derived.given(name, dict(zip(dims, np.meshgrid(*along, indexing="ij"), strict=True)))
                 return np.ascontiguousarray(made)
 
-            found[name] = dims, OnDemand(tuple(shape[dim] for dim in dims), "f8", part)
-        return found
+            coordinates[name] = dims, OnDemand(tuple(shape[dim] for dim in dims), "f8", part)
+        return coordinates

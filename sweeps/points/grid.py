@@ -57,10 +57,10 @@ class Grid:
 
         That is what bodies and points have of their own, and what follows from others.
         """
-        own = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
+        coordinates = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
         columns = scattered.columns(self.scattered) if self.scattered else {}
         follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
-        return own | {name: ((POINT,), values) for name, values in columns.items()} | follows
+        return coordinates | {name: ((POINT,), values) for name, values in columns.items()} | follows
 
     @cached_property
     def following(self) -> Following:
@@ -84,11 +84,11 @@ class Grid:
 
     @cached_property
     def _along(self) -> dict[str, Range | np.ndarray | OnDemand]:
-        own = self.following.dimensions(self.system.dimensions(self.definition))
+        dimensions = self.following.dimensions(self.system.dimensions(self.definition))
         if self.scattered is None:
-            return own
+            return dimensions
         points = {POINT: scattered.numbers(self.scattered.num)}
-        return points | {dim: values for dim, values in own.items() if dim not in self.scattered.names}
+        return points | {dim: values for dim, values in dimensions.items() if dim not in self.scattered.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return the coordinates of the points start … stop − 1.
@@ -101,21 +101,21 @@ class Grid:
             allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
             raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
         index = self._index(start, stop)
-        own = self._own(index[POINT]) if POINT in index else {}
+        of_points = self._own(index[POINT]) if POINT in index else {}
         given = {*self.arguments, *self.following.needed} - {*self.following.names}
-        columns = {name: own[name] if name in own else self._column(name, index) for name in given}
+        columns = {name: of_points[name] if name in of_points else self._column(name, index) for name in given}
         columns |= self.following.at(columns)
         return {name: columns[name] for name in self.arguments}
 
     def _index(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return dimension → the number along it of each of the points start … stop − 1."""
-        found, carried = {}, np.arange(stop - start)
+        indices, carried = {}, np.arange(stop - start)
         for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
             start, first = divmod(start, length)  # of Python's integers: a point's number may exceed 64 bits
             total = first + carried
             carried = total // length
-            found[dim] = total - carried * length
-        return found
+            indices[dim] = total - carried * length
+        return indices
 
     def _column(self, name: str, index: dict[str, np.ndarray]) -> np.ndarray:
         """Return one of the coordinates of points, from their numbers along the dimensions."""

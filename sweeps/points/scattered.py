@@ -42,24 +42,24 @@ class Drawn:
         self._ranges, self.num = definition.drawn, definition.sample.num
         self._grid, self._pair = definition.grid, dict(definition.pair or {})
         self._draw = Draw(definition.sample, len(self._ranges))
-        own = tuple(name for name in self._ranges if name not in self._pair)
-        self.names = (*self._grid.derived.names, *own) if self._pair else own
+        names = tuple(name for name in self._ranges if name not in self._pair)
+        self.names = (*self._grid.derived.names, *names) if self._pair else names
         follows = {name for over in self._grid.derived.over.values() for name in over} if self._pair else set()
         self._others = follows - {*self._pair}
 
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Return name → values at the points start … stop − 1 (from 0), float64 of shape (stop − start,)."""
         shares = self._draw.shares(start, stop)
-        found = {}
+        drawn = {}
         for k, (name, spaced) in enumerate(self._ranges.items()):
             is_one = name in self._pair
-            found[name] = self._grid.derived.drawn(name, spaced, shares[:, k]) if is_one else spaced.drawn(shares[:, k])
+            drawn[name] = self._grid.derived.drawn(name, spaced, shares[:, k]) if is_one else spaced.drawn(shares[:, k])
         if self._pair:
             one = {name: _first(getattr(self._grid, name)) for name in self._others}
-            values = one | {name: np.full(stop - start, _first(e)) for name, e in self._pair.items()} | found
-            found = {name: self._grid.derived.given(name, values) for name in self._grid.derived.names} | found
-            found = {name: found[name] for name in self.names}
-        return found
+            values = one | {name: np.full(stop - start, _first(e)) for name, e in self._pair.items()} | drawn
+            drawn = {name: self._grid.derived.given(name, values) for name in self._grid.derived.names} | drawn
+            drawn = {name: drawn[name] for name in self.names}
+        return drawn
 
 
 def _first(entry: object) -> float:

@@ -101,8 +101,8 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
     except MapError as changed:
         raise refusal("", display(file), f"cannot be read ({changed})", "a table that stays as it is") from None
     except OSError as error:
-        known = isinstance(error, FileNotFoundError) or not error.errno
-        wrong = "is not there, or is no file" if known else f"cannot be read ({error.strerror})"
+        is_missing = isinstance(error, FileNotFoundError) or not error.errno
+        wrong = "is not there, or is no file" if is_missing else f"cannot be read ({error.strerror})"
         raise refusal("", display(file), wrong, KINDS) from None
 
 
@@ -127,8 +127,8 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
 
 def _key(columns: Sequence[ColumnOf], beside: list) -> str:
     """The name of a table's rows in the cache: a hash of all that they depend on."""
-    asked = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    return hashlib.sha256(json.dumps([asked, *beside]).encode()).hexdigest()[:40]
+    layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    return hashlib.sha256(json.dumps([layout, *beside]).encode()).hexdigest()[:40]
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
@@ -160,22 +160,22 @@ def _note(path: Path, seen: dict) -> None:
 
 
 def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter], grid: Mapping) -> list[ColumnOf]:
-    known = {p.name: p for p in parameters}
+    by_name = {p.name: p for p in parameters}
     named = ", ".join(p.name + ("" if p.quantity.units == "1" else f" ({p.quantity.units})") for p in parameters)
-    found: dict[str, ColumnOf] = {}
+    columns: dict[str, ColumnOf] = {}
     for place, (name, unit) in enumerate(headings):
-        shown = display(name)
-        if name not in known:
-            raise refusal("", shown, "is no column that is known" + hint(name, known), f"the columns {named}")
-        if name in found:
-            raise refusal("", shown, "is the name of two columns", "each column once")
+        value = display(name)
+        if name not in by_name:
+            raise refusal("", value, "is no column that is known" + hint(name, by_name), f"the columns {named}")
+        if name in columns:
+            raise refusal("", value, "is the name of two columns", "each column once")
         if name in grid:
-            raise refusal(name, shown, "is a column of the table and given in grid too", "one of these")
-        factor = units.factor(unit, wanted := known[name].quantity.units)
+            raise refusal(name, value, "is a column of the table and given in grid too", "one of these")
+        factor = units.factor(unit, wanted := by_name[name].quantity.units)
         if factor is None:
             raise refusal(name, display(unit), "is a unit that is not known", units.allowed(wanted))
-        found[name] = ColumnOf(place, known[name], factor)
-    return [found[name] for name in known if name in found]
+        columns[name] = ColumnOf(place, by_name[name], factor)
+    return [columns[name] for name in by_name if name in columns]
 
 
 # -- rows that are checked
@@ -196,9 +196,9 @@ def _write(
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
         for values in filter(len, source.parts([column.place for column in columns])):
             num, by_column = len(rows), np.ascontiguousarray(values.T)
-            for column, own in zip(columns, by_column, strict=True):
-                own *= column.factor
-                _check_column(column, own, num)
+            for column, column_values in zip(columns, by_column, strict=True):
+                column_values *= column.factor
+                _check_column(column, column_values, num)
             _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
             rows.resize(num + len(values), axis=0)
             rows[num:] = by_column.T
@@ -236,18 +236,18 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     item = column.parameter.quantity.item
     if any(wrong(item, end) for end in telling(values)):
         row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
-        shown = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.name, shown, "is out of range", what)
+        value = f"row {before + row + 1:,} ({float(values[row])!r})"
+        raise refusal(column.name, value, "is out of range", what)
 
 
 def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
     impossible = derived.impossible(columns) if derived else None
     if impossible is not None and np.ndim(impossible) and impossible.any():
         row = int(np.argmax(impossible))
-        shown = ", ".join(
+        value = ", ".join(
             f"{name} {float(np.broadcast_to(columns[name], impossible.shape)[row]):.6g}" for name in names
         )
-        shown = f"row {before + row + 1:,} ({shown})"
+        value = f"row {before + row + 1:,} ({value})"
         raise refusal(
-            "", shown, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"
+            "", value, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"
         )

@@ -39,12 +39,12 @@ def _world() -> str:
 def _begun(process: int) -> int | None:
     """When a process of this machine began, in ticks since the machine did; None where there is no such process."""
     try:
-        told = Path(f"/proc/{process}/stat").read_text()
+        status = Path(f"/proc/{process}/stat").read_text()
     except FileNotFoundError:
         return None if Path("/proc/self").exists() else _exists(process)
     except OSError:
         return 0
-    state, *others = told.rpartition(")")[2].split()
+    state, *others = status.rpartition(")")[2].split()
     return None if state in "ZX" else int(others[18])  # it has ended, and nobody has asked for its status yet
 
 
@@ -67,11 +67,11 @@ def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
         patience: after how many such seconds a process that cannot be looked at (of another machine or container, or
             of no mark) counts as ended.
     """
-    found = _FORM.search(made_by)
-    if found is None or f"{found[2]}-{found[3]}" != _world():
+    match = _FORM.search(made_by)
+    if match is None or f"{match[2]}-{match[3]}" != _world():
         return untouched > patience
-    begun = _begun(int(found[4]))
-    return begun is None or (begun > 0 and int(found[5]) > 0 and begun != int(found[5]))
+    begun = _begun(int(match[4]))
+    return begun is None or (begun > 0 and int(match[5]) > 0 and begun != int(match[5]))
 
 
 def age(path: Path) -> float:
@@ -84,11 +84,11 @@ def age(path: Path) -> float:
 
 def of_number(made_by: str) -> tuple[str, str]:
     """Return (process number, host) of a mark, "" where there is none."""
-    found = _FORM.search(made_by)
-    return (found[4], found[1]) if found else ("", "")
+    match = _FORM.search(made_by)
+    return (match[4], match[1]) if match else ("", "")
 
 
 def is_here(made_by: str) -> bool:
     """Return True if a mark is of this machine and container."""
-    found = _FORM.search(made_by)
-    return found is not None and f"{found[2]}-{found[3]}" == _world()
+    match = _FORM.search(made_by)
+    return match is not None and f"{match[2]}-{match[3]}" == _world()

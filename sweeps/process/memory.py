@@ -30,9 +30,9 @@ def give_back() -> None:
 def available() -> int:
     """Return the bytes of memory that are available without swapping."""
     with suppress(OSError, ValueError), open("/proc/meminfo") as file:  # there is no need to load what reads it too
-        told = dict(line.split(":", 1) for line in file)
-        if "MemAvailable" in told:
-            return 1024 * int(told["MemAvailable"].split()[0])
+        sizes = dict(line.split(":", 1) for line in file)
+        if "MemAvailable" in sizes:
+            return 1024 * int(sizes["MemAvailable"].split()[0])
     import psutil
 
     return psutil.virtual_memory().available

@@ -101,13 +101,13 @@ def file_text(path: Path) -> str:
     allowed = f"a readable YAML file of at most {MAX_FILE_BYTES:,} bytes, in UTF-8"
     where = ("(file)",)
     try:
-        found = content(path, MAX_FILE_BYTES)
+        raw = content(path, MAX_FILE_BYTES)
     except (OSError, ValueError, MapError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         wrong = reason if reason.startswith("is ") else f"cannot be opened ({reason})"
         raise UnreadableError(where, display(str(path)), wrong, allowed) from None
     try:
-        return found.decode("utf-8-sig")
+        return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise UnreadableError(where, f"byte {error.start}", "is not UTF-8 text", allowed) from None
 

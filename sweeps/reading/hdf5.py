@@ -63,14 +63,14 @@ def read_structure(file: FileBytes) -> Structure:
     """Return what a file holds, as it says itself, but for its numbers."""
     path, size = file.name, file.size
     _check_superblock(file)
-    found = sandbox.run_in_child(partial(_structure_or_refusal, file), size)
-    if found is None:
+    answer = sandbox.run_in_child(partial(_structure_or_refusal, file), size)
+    if answer is None:
         wrong = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
         raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}")
-    if "refused" in found:
-        raise MapError(f"{path}: {found['refused']}")
+    if "refused" in answer:
+        raise MapError(f"{path}: {answer['refused']}")
     variables = {}
-    for name, values in found["variables"].items():
+    for name, values in answer["variables"].items():
         try:
             places = np.array(values.pop("places"), dtype=np.int64)
         except OverflowError:
@@ -81,7 +81,7 @@ def read_structure(file: FileBytes) -> Structure:
         chunk = None if chunk is None else tuple(chunk)
         variables[name] = StoredVariable(**lists, **values, chunk=chunk, places=places)
         _check_places(path, name, variables[name], size)
-    return Structure(found["attributes"], variables)
+    return Structure(answer["attributes"], variables)
 
 
 def _check_superblock(file: FileBytes) -> None:
@@ -161,13 +161,13 @@ def _variables(file: h5py.File) -> dict[str, dict]:
 
 def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
     """Number of each dimension, as netCDF counts them → its name and length."""
-    found = {}
-    for name, own in attributes.items():
-        if own.get("CLASS") == "DIMENSION_SCALE" and datasets[name].shape:
-            number = own.get("_Netcdf4Dimid", len(datasets) + len(found))
+    dimensions = {}
+    for name, of_dataset in attributes.items():
+        if of_dataset.get("CLASS") == "DIMENSION_SCALE" and datasets[name].shape:
+            number = of_dataset.get("_Netcdf4Dimid", len(datasets) + len(dimensions))
             number = number[0] if isinstance(number, list) and number else number
-            found[number if isinstance(number, int) else -1] = name, datasets[name].shape[0]
-    return found
+            dimensions[number if isinstance(number, int) else -1] = name, datasets[name].shape[0]
+    return dimensions
 
 
 def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) -> dict:
@@ -175,15 +175,15 @@ def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) ->
     if shape is None or dataset.id.rank > 32:
         raise _RefusedError(f"{name}: has no shape; allowed: {ALLOWED}")
     dtype = _type(dataset)
-    told = {"shape": shape, "dtype": dtype, "attributes": attributes, "texts": [], "places": []}
-    told |= {"dims": _dims(dataset, numbered, attributes), "chunk": None, "filters": []}
+    facts = {"shape": shape, "dtype": dtype, "attributes": attributes, "texts": [], "places": []}
+    facts |= {"dims": _dims(dataset, numbered, attributes), "chunk": None, "filters": []}
     if str(attributes.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable"):
-        return told | {"dtype": ""}
+        return facts | {"dtype": ""}
     if dtype:
         _check_layout(name, dataset.id.get_create_plist())
     if dtype == "str":
-        return told | {"texts": _texts(name, dataset)}
-    return told | (_places(name, dataset) if dtype else {})
+        return facts | {"texts": _texts(name, dataset)}
+    return facts | (_places(name, dataset) if dtype else {})
 
 
 def _check_layout(name: str, properties: h5py.h5p.PropDCID) -> None:
@@ -206,12 +206,12 @@ def _type(dataset: h5py.Dataset) -> str:
 
 def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
     """Names of a dataset's dimensions; "" for one that has none."""
-    own = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
+    name = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
     numbers = attributes.get("_Netcdf4Coordinates")
     if isinstance(numbers, list) and len(numbers) == len(dataset.shape):
         return [numbered.get(number, ("", 0))[0] for number in numbers]
     if attributes.get("CLASS") == "DIMENSION_SCALE" and len(dataset.shape) == 1:
-        return [own]
+        return [name]
     return [_attached(dataset, k) for k in range(len(dataset.shape))]
 
 
@@ -263,14 +263,14 @@ def _attributes(holder: Any, where: str) -> dict[str, Any]:
     number = h5py.h5a.get_num_attrs(holder.id)
     if number > MOST_ATTRIBUTES:
         raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MOST_ATTRIBUTES}")
-    found = {}
+    values = {}
     for k in range(number):
         attribute = h5py.h5a.open(holder.id, index=k)
         name = _text(attribute.name)
         if where and name not in TOLD:
             continue
-        found[name] = _attribute(attribute, where + name)
-    return found
+        values[name] = _attribute(attribute, where + name)
+    return values
 
 
 def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:

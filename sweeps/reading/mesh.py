@@ -55,14 +55,14 @@ def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     digest = hashlib.file_digest(file, "sha256").hexdigest()
     seconds, room = sandbox.SECONDS + file.size * SECONDS_PER_BYTE, sandbox.ROOM + file.size * ROOM_PER_BYTE
     try:
-        reason, *found = sandbox.parts_from_child(partial(_parsed, file), seconds, room)
+        reason, *arrays = sandbox.parts_from_child(partial(_parsed, file), seconds, room)
     except sandbox.ChildError:
-        reason, found = b"it is damaged, or takes too much time or memory", []
-    if not found:
+        reason, arrays = b"it is damaged, or takes too much time or memory", []
+    if not arrays:
         reason = "".join(c if c.isprintable() else " " for c in reason.decode("utf-8", "replace")[:100])
         raise MeshError(f"cannot be read as a mesh ({reason})")
-    vertices = np.frombuffer(found[0], "f8").reshape(-1, 3).copy()
-    faces = np.frombuffer(found[1], "i8").reshape(-1, 3).copy()
+    vertices = np.frombuffer(arrays[0], "f8").reshape(-1, 3).copy()
+    faces = np.frombuffer(arrays[1], "i8").reshape(-1, 3).copy()
     if len(faces) < 4 or not np.abs(vertices).max() <= LARGEST:  # NaN is not
         wrong = f"holds no body: fewer than four triangles, or points that are no numbers or beyond {LARGEST:g}"
         raise MeshError(wrong)

@@ -47,12 +47,12 @@ class StoredValues:
         boxes, picked = [], []
         for index, size in zip(key, self.shape, strict=True):
             if isinstance(index, slice):
-                chosen = range(*index.indices(size))
-                low, high = (min(chosen[0], chosen[-1]), max(chosen[0], chosen[-1]) + 1) if chosen else (0, 0)
-                first = chosen.start - low
-                step = chosen.step
-                stop = first + step * len(chosen)
-                picked.append(slice(first, stop if stop >= 0 else None, step) if chosen else slice(0, 0))
+                part = range(*index.indices(size))
+                low, high = (min(part[0], part[-1]), max(part[0], part[-1]) + 1) if part else (0, 0)
+                first = part.start - low
+                step = part.step
+                stop = first + step * len(part)
+                picked.append(slice(first, stop if stop >= 0 else None, step) if part else slice(0, 0))
             else:
                 low = int(index) % size if size else 0
                 high = low + 1
@@ -62,9 +62,9 @@ class StoredValues:
 
     def _box(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
         """The values from low to high − 1 along each dimension."""
-        found = np.empty([high - low for low, high in box], dtype=self.dtype)
-        if not found.size:
-            return found
+        values = np.empty([high - low for low, high in box], dtype=self.dtype)
+        if not values.size:
+            return values
         corners = [range(low // n * n, high, n) for (low, high), n in zip(box, self._chunk, strict=True)]
         for corner in product(*corners):
             here, there = [], []
@@ -73,8 +73,8 @@ class StoredValues:
                 here.append(slice(first - at, after - at))
                 there.append(slice(first - low, after - low))
             chunk = self._decoded(corner) if self._held.chunk else self._from_one_piece(corner)
-            found[tuple(there)] = chunk[tuple(here)]
-        return self._checked(found)
+            values[tuple(there)] = chunk[tuple(here)]
+        return self._checked(values)
 
     def _from_one_piece(self, corner: tuple[int, ...]) -> np.ndarray:
         """Return a part of values that stand one after the other in the file."""
@@ -112,17 +112,17 @@ class StoredValues:
         """At most one byte more than a chunk should have: what swells beyond is refused."""
         inflating = isal_zlib.decompressobj()
         try:
-            found = inflating.decompress(content, size + 1)
+            inflated = inflating.decompress(content, size + 1)
         except isal_zlib.error:
             raise self._damaged() from None
-        if not inflating.eof and len(found) == size:  # the check of its end may be left
+        if not inflating.eof and len(inflated) == size:  # the check of its end may be left
             try:
-                found += inflating.decompress(inflating.unconsumed_tail, 1)
+                inflated += inflating.decompress(inflating.unconsumed_tail, 1)
             except isal_zlib.error:
                 raise self._damaged() from None
         if not inflating.eof:
             raise self._damaged()
-        return found
+        return inflated
 
     def _damaged(self) -> MapError:
         return MapError(
@@ -132,10 +132,10 @@ class StoredValues:
     def _checked(self, values: np.ndarray) -> np.ndarray:
         """The values, where each flag has a meaning."""
         if self._flags is not None and values.size:
-            for found in (values.min(), values.max()):
-                if not self._flags[0] <= found <= self._flags[1]:
+            for extreme in (values.min(), values.max()):
+                if not self._flags[0] <= extreme <= self._flags[1]:
                     allowed = f"allowed: {self._flags[0]} to {self._flags[1]}"
                     raise MapError(
-                        f"{self._file.path}: {self._name}: holds the flag {found}, without a meaning; {allowed}"
+                        f"{self._file.path}: {self._name}: holds the flag {extreme}, without a meaning; {allowed}"
                     )
         return values

@@ -38,8 +38,8 @@ def refusal(column: str, shown: str, wrong: str, allowed: str) -> UnreadableErro
 
 def heading(text: str) -> tuple[str, str]:
     """Return name and unit ("" for none) of a heading: "I1", "I1 (kg m2)", "I1 [kg m^2]"."""
-    found = HEADING.fullmatch(text[:LONGEST_LINE])
-    return (found["name"], found["unit"] or "") if found else (text.strip(), "")
+    match = HEADING.fullmatch(text[:LONGEST_LINE])
+    return (match["name"], match["unit"] or "") if match else (text.strip(), "")
 
 
 def opened(file: FileBytes, suffix: str) -> "Source":
@@ -136,8 +136,8 @@ class _Csv(Source):
         return line
 
     def _too_long(self, row: int | None = None) -> UnreadableError:
-        shown = display(self.name) if not row else f"row {row:,}"
-        return refusal("", shown, f"has a line of more than {LONGEST_LINE:,} bytes", "lines that are shorter")
+        value = display(self.name) if not row else f"row {row:,}"
+        return refusal("", value, f"has a line of more than {LONGEST_LINE:,} bytes", "lines that are shorter")
 
     def _read(self, what, dtype, **options):
         import pandas as pd
@@ -181,9 +181,9 @@ class _Csv(Source):
                 yield part[order].to_numpy()
                 number += 1
         except pd.errors.ParserError as error:
-            found = re.search(r"line (\d+), saw (\d+)", str(error))
-            shown = f"row {int(found[1]) - 1:,} ({found[2]} values)" if found else display(self.name)
-            raise refusal("", shown, "is no row of the table", f"{len(order)} values in every row") from None
+            match = re.search(r"line (\d+), saw (\d+)", str(error))
+            value = f"row {int(match[1]) - 1:,} ({match[2]} values)" if match else display(self.name)
+            raise refusal("", value, "is no row of the table", f"{len(order)} values in every row") from None
         except UnicodeDecodeError:
             raise refusal("", display(self.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
         except ValueError:
@@ -211,9 +211,9 @@ class _Csv(Source):
                 break
             row = int(np.argmax(bad.any(axis=0)))
             place = int(np.argmax(bad[:, row]))
-            shown = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
+            value = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
             return refusal(
-                self.headings[place][0], shown, "is no number", "a number in every row, with a decimal point"
+                self.headings[place][0], value, "is no number", "a number in every row, with a decimal point"
             )
         return refusal("", display(self.name), "holds what is no number", "numbers in every row")
 
@@ -231,15 +231,15 @@ class _Parquet(Source):
         except ImportError:
             wrong, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
             raise refusal("", display(self.name), wrong, allowed) from None
-        found = sandbox.run_in_child(self._described, file.size)
-        if found is None or "refused" in found:
-            reason = found["refused"] if found else "reading it failed, or took too much"
+        answer = sandbox.run_in_child(self._described, file.size)
+        if answer is None or "refused" in answer:
+            reason = answer["refused"] if answer else "reading it failed, or took too much"
             raise refusal("", display(self.name), "is no Parquet file", reason)
-        self.headings = [heading(name) for name in found["names"]]
-        for (name, _), kind in zip(self.headings, found["kinds"], strict=True):
+        self.headings = [heading(name) for name in answer["names"]]
+        for (name, _), kind in zip(self.headings, answer["kinds"], strict=True):
             if kind:
                 raise refusal(name, display(kind), "is no type of numbers", "numbers in every row")
-        self._rows = found["rows"]
+        self._rows = answer["rows"]
 
     def _opened(self):
         from pyarrow import PythonFile, parquet
@@ -297,8 +297,8 @@ class _Netcdf(Source):
         of_rows = next((one.dims for one in columns.values()), ())
         wrong = [name for name, one in columns.items() if len(one.dims) != 1 or one.dims != of_rows]
         if wrong or not columns:
-            shown = display(wrong[0] if wrong else self.name)
-            raise refusal("", shown, "does not lie along the one dimension of rows", "variables along one dimension")
+            value = display(wrong[0] if wrong else self.name)
+            raise refusal("", value, "does not lie along the one dimension of rows", "variables along one dimension")
         self._columns = list(columns.items())
         self.headings = [(name, str(one.attributes.get("units", ""))) for name, one in self._columns]
         for name, one in self._columns:
@@ -309,10 +309,10 @@ class _Netcdf(Source):
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """The rows; see `Source`."""
-        chosen = [self._columns[k] for k in places]
-        rows = chosen[0][1].shape[0]
+        variables = [self._columns[k] for k in places]
+        rows = variables[0][1].shape[0]
         self._refuse_swollen(rows * len(places))
-        columns = [(StoredValues(self._file, name, one), one.attributes) for name, one in chosen]
+        columns = [(StoredValues(self._file, name, one), one.attributes) for name, one in variables]
         for start in range(0, rows, PART_ROWS):
             part = (slice(start, min(start + PART_ROWS, rows)),)
             yield np.column_stack([_unpacked(values.read(part), attributes) for values, attributes in columns])
@@ -325,13 +325,13 @@ def _unpacked(values: np.ndarray, attributes: dict) -> np.ndarray:
     kind = values.dtype.str[1:]
     missing = [n for key in ("_FillValue", "missing_value") for n in _numbers(attributes, key)]
     missing += [default_fillvals[kind]] if kind in default_fillvals and values.itemsize > 1 else []
-    found = np.where(np.isin(values, np.array(missing).astype(values.dtype)), np.nan, values.astype("f8"))
-    return found * [*_numbers(attributes, "scale_factor"), 1.0][0] + [*_numbers(attributes, "add_offset"), 0.0][0]
+    numbers = np.where(np.isin(values, np.array(missing).astype(values.dtype)), np.nan, values.astype("f8"))
+    return numbers * [*_numbers(attributes, "scale_factor"), 1.0][0] + [*_numbers(attributes, "add_offset"), 0.0][0]
 
 
 def _numbers(attributes: dict, name: str) -> list:
     """The numbers of an attribute; none for one that is text."""
-    return found if isinstance(found := attributes.get(name), list) else []
+    return numbers if isinstance(numbers := attributes.get(name), list) else []
 
 
 SUFFIXES = {".csv": _Csv, ".parquet": _Parquet, ".nc": _Netcdf}

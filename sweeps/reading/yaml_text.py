@@ -36,10 +36,10 @@ def _syntax(text: str, error: Exception) -> UnreadableError:
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     where = (f"line {mark.line + 1}",) if mark else ("(file)",)
     lines = text.splitlines()
-    shown = display(lines[mark.line].strip()) if mark and mark.line < len(lines) else "(text)"
+    value = display(lines[mark.line].strip()) if mark and mark.line < len(lines) else "(text)"
     reason = getattr(error, "problem", None) or str(error).split("\n")[0] or type(error).__name__
     reason = "".join(c if c.isprintable() else " " for c in reason[:200])
-    return UnreadableError(where, shown, f"is not YAML: {reason}", "YAML 1.2, one mapping")
+    return UnreadableError(where, value, f"is not YAML: {reason}", "YAML 1.2, one mapping")
 
 
 def _document(parsed: Iterator) -> Any:
@@ -48,8 +48,8 @@ def _document(parsed: Iterator) -> Any:
     if isinstance(start, events.StreamEndEvent):
         raise UnreadableError((), "", "is an empty file", "a mapping with the keys of a definition")
     if start.version not in (None, (1, 2)):
-        shown = "%YAML " + ".".join(map(str, start.version))
-        raise UnreadableError((f"line {_line(start)}",), shown, "is another YAML", "YAML 1.2")
+        directive = "%YAML " + ".".join(map(str, start.version))
+        raise UnreadableError((f"line {_line(start)}",), directive, "is another YAML", "YAML 1.2")
     value = _node(next(parsed), parsed, {}, ())
     next(parsed)  # the document's end
     after = next(parsed)

@@ -19,8 +19,8 @@ def dimensions(ds: "xr.Dataset") -> dict[str, int]:
 
 def along(variable: "xr.DataArray", dims: Sequence[str]) -> np.ndarray:
     """Return the values of a variable with the given dimensions in order, of length 1 where it lacks one."""
-    own = [dim for dim in dims if dim in variable.dims]
-    return variable.transpose(*own).values.reshape([variable.sizes[dim] if dim in own else 1 for dim in dims])
+    present = [dim for dim in dims if dim in variable.dims]
+    return variable.transpose(*present).values.reshape([variable.sizes[dim] if dim in present else 1 for dim in dims])
 
 
 def own_of_points(ds: "xr.Dataset") -> list[str]:
@@ -30,21 +30,21 @@ def own_of_points(ds: "xr.Dataset") -> list[str]:
 
 def placing(ds: "xr.Dataset") -> list[str]:
     """Return the names of numeric coordinates that identify points but are no dimensions."""
-    found = (name for name, c in ds.coords.items() if c.ndim and name not in ds.dims and c.dtype.kind == "f")
-    return [str(name) for name in found if all(ds[dim].dtype.kind not in "OU" for dim in ds[name].dims)]
+    names = (name for name, c in ds.coords.items() if c.ndim and name not in ds.dims and c.dtype.kind == "f")
+    return [str(name) for name in names if all(ds[dim].dtype.kind not in "OU" for dim in ds[name].dims)]
 
 
-def nearest_by(ds: "xr.Dataset", asked: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
+def nearest_by(ds: "xr.Dataset", requested: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
     """Return dimension → index of the point nearest to values of coordinates that lie along several dimensions.
 
     Args:
         ds: a map.
-        asked: coordinate → value; a coordinate's distance counts in units of the range of all its values.
+        requested: coordinate → value; a coordinate's distance counts in units of the range of all its values.
         at: dimension → number along it, of those that are chosen already.
     """
-    dims = [dim for dim in dict.fromkeys(dim for name in asked for dim in ds[name].dims) if dim not in at]
+    dims = [dim for dim in dict.fromkeys(dim for name in requested for dim in ds[name].dims) if dim not in at]
     away = np.zeros([ds.sizes[dim] for dim in dims])
-    for name, value in asked.items():
+    for name, value in requested.items():
         part = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
         away = away + np.square((along(part, dims) - value) / (np.ptp(ds[name].values) or 1.0))
     return dict(zip(dims, map(int, np.unravel_index(int(away.argmin()), away.shape)), strict=True))

@@ -188,7 +188,7 @@ class Definition(Strict):
     def _check_sample(self) -> "Definition":
         if self.sample is None:
             return self
-        shown, wrong = display(self.sample), ""
+        value, wrong = display(self.sample), ""
         if getattr(self, "bodies", ()):
             wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
         elif not self.drawn:
@@ -199,7 +199,7 @@ class Definition(Strict):
                 f"at most {MOST_SOBOL:,} points with sobol; or latin or random",
             )
         if wrong:
-            raise refusals([Problem(("sample",), shown, wrong, allowed)])
+            raise refusals([Problem(("sample",), value, wrong, allowed)])
         return self
 
     def __reduce__(self):

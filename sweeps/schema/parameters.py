@@ -52,10 +52,10 @@ class Range(Strict):
         if self.spacing == "log":
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
             # one by one: NumPy's exp may round a number otherwise alone than in an array
-            found = self.start * np.array([math.exp(x) for x in (share * e_folds).tolist()])
+            values = self.start * np.array([math.exp(x) for x in (share * e_folds).tolist()])
         else:
-            found = self.start + share * (self.stop - self.start)
-        return np.clip(found, min(self.start, self.stop), max(self.start, self.stop))
+            values = self.start + share * (self.stop - self.start)
+        return np.clip(values, min(self.start, self.stop), max(self.start, self.stop))
 
     def _linear(self, index: np.ndarray) -> np.ndarray:
         return index * ((self.stop - self.start) / (self.num - 1)) + self.start
@@ -185,11 +185,11 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
             Field(default, description=_description(parameter)),
         )
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
-    own = {"parameters": parameters, "derived": derived, "__module__": module}
+    namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
         fields[derived.key] = derived.model, Field(None, description=derived.description)
-        own["model_config"] = {"json_schema_extra": lambda schema: _require_but(derived.names, schema)}
-    base = type(name, (GridOf,), own)
+        namespace["model_config"] = {"json_schema_extra": lambda schema: _require_but(derived.names, schema)}
+    base = type(name, (GridOf,), namespace)
     return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
 
 
@@ -216,9 +216,9 @@ def range_model(quantity: Quantity) -> type[Range]:
 def _nonzero(quantity: Quantity) -> type[Range]:
     class Nonzero(Range):
         def drawn(self, share: np.ndarray) -> np.ndarray:
-            found = super().drawn(share)
+            values = super().drawn(share)
             # one of 2^30 shares may land on 0: it is moved by a quarter of the distance between shares
-            return np.where(np.abs(found) < quantity.least, 2.0**-32 * (self.stop - self.start), found)
+            return np.where(np.abs(values) < quantity.least, 2.0**-32 * (self.stop - self.start), values)
 
         @model_validator(mode="after")
         def _check_zero(self) -> "Nonzero":

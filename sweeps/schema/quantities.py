@@ -36,12 +36,12 @@ class Parameter:
 def amount(where: str, value: Any, unit: str) -> float:
     """Return a number from a number, or from text with a unit; refuse others."""
     try:
-        found = float(units.number(value, unit))
+        number = float(units.number(value, unit))
     except (TypeError, ValueError):
-        found = math.nan
-    if not math.isfinite(found):
+        number = math.nan
+    if not math.isfinite(number):
         raise DefinitionError(f"{where}: {display(value)}; allowed: a finite number, in one of {units.allowed(unit)}")
-    return found
+    return number
 
 
 def coordinates(parameters: Iterable[Parameter]) -> dict[str, Variable]:

@@ -158,11 +158,11 @@ def listed(names: list[str]) -> str:
 def named(text: str, names: list[str], where: str, error: type[RefusedError]) -> str:
     """Return the one name that matches a text: the name itself, in any case, or a unique part of it; else raise."""
     low = text.strip().lower()
-    found = [name for name in names if name.lower() == low] or [name for name in names if low and low in name.lower()]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise error(f"{where}: {shortened(repr(text))} may be several; allowed: {listed(found)}")
+    matches = [name for name in names if name.lower() == low] or [name for name in names if low and low in name.lower()]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise error(f"{where}: {shortened(repr(text))} may be several; allowed: {listed(matches)}")
     wrong = f"{shortened(repr(text))} is not among the names{hint(text, names)}"
     raise error(f"{where}: {wrong}; allowed: {listed(names)}")
 

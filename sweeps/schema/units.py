@@ -54,12 +54,12 @@ def number(text: object, wanted: str) -> object:
     Raises:
         ValueError: for a number in an unknown or another kind of unit; the text is the unit.
     """
-    found = NUMBER.fullmatch(text) if isinstance(text, str) and len(text) <= _TEXT else None
-    if found is None:
+    match = NUMBER.fullmatch(text) if isinstance(text, str) and len(text) <= _TEXT else None
+    if match is None:
         return text
-    amount = _times(Fraction(found[1].replace("−", "-")), found[2], wanted)
+    amount = _times(Fraction(match[1].replace("−", "-")), match[2], wanted)
     if amount is None:
-        raise ValueError(found[2])
+        raise ValueError(match[2])
     return amount
 
 
@@ -78,12 +78,12 @@ def allowed(wanted: str) -> str:
 
 def _times(amount: Fraction, unit: str, wanted: str) -> float | None:
     same = not unit or unit.strip() == wanted  # of a unit that is not known here, too
-    given, own = (_unit("1"),) * 2 if same else (_unit(unit), _unit(wanted))
-    if given is None or own is None:
+    given, target = (_unit("1"),) * 2 if same else (_unit(unit), _unit(wanted))
+    if given is None or target is None:
         return None
-    if given.powers != own.powers and given.powers != {k: n for k, n in own.powers.items() if k != "rad"}:
+    if given.powers != target.powers and given.powers != {k: n for k, n in target.powers.items() if k != "rad"}:
         return None  # of rad s-1, s-1 is another name
-    ratio, pi = given.factor / own.factor, given.pi - own.pi
+    ratio, pi = given.factor / target.factor, given.pi - target.pi
     try:
         if pi == 0:
             return float(amount * ratio)
@@ -99,12 +99,12 @@ def _unit(text: str) -> _Unit | None:
     text = text.strip().translate(_SIGNS).replace("**", "").replace("^", "")
     total, pi, powers, at = Fraction(1), 0, Counter(), 0
     while at < len(text):
-        found = _FACTOR.match(text, at)
-        if found is None or found[2] not in _NAMED:
+        match = _FACTOR.match(text, at)
+        if match is None or match[2] not in _NAMED:
             return None
-        ratio, own_pi, base = _NAMED[found[2]]
-        power = int(found[3] or 1) * (-1 if found[1] else 1)
-        total, pi, at = total * Fraction(ratio) ** power, pi + own_pi * power, found.end()
+        ratio, own_pi, base = _NAMED[match[2]]
+        power = int(match[3] or 1) * (-1 if match[1] else 1)
+        total, pi, at = total * Fraction(ratio) ** power, pi + own_pi * power, match.end()
         for each in base.split():
             name = each.rstrip("-0123456789")
             powers[name] += power * int(each.removeprefix(name) or 1)

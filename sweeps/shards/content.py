@@ -51,8 +51,8 @@ class ContentHash:
 
     def seal(self, file: "netCDF4.Dataset") -> None:
         """Write the hash of each variable's values and the content hash into a finished file."""
-        for name, own in self.digests().items():
-            file[name].sha256 = own
+        for name, digest in self.digests().items():
+            file[name].sha256 = digest
         file.content_hash = self.hexdigest()
 
     def hexdigest(self) -> str:

@@ -31,12 +31,12 @@ class MapCoordinate(NamedTuple):
 def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
     """Return name → each coordinate of a map: the dimensions, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
-    own = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    along = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
         values = values if is_right else values.astype(table[name].dtype)
-        own[name] = MapCoordinate(dims, values, table[name].attributes)
-    return own | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
+        along[name] = MapCoordinate(dims, values, table[name].attributes)
+    return along | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:

@@ -41,7 +41,7 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
     shards = [file for shard in shards for file in _files(Path(shard), sweep)]
     for _ in range(len(shards) + 1):
         try:
-            told = _merge_once(sweep, shards, path)
+            content_hash = _merge_once(sweep, shards, path)
         except DamagedError as damaged:
             position = re.fullmatch(r"(\d+)-of-(\d+)\.nc", damaged.path.name)
             if not position or (isinstance(damaged, ForeignError) and not renew):
@@ -51,7 +51,7 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
         else:
             for shard in shards:
                 remove_leftovers(shard)
-            return told
+            return content_hash
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 

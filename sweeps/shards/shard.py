@@ -71,8 +71,8 @@ def write_shard(
         file.add_columns([POINT.name], sweep.variables)
         motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
         stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
-        known = {name: text for name, text in identity(sweep).items() if text}
-        file.seal(known | stated | {"seal": _seal(stated.values(), file.hexdigest())})
+        origin = {name: text for name, text in identity(sweep).items() if text}
+        file.seal(origin | stated | {"seal": _seal(stated.values(), file.hexdigest())})
 
 
 def measure(

@@ -167,10 +167,10 @@ class Described(Dynamics):
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the numbered equilibria of points, in the order of the description."""
-        found = np.zeros(len(points["equilibrium"]), dtype=np.int64)
+        slots = np.zeros(len(points["equilibrium"]), dtype=np.int64)
         for slot, name in enumerate(self.description.names):
-            found[points["equilibrium"] == name] = slot
-        return {**points, "equilibrium": found}
+            slots[points["equilibrium"] == name] = slot
+        return {**points, "equilibrium": slots}
 
     def check(self, definition: Definition, grid: Points) -> None:
         """Derive the equations, and search for equilibria at some points of the grid.
@@ -302,9 +302,9 @@ class Script:
             self.source = self.path.read_bytes()
         except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
             reason = getattr(error, "strerror", None) or str(error)
-            shown = name if len(name) <= 300 else f"…{name[-100:]}"
+            value = name if len(name) <= 300 else f"…{name[-100:]}"
             allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
-            raise DescriptionError(f"system: {shown}: cannot be read ({reason}); allowed: {allowed}") from None
+            raise DescriptionError(f"system: {value}: cannot be read ({reason}); allowed: {allowed}") from None
 
     @cached_property
     def system(self) -> "mechanics.System":

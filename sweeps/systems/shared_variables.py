@@ -26,16 +26,16 @@ def rows(*parts: str | Variable) -> dict[str, Variable]:
     Its columns, two spaces apart, are name, unit, type (f8 where left out), meaning and [role]; indented lines continue
     the row above, and what follows "comment:" is its comment. X_theory, X_exact and X_error of the same table are X's.
     """
-    found, written = {}, []
+    variables, written = {}, []
     for part in parts:
         texts = re.split(r"\n(?! )", textwrap.dedent(part).strip()) if isinstance(part, str) else ()
         made = [_row(text) for text in texts]
         written += [variable.name for variable in made]
-        found |= {variable.name: variable for variable in made or [part]}
+        variables |= {variable.name: variable for variable in made or [part]}
     for kind in ("theory", "exact", "error"):
-        of = {name: f"{name}_{kind}" for name in written if f"{name}_{kind}" in found}
-        found |= {name: replace(found[name], **{kind: other}) for name, other in of.items()}
-    return found
+        of = {name: f"{name}_{kind}" for name in written if f"{name}_{kind}" in variables}
+        variables |= {name: replace(variables[name], **{kind: other}) for name, other in of.items()}
+    return variables
 
 
 def _row(text: str) -> Variable:

@@ -31,7 +31,7 @@ class Reference:
     #: a function of (point, integration): how far the map may lie from what a way finds.
     allowed: Callable[[Mapping[str, float], "Integration"], float]
     more: tuple["Reference", ...] = ()  #: what is measured again of other variables
-    told: bool = False  #: whether twice the error that the map tells of the variable is allowed beside
+    within_error: bool = False  #: whether a deviation of twice the reported error is allowed too
 
 
 @dataclass(frozen=True)

@@ -44,13 +44,13 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     runs = shape[0] if shape else 1
     x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
     given = list(p) or [np.zeros(runs)]
-    found, error, converged = motions.solved(model.moving, given, x.T, np.tile(times, (runs, 1)), tolerance)
-    sound = np.isfinite(found + error).all(axis=(1, 2))
-    found[~sound], error[~sound] = np.nan, np.nan
+    followed, error, converged = motions.solved(model.moving, given, x.T, np.tile(times, (runs, 1)), tolerance)
+    sound = np.isfinite(followed + error).all(axis=(1, 2))
+    followed[~sound], error[~sound] = np.nan, np.nan
     status = np.select([~sound, ~converged], [2, 1], 0).astype(np.int8)
     variables = {}
     for i, (name, unit, meaning) in enumerate(_columns(equations)):
-        variables[name] = (("run", "time"), found[..., i], {"units": unit, "long_name": meaning})
+        variables[name] = (("run", "time"), followed[..., i], {"units": unit, "long_name": meaning})
         words = {"units": unit, "long_name": f"error of {meaning}", "comment": "four times the change by halving steps"}
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
     flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
@@ -101,17 +101,17 @@ def _given(where, values, defaults, unit_of):
         raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
     if missing := [name for name, default in defaults.items() if default is None and name not in values]:
         raise DefinitionError(f"{where}: {missing[0]} is missing; allowed: a number, or a list of one number a run")
-    found = {}
+    arrays = {}
     for name, default in defaults.items():
         try:
-            found[name] = np.asarray(_in_unit(values.get(name, default), unit_of[name]), dtype=np.float64)
+            arrays[name] = np.asarray(_in_unit(values.get(name, default), unit_of[name]), dtype=np.float64)
         except ValueError:
             allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
             raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
-    for name, array in found.items():
+    for name, array in arrays.items():
         if not np.isfinite(array).all():
             raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
-    return found
+    return arrays
 
 
 def _in_unit(value, unit: str):

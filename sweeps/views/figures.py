@@ -38,30 +38,30 @@ BLOCK_POINTS = 2**20
 
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
     """Open a map for drawing, without loading a library where its figures need none."""
-    found = admission.opened(path)
-    if plain := drawn_plainly(found):
+    plain_map = admission.opened(path)
+    if plain := drawn_plainly(plain_map):
         return plain
-    found.close()
+    plain_map.close()
     from sweeps.maps import storage
 
     return storage.open_map(path)
 
 
-def drawn_plainly(found: PlainMap) -> PlainMap | None:
+def drawn_plainly(plain_map: PlainMap) -> PlainMap | None:
     """Return a plain map where all of its figures can be drawn from one, otherwise None."""
-    is_slice = not all(coordinate.ndim for coordinate in found.coords.values())
-    if is_slice or not systems.presentation_of(found).draws_plainly(found):
+    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
+    if is_slice or not systems.presentation_of(plain_map).draws_plainly(plain_map):
         return None
     startup.leave_out_the_compiler()
-    return found
+    return plain_map
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
     """Return name → drawing function of each figure of a map (which returns None where there is nothing to show)."""
     ds = slices.with_all_dimensions(ds)
     presentation = systems.presentation_of(ds)
-    own = presentation.figures_of_points if "point" in ds.dims else presentation.figures
-    return {name: _without(ds, draw, None) for name, draw in own(ds).items()}
+    draw_of = presentation.figures_of_points if "point" in ds.dims else presentation.figures
+    return {name: _without(ds, draw, None) for name, draw in draw_of(ds).items()}
 
 
 def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[np.ndarray]]]:
@@ -69,8 +69,8 @@ def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[n
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
         return {}
-    own = systems.presentation_of(ds).animations(ds)
-    return {name: _without(ds, partial(_begun, frames), iter(())) for name, frames in own.items()}
+    frames_of = systems.presentation_of(ds).animations(ds)
+    return {name: _without(ds, partial(_begun, frames), iter(())) for name, frames in frames_of.items()}
 
 
 def _begun(frames: Callable[[], Iterator[np.ndarray]]) -> Iterator[np.ndarray]:
@@ -136,9 +136,9 @@ def draw_all(
         is_shared = submit and len(names) >= LEAST_SHARED
         shared = _Shared(names, (lambda name: submit(name, *how)) if is_shared else None)
         meanwhile()
-        found = {name: draw_one(ds, name, *how) for name in shared.left_here()}
-        found |= {name: future.result() for name, future in shared.given.items()}
-    yield from (folder / file for name in names for file in found[name])
+        files = {name: draw_one(ds, name, *how) for name in shared.left_here()}
+        files |= {name: future.result() for name, future in shared.given.items()}
+    yield from (folder / file for name in names for file in files[name])
 
 
 class _Shared:
@@ -209,9 +209,9 @@ def _refusing_what_cannot_be_drawn(ds: "xr.Dataset | PlainMap", picture: str) ->
 
 def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
     """Return those of some names that begin with one of `only`; all where there is none."""
-    for asked in only:
-        if not any(name.startswith(asked) for name in names):
-            what = f"{shortened(repr(asked))} is not a figure of this map{hint(asked, names)}"
+    for start in only:
+        if not any(name.startswith(start) for name in names):
+            what = f"{shortened(repr(start))} is not a figure of this map{hint(start, names)}"
             raise RefusedError(f"--only: {what}; allowed: {', '.join(names)}")
     return [name for name in names if not only or name.startswith(tuple(only))]
 

@@ -249,10 +249,10 @@ def _asset(name: str) -> str:
 
 def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
     """What a system's part of the page has of one kind of file; of sections "first", on the first screen, or others."""
-    chosen = [path for path in page.files if path.suffix == kind]
+    paths = [path for path in page.files if path.suffix == kind]
     if name is not None:
-        chosen = [path for path in chosen if (path.stem == "first") == bool(name)]
-    return [path.read_text(encoding="utf-8") for path in chosen]
+        paths = [path for path in paths if (path.stem == "first") == bool(name)]
+    return [path.read_text(encoding="utf-8") for path in paths]
 
 
 def _hash(script: str) -> str:
@@ -273,8 +273,8 @@ def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"number": _text, "percent": _percent, "words": systems.presentation_of(ds).look.words}
-    own = _part(part, ".js") or [_asset("part.js")]
-    program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *own, _asset("main.js")))
+    scripts = _part(part, ".js") or [_asset("part.js")]
+    program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=f"{_hash(program)} 'sha256-{plotly.digest()}'",

@@ -40,9 +40,9 @@ def _rule(face: tuple[bool, bool], letters: str) -> str:
 
     options = subset.Options(flavor="woff", layout_features=[], notdef_outline=True, drop_tables=["FFTM", "GPOS"])
     font = subset.load_font(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / FACES[face], options)
-    chosen = subset.Subsetter(options)
-    chosen.populate(text=letters.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">"))
-    chosen.subset(font)
+    subsetter = subset.Subsetter(options)
+    subsetter.populate(text=letters.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">"))
+    subsetter.subset(font)
     held = BytesIO()
     subset.save_font(font, held, options)
     data = base64.b64encode(held.getvalue()).decode("ascii")

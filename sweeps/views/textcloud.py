@@ -30,8 +30,8 @@ def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None,
     rows = ROWS if len(names) > 1 else 1
     panels = []
     for number in numbers:
-        shown = values if number is None else values.isel({beside: number})
-        drawn = _cells(shown.values.reshape(-1), cells, columns, rows, glyphs)
+        one_panel = values if number is None else values.isel({beside: number})
+        drawn = _cells(one_panel.values.reshape(-1), cells, columns, rows, glyphs)
         labels = [""] * rows
         if len(names) > 1:
             labels[0], labels[-1] = (in_words(float(end)) for end in reversed(ends[1]))
@@ -40,8 +40,8 @@ def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None,
     occurs = {c for panel in panels for _, text in panel.rows for c in text}
     legend = {glyphs[v]: meaning for v, meaning in flags(ds[flag]).items() if glyphs[v] in occurs}
     values = {dim: ds[dim].values[i] for dim, i in fixed.items() if dim != "point" and dimensions(ds)[dim] > 1}
-    told = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in values.items()}
-    return TextMap(flag, names[0], names[1] if len(names) > 1 else "points", told, panels, legend, {})
+    fixed_values = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in values.items()}
+    return TextMap(flag, names[0], names[1] if len(names) > 1 else "points", fixed_values, panels, legend, {})
 
 
 def _places(values: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
@@ -56,6 +56,6 @@ def _cells(flag: np.ndarray, places, columns: int, rows: int, glyphs) -> list[st
     along = np.minimum((places[0] * columns).astype(int), columns - 1)
     up = np.minimum((places[1] * rows).astype(int), rows - 1) if len(places) > 1 else np.zeros(along.shape, int)
     counts = np.stack([np.bincount((up * columns + along)[flag == v], minlength=rows * columns) for v in glyphs])
-    found = np.where(counts.any(axis=0), counts.argmax(axis=0), -1).reshape(rows, columns)
+    leading = np.where(counts.any(axis=0), counts.argmax(axis=0), -1).reshape(rows, columns)
     signs = [*glyphs.values()]
-    return ["".join(signs[k] if k >= 0 else EMPTY for k in row) for row in found[::-1]]
+    return ["".join(signs[k] if k >= 0 else EMPTY for k in row) for row in leading[::-1]]

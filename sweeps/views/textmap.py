@@ -40,8 +40,8 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     if "point" in sizes:
         return _cloud(ds, flag, places, beside, width)
     y, x = _plane(ds, sizes)
-    shown = (x, y, beside)
-    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in shown}
+    drawn_dims = (x, y, beside)
+    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in drawn_dims}
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
     panels = [values.isel({beside: number}) for number in range(count)] if beside else [values]
@@ -55,9 +55,9 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     drawn = [replace(panel, title=title) for panel, title in zip(drawn, titles, strict=True)]
     occurs = {c for panel in drawn for _, text in panel.rows for c in text}
     legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
-    told = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
+    at = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
     look = systems.presentation_of(ds).look
-    return TextMap(flag, x, y, told, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
+    return TextMap(flag, x, y, at, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
 
 
 def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:

@@ -138,8 +138,8 @@ def _each(artist, names: Iterable[str], other: Callable) -> None:
 def _other(color, table: Mapping[str, str]):
     """What a colour becomes, its transparency kept."""
     red, green, blue, alpha = to_rgba(color)
-    found = table.get(to_hex((red, green, blue)))
-    return (red, green, blue, alpha) if found is None else (*to_rgba(found)[:3], alpha)
+    other = table.get(to_hex((red, green, blue)))
+    return (red, green, blue, alpha) if other is None else (*to_rgba(other)[:3], alpha)
 
 
 def _recolored(colormap: Colormap, other: Callable, one_way: bool) -> Colormap:

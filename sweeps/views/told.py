@@ -1,7 +1,7 @@
 """Summary of a map in a terminal: counts, the worst of each check, a small map in characters."""
 
 
-def write(console, ds, found, drawn) -> None:
+def write(console, ds, totals, drawn) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
     from sweeps import systems
     from sweeps.maps.summary import leading_flag, rule
@@ -10,47 +10,47 @@ def write(console, ds, found, drawn) -> None:
     look = systems.presentation_of(ds).look
     sizes = " × ".join(f"{n:,} {dim}" for dim, n in dimensions(ds).items())
     console.print(f"{ds.attrs.get('title', '')}", style="bold")
-    console.print(f"{found.points:,} points = {sizes}")
+    console.print(f"{totals.points:,} points = {sizes}")
     console.print()
-    if found.table:
-        console.print(_counts(found, leading_flag(ds), look))
-    for name, number in found.unlike.items():
-        console.print(f"{name} differs from theory at {number:,} of {found.points:,} points")
-    if found.impossible:
-        console.print(f"physically impossible: {found.impossible:,} points")
+    if totals.table:
+        console.print(_counts(totals, leading_flag(ds), look))
+    for name, number in totals.unlike.items():
+        console.print(f"{name} differs from theory at {number:,} of {totals.points:,} points")
+    if totals.impossible:
+        console.print(f"physically impossible: {totals.impossible:,} points")
     console.print()
-    worst = _worst(ds, found, {dim for dim, size in dimensions(ds).items() if size > 1})
+    worst = _worst(ds, totals, {dim for dim, size in dimensions(ds).items() if size > 1})
     if worst.row_count:
         console.print(worst)
-    if found.deviations:
-        console.print(f"compared with theory: {rule(found)}", style="dim")
+    if totals.deviations:
+        console.print(f"compared with theory: {rule(totals)}", style="dim")
     if drawn is not None:
         console.print()
         _draw(console, drawn, look)
 
 
-def _counts(found, lead, look):
+def _counts(totals, lead, look):
     from sweeps.figure.printing import table
     from sweeps.maps.summary import share
 
-    statuses = list(dict.fromkeys(status for (_, status), number in found.table.items() if number))
+    statuses = list(dict.fromkeys(status for (_, status), number in totals.table.items() if number))
     made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
-    for meaning in dict.fromkeys(m for m, _ in found.table):
-        numbers = [found.table[meaning, status] for status in statuses]
+    for meaning in dict.fromkeys(m for m, _ in totals.table):
+        numbers = [totals.table[meaning, status] for status in statuses]
         if sum(numbers):
             row = [f"{n:,}" for n in (sum(numbers), *numbers)]
-            made.add_row(look.words(meaning), row[0], share(sum(numbers), found.points), *row[1:])
+            made.add_row(look.words(meaning), row[0], share(sum(numbers), totals.points), *row[1:])
     return made
 
 
-def _worst(ds, found, dims):
+def _worst(ds, totals, dims):
     from sweeps.figure.printing import table
     from sweeps.maps.selection import in_words
     from sweeps.maps.summary import place
 
     made = table("worst", "value", "where", right=(1,))
-    rows = [(_against(deviation), deviation.worst) for deviation in found.deviations.values()]
-    for name, worst in (*rows, *found.checks.items()):
+    rows = [(_against(deviation), deviation.worst) for deviation in totals.deviations.values()]
+    for name, worst in (*rows, *totals.checks.items()):
         if worst.points:
             where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
             made.add_row(name, f"{worst.value:.2g}", where)

@@ -27,14 +27,14 @@ def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
     """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
-    found = {}
+    columns_of_motion = {}
     for suffix, way, how in (("", (exact,), "closed form"), ("_direct", (direct, tolerance), "direct integration")):
         rates, attitude = (f(moments, omega, times, *way[1:]) for f in (way[0].rotation, way[0].attitude))
         for i in range(3):
-            found[f"omega{i + 1}{suffix}"] = ("time", rates[:, i], angular_velocity(i + 1, how))
+            columns_of_motion[f"omega{i + 1}{suffix}"] = ("time", rates[:, i], angular_velocity(i + 1, how))
         for i in range(4):
-            found[f"q{i}{suffix}"] = ("time", attitude[:, i], quaternion(i, how))
-    return found
+            columns_of_motion[f"q{i}{suffix}"] = ("time", attitude[:, i], quaternion(i, how))
+    return columns_of_motion
 
 
 def motion_of(moments, omega, duration: float, samples: int | None, tolerance: float, rotation: float) -> "xr.Dataset":

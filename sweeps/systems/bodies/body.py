@@ -81,8 +81,8 @@ class Mesh(Strict):
     def _check_density(self) -> "Mesh":
         if (self.density is None) == (self.mass is None):
             wrong = "is missing" if self.density is None else "is given beside mass"
-            shown = "" if self.density is None else display(self.density)
-            raise refusals([Problem(("density",), shown, wrong, "density (kg m-3) or mass (kg), one of them")])
+            value = "" if self.density is None else display(self.density)
+            raise refusals([Problem(("density",), value, wrong, "density (kg m-3) or mass (kg), one of them")])
         return self
 
 
@@ -144,7 +144,7 @@ class Body(Strict):
         else:
             wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
         if wrong:
-            raise refusals([Problem((name,), shown, what, either) for name, shown, what in wrong])
+            raise refusals([Problem((name,), value, what, either) for name, value, what in wrong])
         self._find_principal((info.context or {}).get("folder", ""))
         return self
 
@@ -159,8 +159,8 @@ class Body(Strict):
                 self._digest = self._solid.digest
         except inertia.InertiaError as error:
             where = ("tensor",) if self.mesh is None else ("mesh", "file")
-            shown = error.shown if self.mesh is None else display(self.mesh.file)
-            raise refusals([Problem(where, shown, error.wrong, error.allowed)]) from None
+            value = error.shown if self.mesh is None else display(self.mesh.file)
+            raise refusals([Problem(where, value, error.wrong, error.allowed)]) from None
 
 
 def _named_once(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
@@ -238,8 +238,8 @@ class BodiesDefinition(Definition):
 
     def _grid_problem(self, name: str, wrong: str, allowed: str = "") -> Problem:
         entry = getattr(self.grid, name)
-        shown = "" if entry is None else display(entry)
-        return Problem(("grid", name), shown, wrong, allowed or description_of(type(self.grid), name))
+        value = "" if entry is None else display(entry)
+        return Problem(("grid", name), value, wrong, allowed or description_of(type(self.grid), name))
 
     def _moment_problems(self, name: str) -> Iterator[Problem]:
         entry = getattr(self.grid, name)

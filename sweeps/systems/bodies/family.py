@@ -35,9 +35,9 @@ class FreeBody(Dynamics):
         moments = np.array([body.moments for body in bodies]).T
         columns = dict(zip(MOMENTS, map(np.ascontiguousarray, moments), strict=True))
         for name in filter(definition.is_per_body, definition.shareable):
-            own = [getattr(body, name) for body in bodies]
+            of_bodies = [getattr(body, name) for body in bodies]
             shared = getattr(definition.grid, name)
-            columns[name] = np.array([shared if value is None else value for value in own])
+            columns[name] = np.array([shared if value is None else value for value in of_bodies])
         columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
         return {name: ("body", values) for name, values in columns.items()}
 

@@ -68,9 +68,9 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
     unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
     values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
     if not values[0] > 4 * np.finfo(float).eps * values[2]:
-        shown = _listed(values * unit)
+        value = _listed(values * unit)
         raise InertiaError(
-            display(matrix.tolist()), f"has the principal moments {shown}", "three principal moments > 0"
+            display(matrix.tolist()), f"has the principal moments {value}", "three principal moments > 0"
         )
     if broken := shapes.violation((values * unit).tolist()):
         wrong = f"has principal moments of no rigid body: {broken}"
@@ -167,21 +167,21 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         raise InertiaError(display(str(path)), "encloses no volume", "a mesh of a body with volume")
     density = mass / volume if density is None else density
     mesh.density = density
-    found = principal(mesh.moment_inertia, MESH_ROUNDING)
+    inertia = principal(mesh.moment_inertia, MESH_ROUNDING)
     notes += _doubts(mesh.extents, density, None if mass is None else mass / volume, scale)
-    found = Principal(found.moments, found.axes, notes + found.notes)
+    inertia = Principal(inertia.moments, inertia.axes, notes + inertia.notes)
     centre = tuple((mesh.center_mass + middle * scale).tolist())
-    along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(found.axes).T
+    along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(inertia.axes).T
     surface = outline.simplified(along, np.asarray(mesh.faces))
     return Solid(
-        found, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
+        inertia, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
     )
 
 
-def _doubts(extents: np.ndarray, density: float, found: float | None, scale: float) -> tuple[str, ...]:
-    """Return a note where lengths may be in another unit: by the density `found` from a mass (kg m-3), or by size."""
+def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: float) -> tuple[str, ...]:
+    """Return a note where lengths may be in another unit: by the density `implied` from a mass (kg m-3), or by size."""
     longest = float(np.max(extents))
-    if found is not None and not DENSITIES[0] <= found <= DENSITIES[1]:
+    if implied is not None and not DENSITIES[0] <= implied <= DENSITIES[1]:
         doubt = f"its density is {density:.3g} kg/m³"
         for name in LIKELY:
             if FITTING[0] <= density * (scale / UNITS[name]) ** 3 <= FITTING[1]:
@@ -223,18 +223,18 @@ def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     if count > shells.MOST_SURFACES:
         wrong = f"holds {count:,} closed surfaces"
         raise InertiaError(display(str(path)), wrong, f"at most {shells.MOST_SURFACES:,}")
-    found = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
-    if found.twice:
-        involved = len({k for pair in found.twice for k in pair})
+    parts = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
+    if parts.twice:
+        involved = len({k for pair in parts.twice for k in pair})
         wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
         allowed = "solids apart or united, hollows with their faces turned inwards"
         raise InertiaError(display(str(path)), wrong, allowed)
     notes = ()
-    if any(found.turned):
-        mesh.faces = np.where(np.array(found.turned)[part][:, None], mesh.faces[:, ::-1], mesh.faces)
-        notes = (f"{sum(found.turned):,} of its {count:,} surfaces looked inwards and were turned",)
-    if found.unseen:
-        notes += (f"{found.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
+    if any(parts.turned):
+        mesh.faces = np.where(np.array(parts.turned)[part][:, None], mesh.faces[:, ::-1], mesh.faces)
+        notes = (f"{sum(parts.turned):,} of its {count:,} surfaces looked inwards and were turned",)
+    if parts.unseen:
+        notes += (f"{parts.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
     return notes
 
 

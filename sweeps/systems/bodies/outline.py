@@ -88,4 +88,4 @@ def read(attributes: Mapping) -> dict[str, dict[str, list[int]]]:
     except ValueError:
         return {}
     texts = texts if isinstance(texts, dict) else {}
-    return {name: found for name, text in texts.items() if isinstance(text, str) and (found := unpacked(text))}
+    return {name: surface for name, text in texts.items() if isinstance(text, str) and (surface := unpacked(text))}

@@ -119,8 +119,8 @@ def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1
         entry = (entry.get("start"), entry.get("stop"))
     entry = entry if isinstance(entry, tuple) else (entry,)
     entry = [units.read(value, unit) for value in entry]
-    found = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
-    return (float(min(found)), float(max(found))) if found else else_
+    allowed = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
+    return (float(min(allowed)), float(max(allowed))) if allowed else else_
 
 
 RATIOS = _Ratios()

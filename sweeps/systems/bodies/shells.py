@@ -92,14 +92,14 @@ def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
 
 def _windings(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """How often each point is enclosed, w(p)."""
-    found = np.empty(len(points))
+    windings = np.empty(len(points))
     for part in _parts(len(points), len(triangles)):
         a, b, c = np.moveaxis(triangles[None] - points[part, None, None], 2, 0)
         la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
         above = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
         below = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
-        found[part] = np.arctan2(above, below).sum(axis=1) / (2 * np.pi)
-    return found
+        windings[part] = np.arctan2(above, below).sum(axis=1) / (2 * np.pi)
+    return windings
 
 
 def _pierces(one: np.ndarray, other: np.ndarray) -> bool:

@@ -102,9 +102,9 @@ def _racket(squares: np.ndarray) -> list[Face]:
 
     def placed(points, side):
         flat = np.column_stack([points[:, 0] - middle, points[:, 1], np.full(len(points), side)]) * stretch
-        found = np.empty_like(flat)
-        found[:, order] = flat
-        return found
+        mesh = np.empty_like(flat)
+        mesh[:, order] = flat
+        return mesh
 
     def face(corners, color, veil=1.0):
         return _face(corners if even else corners[::-1], color, veil)

@@ -94,8 +94,8 @@ def layout(
     of the variables that every map has.
     """
     parameters = tuple(parameters)
-    own = SHAPE_COORDINATES | quantities.coordinates(parameters)
-    coordinates = table(*[BODY] * listed, *[AXIS] * spun) | own | table(*[MOMENTS_ARE_RATIOS] * listed)
+    grid_coordinates = SHAPE_COORDINATES | quantities.coordinates(parameters)
+    coordinates = table(*[BODY] * listed, *[AXIS] * spun) | grid_coordinates | table(*[MOMENTS_ARE_RATIOS] * listed)
     axis = {"axis": Axis} if spun else {}
     return Layout(
         coordinates,

@@ -47,12 +47,12 @@ class TwoPeriods:
     @property
     def definition(self) -> dict:
         """The definition of the map over all bodies."""
-        told = [
+        parts = [
             f"P_{name} = {period:g} {f'± {error:g} ' if error else ''}{self.unit}"
             for name, period, error in (("psi", self.P_psi, self.sigma_psi), ("phi", self.P_phi, self.sigma_phi))
         ]
         grid = {"ratios": SHAPES, **self.seconds}
-        return {"title": f"Bodies with {' and '.join(told)}", "system": "observed_periods", "grid": grid}
+        return {"title": f"Bodies with {' and '.join(parts)}", "system": "observed_periods", "grid": grid}
 
 
 def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
@@ -70,15 +70,15 @@ def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
     from sweeps.systems.observed_periods.columns import MODES, columns
 
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
-    found = columns({name: np.array([value]) for name, value in point.items()})
+    row_columns = columns({name: np.array([value]) for name, value in point.items()})
     least = tumbling.least_ratio(*(np.array([moment]) for moment in moments))
     rows = []
     for mode, k in MODES.items():
-        sigma, energy = (float(found[f"{name}_{mode}"][0]) for name in ("exclusion", "energy"))
+        sigma, energy = (float(row_columns[f"{name}_{mode}"][0]) for name in ("exclusion", "energy"))
         row = {"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": float(least[k, 0])}
         if math.isfinite(energy):
             names = {"energy_stderr": "energy_{}_stderr", "m": "parameter_{}", "omega0": "momentum_rate_{}"}
-            row |= {"energy": energy} | {key: float(found[name.format(mode)][0]) for key, name in names.items()}
+            row |= {"energy": energy} | {key: float(row_columns[name.format(mode)][0]) for key, name in names.items()}
         rows.append(row)
     return rows
 
@@ -104,10 +104,10 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
         below = least * periods.P_phi - periods.P_psi
         error = math.hypot(periods.sigma_psi, least * periods.sigma_phi)
         sigma = 0.0 if below < 0 else below / error if error else math.inf
-        known = np.isfinite(energy)
-        some = energy[known]
+        finite = np.isfinite(energy)
+        some = energy[finite]
         ends = {"least_energy": float(some.min()), "greatest_energy": float(some.max())} if some.size else {}
-        share = float(weights[known].sum() / weights.sum())
+        share = float(weights[finite].sum() / weights.sum())
         rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share, **ends})
     return rows
 

@@ -20,8 +20,8 @@ def exclusion(least: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarr
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         below = least * P_phi - P_psi
-        found = np.where(below > 0.0, below / np.hypot(sigma_psi, least * sigma_phi), 0.0)
-    return np.where(np.isinf(least), np.inf, found)
+        sigmas = np.where(below > 0.0, below / np.hypot(sigma_psi, least * sigma_phi), 0.0)
+    return np.where(np.isinf(least), np.inf, sigmas)
 
 
 def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -33,25 +33,25 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     spread = ratio * np.hypot(sigma_psi / P_psi, sigma_phi / P_phi)
     solved = tumbling.inverse(*moments, ratio)
     less, more = (tumbling.inverse(*moments, np.maximum(ratio + s, 0.0))["energy"] for s in (-spread, spread))
-    found, lost = {}, np.zeros(ratio.shape, dtype=bool)
+    result, lost = {}, np.zeros(ratio.shape, dtype=bool)
     for mode, k in MODES.items():
         energy = solved["energy"][k]
         has = np.isfinite(energy)
-        found[f"exclusion_{mode}"] = exclusion(tumbling.least_ratio(*moments)[k], *seen)
-        found[f"energy_{mode}"] = energy
-        found[f"energy_{mode}_stderr"] = np.where(
+        result[f"exclusion_{mode}"] = exclusion(tumbling.least_ratio(*moments)[k], *seen)
+        result[f"energy_{mode}"] = energy
+        result[f"energy_{mode}_stderr"] = np.where(
             has, np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy)), np.nan
         )
-        found[f"parameter_{mode}"] = solved["m"][k]
+        result[f"parameter_{mode}"] = solved["m"][k]
         back = _closed_form(moments, np.where(has, energy, 1.0))
-        found[f"momentum_rate_{mode}"] = np.where(has, back["period_psi_exact"] / P_psi, np.nan)
+        result[f"momentum_rate_{mode}"] = np.where(has, back["period_psi_exact"] / P_psi, np.nan)
         again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
         lost |= has & ~(np.abs(again / ratio - 1.0) <= GIVEN_BACK)
-    allowed = [found[f"exclusion_{mode}"] <= EXCLUDED for mode in MODES]
-    found["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
-    found["status"] = np.where(lost, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
-    found["triangle_margin"] = triangle.triangle_margin(*moments)
-    return found
+    allowed = [result[f"exclusion_{mode}"] <= EXCLUDED for mode in MODES]
+    result["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
+    result["status"] = np.where(lost, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
+    result["triangle_margin"] = triangle.triangle_margin(*moments)
+    return result
 
 
 def _closed_form(moments: np.ndarray, energy: np.ndarray) -> dict[str, np.ndarray]:

@@ -61,4 +61,4 @@ def reference(system: "Periodic") -> Reference:
     def allowed(point: Mapping, integration: OnePeriod) -> float:
         return 1e-9 * max(1.0, abs(by_scipy(point, integration)))
 
-    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, told=True)
+    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, within_error=True)

@@ -57,7 +57,7 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
     first = ds[one.names[0]]
     sizes = dict(zip(first.dims, first.shape, strict=True))
     counts = {role: dict.fromkeys(_meanings(ds, specs, role), 0) for role in (Role.HEADLINE, Role.STATUS)}
-    found = Agreement(first.size, style.even_stride(sizes.values(), most), counts)
+    comparison = Agreement(first.size, style.even_stride(sizes.values(), most), counts)
     parts, start = [], 0
     for box in blocks(sizes, BLOCK_POINTS):
         columns = _columns(ds, specs, one, box, sizes)
@@ -65,13 +65,13 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
             for number in counts[role]:
                 counts[role][number] += int(np.count_nonzero(columns[column] == number))
         sound = columns["possible"] & (columns["status"] == 0) & ~columns["differs"]
-        found.worst = float(np.fmax.reduce(columns["deviation"][sound], initial=found.worst))
-        found.certificate = float(np.fmax.reduce(columns.pop("certificate"), initial=found.certificate))
-        kept = slice(-start % found.stride, None, found.stride)
+        comparison.worst = float(np.fmax.reduce(columns["deviation"][sound], initial=comparison.worst))
+        comparison.certificate = float(np.fmax.reduce(columns.pop("certificate"), initial=comparison.certificate))
+        kept = slice(-start % comparison.stride, None, comparison.stride)
         parts.append({name: column[kept].copy() for name, column in columns.items()})  # a view would keep its block
         start += sound.size
-    found.columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return found
+    comparison.columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return comparison
 
 
 def _meanings(ds: "xr.Dataset", specs: Specs, role: Role) -> dict[int, str]:
@@ -138,12 +138,12 @@ def draw(
     some = [(one, values) for one, values in every if _is_drawable(values.columns).any()]
     if not some:
         return None
-    compared, found = zip(*some, strict=True)
-    lines, columns, size = style.arranged(len(found), (3.9, 5.2), (0.8 if len(found) > 1 else 2.5, 1.6))
-    figure = style.canvas(*size, "Measured against theory", _subtitle(ds, specs, found, look), ax=ax)
+    compared, comparisons = zip(*some, strict=True)
+    lines, columns, size = style.arranged(len(comparisons), (3.9, 5.2), (0.8 if len(comparisons) > 1 else 2.5, 1.6))
+    figure = style.canvas(*size, "Measured against theory", _subtitle(ds, specs, comparisons, look), ax=ax)
     axes = figure.subplots(2 * lines, columns, height_ratios=(1.0, 1.35) * lines, squeeze=False)
-    axes = axes if lines == 1 else axes.reshape(len(found), 2).T
-    for one, values, (upper, lower) in zip(compared, found, axes.T, strict=True):
+    axes = axes if lines == 1 else axes.reshape(len(comparisons), 2).T
+    for one, values, (upper, lower) in zip(compared, comparisons, axes.T, strict=True):
         spec = specs[one.names[0]]
         unit = f" / {look.symbol(one.per)}" if one.per else style.with_unit("", spec.units, "  ({})")
         upper.set_title(one.title, loc="left", fontweight="bold")
@@ -151,20 +151,20 @@ def draw(
         words = f"deviation / {look.symbol(spec.scale)}" if spec.scale else "relative deviation"
         lower.set(xscale="log", yscale="log", xlabel=f"theory{unit}", ylabel=words)
         _side(upper, lower, values, _groups(ds, specs, values.columns, look))
-    _share_deviations(axes[1], found)
+    _share_deviations(axes[1], comparisons)
     figure.align_ylabels(axes)
     style.legend(figure)
     return figure
 
 
-def _subtitle(ds: "xr.Dataset", specs: Specs, found: list[Agreement], look: Look) -> str:
-    stride, first = found[0].stride, found[0]
+def _subtitle(ds: "xr.Dataset", specs: Specs, comparisons: list[Agreement], look: Look) -> str:
+    stride, first = comparisons[0].stride, comparisons[0]
     thinned = "all drawn" if stride == 1 else f"every {_ordinal(stride)} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
         rows.append(f"{name}:  " + " · ".join(f"{n:,} {look.words(meanings[k])}" for k, n in counts.items() if n))
-    worst = np.fmax.reduce([one.worst for one in found])
+    worst = np.fmax.reduce([one.worst for one in comparisons])
     rows[-1] += "" if np.isnan(worst) else f";  largest relative deviation, status ok: {style.number(worst, 2)}"
     rows += [BOUND] if "amplitude_shift" in specs else []
     if not np.isnan(first.certificate):
@@ -191,8 +191,8 @@ def _groups(ds: "xr.Dataset", specs: Specs, columns: Mapping[str, np.ndarray], l
     alike = sound & columns["possible"]
     groups = [("impossible", sound & ~columns["possible"], "physically impossible", point | {"color": IMPOSSIBLE})]
     for number, name in (_meanings(ds, specs, Role.HEADLINE) or {math.nan: ""}).items():
-        own = {"color": look.color(name) or colors.STABLE}
-        groups.append((name or "ok", alike & ((columns["flag"] == number) | (not name)), look.words(name), point | own))
+        dot = {"color": look.color(name) or colors.STABLE}
+        groups.append((name or "ok", alike & ((columns["flag"] == number) | (not name)), look.words(name), point | dot))
     for number, name in _meanings(ds, specs, Role.STATUS).items():
         if number:
             at = drawable & ~columns["differs"] & (columns["status"] == number)
@@ -200,8 +200,8 @@ def _groups(ds: "xr.Dataset", specs: Specs, columns: Mapping[str, np.ndarray], l
     return [*groups, ("differs", drawable & columns["differs"], "differs from theory", mark | {"marker": "v"})]
 
 
-def _side(upper: Axes, lower: Axes, found: Agreement, groups: list[tuple]) -> None:
-    columns = found.columns
+def _side(upper: Axes, lower: Axes, comparison: Agreement, groups: list[tuple]) -> None:
+    columns = comparison.columns
     theory = np.maximum(columns["theory"], LEAST_THEORY * np.nanmax(columns["theory"]))
     at = (columns["status"] == 0) & (columns["theory"] > 0)
     draw_ratios(upper, columns["ratio"][at], columns["epsilon"][at])
@@ -267,9 +267,9 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **look)
 
 
-def _share_deviations(axes: Iterable[Axes], found: Iterable[Agreement]) -> None:
+def _share_deviations(axes: Iterable[Axes], comparisons: Iterable[Agreement]) -> None:
     """Set the same range of deviations in all panels, with the line that stands for "equal to the last bit"."""
-    values = np.concatenate([one.columns["deviation"][np.isfinite(one.columns["deviation"])] for one in found])
+    values = np.concatenate([one.columns["deviation"][np.isfinite(one.columns["deviation"])] for one in comparisons])
     values = np.clip(values, EXACT, MOST_DEVIATION)
     for ax in axes:
         ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))

@@ -81,12 +81,12 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look
 def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, colored) -> None:
     """Points by the value of a variable, those of each flag on top of the last; the outermost hundredths left out."""
     values = panel[described.name].values
-    known = np.isfinite(values)
-    if known.any():
-        low, high = np.percentile(values[known], (0.5, 99.5))
+    finite = np.isfinite(values)
+    if finite.any():
+        low, high = np.percentile(values[finite], (0.5, 99.5))
         bins = np.linspace(low, high if high > low else low + (abs(low) or 1.0), BINS)
-        used = [value for value in colored if (panel[flag].values[known] == value).any()]
-        parts = [values[known & (panel[flag].values == value)] for value in used]
+        used = [value for value in colored if (panel[flag].values[finite] == value).any()]
+        parts = [values[finite & (panel[flag].values == value)] for value in used]
         ax.hist(parts, bins, stacked=True, color=[colored[value] for value in used], gid="histogram")
     name = str(described.name).replace("_", " ")
     ax.set(xlabel=style.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")

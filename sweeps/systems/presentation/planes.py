@@ -26,10 +26,10 @@ def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | Non
     return x, y, varied[2] if len(varied) > 2 else None
 
 
-def few(values: xr.DataArray, shown: Iterable[str | None], whole: Collection[str | None]) -> dict:
+def few(values: xr.DataArray, panel_sides: Iterable[str | None], whole: Collection[str | None]) -> dict:
     """Return the indices at which a figure cuts a variable: at most `MOST_DRAWN` of the sides, the middle of others."""
-    middle = {name: values.sizes[name] // 2 for name in values.dims if name not in (*shown, *whole)}
-    return middle | {name: style.few(values.sizes[name], MOST_DRAWN) for name in shown if name}
+    middle = {name: values.sizes[name] // 2 for name in values.dims if name not in (*panel_sides, *whole)}
+    return middle | {name: style.few(values.sizes[name], MOST_DRAWN) for name in panel_sides if name}
 
 
 def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look) -> str:
@@ -58,12 +58,12 @@ def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
 
 def once(titled: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:
     """Return titles and contents of panels; one that would look like another, by `names`, gives it its title only."""
-    found: list[tuple[str, xr.Dataset]] = []
+    panels: list[tuple[str, xr.Dataset]] = []
     for title, one in titled:
-        for k, (before, other) in enumerate(found):
+        for k, (before, other) in enumerate(panels):
             if all(np.allclose(one[name].values, other[name].values, 1e-3, 1e-3, equal_nan=True) for name in names):
-                found[k] = (f"{before};  {title}", other)
+                panels[k] = (f"{before};  {title}", other)
                 break
         else:
-            found.append((title, one))
-    return found
+            panels.append((title, one))
+    return panels

@@ -37,8 +37,8 @@ def dots(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Seque
     """Draw points, those of each regime in its colour and named in the legend; names in the order of codes from 0."""
     for k, name in enumerate(names):
         if (at := codes == k).any():
-            own = {"color": look.color(name), "gid": name, "label": look.words(name)}
-            ax.plot(x[at], y[at], "o", **{"mew": 0.0} | own | marks)
+            marker = {"color": look.color(name), "gid": name, "label": look.words(name)}
+            ax.plot(x[at], y[at], "o", **{"mew": 0.0} | marker | marks)
 
 
 class Regimes:
@@ -92,12 +92,12 @@ class Regimes:
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
         """Hatch regimes, in a panel and in the legend: in grey, a colour's shades are those of any other."""
-        told = {self.look.words(name): hatch for name, hatch in HATCHES.items()}
+        hatch_of = {self.look.words(name): hatch for name, hatch in HATCHES.items()}
         for k, name in enumerate(self.names):
             chosen = (regime == k).astype(float)
             if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
                 ax.contourf(x, y, chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
         for legend in ax.figure.legends:
             for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
-                if text.get_text() in told and isinstance(handle, Patch):
-                    handle.set(hatch=told[text.get_text()], edgecolor=colors.INK, lw=0.0)
+                if text.get_text() in hatch_of and isinstance(handle, Patch):
+                    handle.set(hatch=hatch_of[text.get_text()], edgecolor=colors.INK, lw=0.0)

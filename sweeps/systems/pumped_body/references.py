@@ -48,4 +48,4 @@ def reference(system: "PumpedBody") -> Reference:
     def allowed(point, integration: OnePeriod) -> float:
         return 1e-9 * max(1.0, abs(trace_by_scipy(point, inverse)))
 
-    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, told=True)
+    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, within_error=True)

@@ -100,8 +100,8 @@ class Linearised:
         J = np.array([self.rates(parameters, x + step * e).imag / STEP / sizes for e in np.eye(x.size)]).T
         moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
         return (
-            _told(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN),
-            _told(_of_map(basis.T @ moved, 1.0 / S), S, MOTION),
+            _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN),
+            _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION),
         )
 
     def _free(self, parameters, x, sizes):
@@ -124,8 +124,8 @@ class Linearised:
             return np.array([self.rates(parameters, state) for state in states]).ravel()
 
         least = TOLERANCE * NUDGE * np.tile(sizes, len(starts))
-        found = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=least)
-        ends = found.y[:, -1].reshape(starts.shape) / (NUDGE * sizes)
+        solution = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=least)
+        ends = solution.y[:, -1].reshape(starts.shape) / (NUDGE * sizes)
         return 0.5 * (ends[: basis.shape[1]] - ends[basis.shape[1] :]).T
 
 
@@ -134,9 +134,9 @@ def _of_map(matrix, duration):
     return np.log(values.astype(complex)) / duration, right
 
 
-def _told(found, S, error):
+def _solved(values_and_vectors, S, error):
     """Eigenvalues in a map's order, with condition numbers; NaN where the order hangs on what is not known."""
-    values, right = found
+    values, right = values_and_vectors
     order = np.argsort(values.imag)
     values, right = values[order].astype(complex), right[:, order]
     gaps = np.diff(values.imag) / S
@@ -152,18 +152,18 @@ def _told(found, S, error):
     return Solved(values if clear else np.full(values.size, np.nan), condition, S, error)
 
 
-def _off(found: Solved, number: int) -> float:
+def _off(solved: Solved, number: int) -> float:
     """How far the way may be from the truth, s-1: what disturbs the matrix, times the condition or by its root."""
-    n = found.values.size
-    return found.scale * min(10.0 * found.error * float(found.condition[number]), (n * found.error) ** (1.0 / n))
+    n = solved.values.size
+    return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
 
 
 def _eigenvalue(equations: Linearised, part: str, which: int) -> tuple[Callable, Callable]:
     """One eigenvalue's part by one of the two ways, and what is allowed."""
 
     def value(point, _):
-        found = equations.at(point)[which].values[int(point["eigenvalue"]) - 1]
-        return float(getattr(found, part))
+        eigenvalue = equations.at(point)[which].values[int(point["eigenvalue"]) - 1]
+        return float(getattr(eigenvalue, part))
 
     return value, lambda point, _: _off(equations.at(point)[which], int(point["eigenvalue"]) - 1)
 
@@ -172,8 +172,8 @@ def _growth(equations: Linearised, which: int) -> tuple[Callable, Callable]:
     """The largest real part by one of the two ways, and what is allowed."""
 
     def allowed(point, _):
-        found = equations.at(point)[which]
-        return max(_off(found, k) for k in range(found.values.size))
+        solved = equations.at(point)[which]
+        return max(_off(solved, k) for k in range(solved.values.size))
 
     return lambda point, _: float(equations.at(point)[which].values.real.max()), allowed
 
@@ -191,17 +191,18 @@ def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
 
 def reference(system: "RelativeEquilibrium") -> Reference:
     """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors."""
-    equations, found = Linearised(system.mechanism), []
+    equations, table = Linearised(system.mechanism), []
     for part in ("real", "imag"):
         name = f"eigenvalue_{part}"
-        found.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
-        found.append((name, "SciPy DOP853", *_eigenvalue(equations, part, 1)))
-    found.append(("growth_rate_theory", "LAPACK", *_growth(equations, 0)))
-    found.append(("growth_rate", "SciPy DOP853", *_growth(equations, 1)))
+        table.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
+        table.append((name, "SciPy DOP853", *_eigenvalue(equations, part, 1)))
+    table.append(("growth_rate_theory", "LAPACK", *_growth(equations, 0)))
+    table.append(("growth_rate", "SciPy DOP853", *_growth(equations, 1)))
     for name in POWERS if system.mechanism.n == 4 else ():
-        found.append((f"{name}_theory", "LAPACK", *_invariant(equations, name)))
-        found.append((name, "LAPACK", *_invariant(equations, name)))
+        table.append((f"{name}_theory", "LAPACK", *_invariant(equations, name)))
+        table.append((name, "LAPACK", *_invariant(equations, name)))
     first, *others = (
-        Reference(name, {way: value}, allowed, told=not name.endswith("_theory")) for name, way, value, allowed in found
+        Reference(name, {way: value}, allowed, within_error=not name.endswith("_theory"))
+        for name, way, value, allowed in table
     )
     return replace(first, more=tuple(others))

@@ -17,17 +17,17 @@ DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, 
 
 def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     """Return name → body of a definition; `path` is used in messages."""
-    found = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
-    if not found:
+    listed = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
+    if not listed:
         raise DefinitionError(f"{path}: bodies: is missing; allowed: a definition of rigid bodies with bodies")
-    return {body.name: body for body in found}
+    return {body.name: body for body in listed}
 
 
-def checked(values: Mapping, asked: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
+def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
     """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
-    own = {name: asked[name] for name in DEFAULTS if asked.get(name) is not None}
+    rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
     try:
-        body = load({"bodies": [values | own], "grid": {} if "omega0" in own else {"omega0": 1.0}}).bodies[0]
+        body = load({"bodies": [values | rates], "grid": {} if "omega0" in rates else {"omega0": 1.0}}).bodies[0]
     except DefinitionError as refused:
         raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
     shapes.refuse_impossible("body: moments", body.moments)
@@ -49,11 +49,11 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     """
     if isinstance(body, str):
         listed = bodies(load(source), source)
-        found = listed[named(body, list(listed), "body", DefinitionError)]
-        requested = checked({"name": found.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
+        chosen = listed[named(body, list(listed), "body", DefinitionError)]
+        requested = checked({"name": chosen.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
     else:
-        found = requested = checked({"name": "your body"} | body_entry(body), spin, load)
-    return found, setting(requested, found)
+        chosen = requested = checked({"name": "your body"} | body_entry(body), spin, load)
+    return chosen, setting(requested, chosen)
 
 
 def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
@@ -76,12 +76,12 @@ def answer(
 
     `axis` is the one axis to spin it about, None for all; with `thrown` the twist of the throw is added.
     """
-    found = _chosen(body, spun, axis)
+    about_axes = _chosen(body, spun, axis)
     rows = []
-    for one in found:
+    for one in about_axes:
         text = in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else "")
         rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
-    return [*_described(body), *_spun(spun, found)], rows, list(_known(body))
+    return [*_described(body), *_spun(spun, about_axes)], rows, list(_known(body))
 
 
 def axis_of(value: object) -> int | None:
@@ -118,11 +118,11 @@ def _described(body: SpunBody) -> Iterator[str]:
         yield f"no rigid body has these moments: {broken}"
 
 
-def _spun(spun: Mapping[str, float], found: list[Spin]) -> Iterator[str]:
+def _spun(spun: Mapping[str, float], about_axes: list[Spin]) -> Iterator[str]:
     turn = wording.duration(2 * math.pi / abs(spun["omega0"]))
     size = f"{spun['epsilon']:.2g}"
     yield f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn}), perturbed by ε = {size} (transverse ω over ω₀)"
-    if any(spin.flip_period is not None for spin in found):
+    if any(spin.flip_period is not None for spin in about_axes):
         yield f"flip times are for ε = {size}; larger perturbations flip sooner"
 
 

@@ -121,11 +121,11 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
     if "epsilon" in ds.dims:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
-    found = []
+    periods_of_bodies = []
     for seen in observations:
         at = ds.isel(first).sel(body=seen.body, axis=seen.axis)
-        found.append(replace(seen, measured_days=float(at["euler_period"]) / SECONDS_PER_DAY))
-    return found
+        periods_of_bodies.append(replace(seen, measured_days=float(at["euler_period"]) / SECONDS_PER_DAY))
+    return periods_of_bodies
 
 
 def _observations(ds: "xr.Dataset") -> Iterator[Period]:

@@ -92,11 +92,11 @@ def from_start(
     else:
         at = ascending(times)
     with np.errstate(all="ignore"):
-        found = columns(moments, omega, at - at[0], tolerance)
-    check_finite(found)
+        variables = columns(moments, omega, at - at[0], tolerance)
+    check_finite(variables)
     fixed = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
     surface = {"outlines": outline.written({body.name: body.solid.surface})} if body.solid is not None else {}
-    return xr.Dataset(found, {"time": time(at, "the start")} | fixed, {"title": body.name} | surface)
+    return xr.Dataset(variables, {"time": time(at, "the start")} | fixed, {"title": body.name} | surface)
 
 
 def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarray:

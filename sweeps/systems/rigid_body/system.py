@@ -83,7 +83,7 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     """
     from kernels import in_space, linear, survey
 
-    found = in_space.survey(points, *settings)
+    of_space = in_space.survey(points, *settings)
     needed = {"frequency", "frequency_error", "regime"}
     wobble = columns if needed <= columns.keys() else survey.measured(points, *settings, wanted=needed)
     senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
@@ -95,11 +95,11 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     psi_spread, spin_spread = in_space.wandering(Ia, Ib, Ic, b, c)
     sense[np.isnan(spin_spread)] = np.nan
     slow, off = wobble["frequency"], wobble["frequency_error"]
-    found["space_rate"] = found.pop("psi_rate") + sense * slow
-    found["space_rate_error"] = found.pop("psi_rate_error") + np.abs(sense) * (
+    of_space["space_rate"] = of_space.pop("psi_rate") + sense * slow
+    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + np.abs(sense) * (
         psi_spread * spin + off + (slow + off) * spin_spread
     )
-    return {name: values for name, values in found.items() if name in wanted}
+    return {name: values for name, values in of_space.items() if name in wanted}
 
 
 def _compare_with_some_in_full(columns, points, settings, options):
@@ -114,20 +114,20 @@ def _compare_with_some_in_full(columns, points, settings, options):
 
     size = next(iter(points.values())).size
     some = np.random.default_rng(size).integers(0, size, min(size, COMPARED))
-    chosen = {name: values[some] for name, values in points.items()}
+    sample = {name: values[some] for name, values in points.items()}
     both = {"wanted": {*options["wanted"], "omega_squared_error"}}
-    at_their_spin = survey.measured(survey.as_motions(chosen), *settings, rounded=True, **options | both)
+    at_their_spin = survey.measured(survey.as_motions(sample), *settings, rounded=True, **options | both)
     for name in columns.keys() & at_their_spin.keys():
         if not np.array_equal(at_their_spin[name], columns[name][some], equal_nan=True):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
     if "omega_squared" not in columns:
         return
     wanted = {"omega_squared", "omega_squared_error"}
-    full = survey.measured(chosen, *settings, **options | {"nonlinear": False, "wanted": wanted})
-    moments = np.stack([chosen[name] for name in MOMENTS])
+    full = survey.measured(sample, *settings, **options | {"nonlinear": False, "wanted": wanted})
+    moments = np.stack([sample[name] for name in MOMENTS])
     with np.errstate(over="ignore"):  # an infinite ratio allows anything: nothing of such a body is a number
         allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
-    spin = np.abs(chosen["omega0"])
+    spin = np.abs(sample["omega0"])
     ours, theirs = columns["omega_squared"][some], full["omega_squared"]
     same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))  # infinite or missing in both
     apart = np.abs(np.subtract(ours, theirs, out=np.zeros_like(ours), where=~same)) / spin / spin

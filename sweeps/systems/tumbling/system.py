@@ -60,8 +60,8 @@ class TumblingDefinition(FollowedDefinition):
         if greatest <= most:
             return []
         wrong = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
-        shown = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
-        return [Problem(("grid", "energy"), shown, wrong, f"1 to I_max/I_min, at most {most:.6g} here")]
+        value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
+        return [Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")]
 
 
 def _ends(entry) -> tuple[float, float]:

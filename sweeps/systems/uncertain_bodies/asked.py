@@ -76,22 +76,22 @@ def definition(
         raise DefinitionError(text.replace("definition: ", "body: ")) from None
 
 
-def answer(found: UncertainDefinition, threads: int = 1) -> Answer:
+def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
     """Sample and measure the one body of a definition."""
-    body = found.bodies[0]
+    body = of_body.bodies[0]
     spun = {name: getattr(body, name) for name in ("omega0", "epsilon", "phase")}
-    known, asked = found.known[body.name], found.asked(body)
-    spins = [measuring.Spun(axis, **spun) for axis in found.axes]
-    measured = measuring.measured(known, spins, asked, found.integration, threads)
-    return Answer(body, known, asked, spun, dict(zip(found.axes, measured, strict=True)))
+    known, asked = of_body.known[body.name], of_body.asked(body)
+    spins = [measuring.Spun(axis, **spun) for axis in of_body.axes]
+    measured = measuring.measured(known, spins, asked, of_body.integration, threads)
+    return Answer(body, known, asked, spun, dict(zip(of_body.axes, measured, strict=True)))
 
 
-def facts(found: Answer) -> dict:
+def facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
-    how = {"draws": designs.made(found.asked.draws), "seed": found.asked.seed, "method": found.asked.method}
-    how |= {"turns": found.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(found.known.inputs)}
-    how["impossible_naive"] = next(iter(found.axes.values()))[0]["impossible_naive"]
-    return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in found.axes.items()}}
+    how = {"draws": designs.made(result.asked.draws), "seed": result.asked.seed, "method": result.asked.method}
+    how |= {"turns": result.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(result.known.inputs)}
+    how["impossible_naive"] = next(iter(result.axes.values()))[0]["impossible_naive"]
+    return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in result.axes.items()}}
 
 
 def _plain(summary: Mapping) -> dict:
@@ -99,12 +99,12 @@ def _plain(summary: Mapping) -> dict:
     return plain | {"stability": STABILITIES[summary["stability"]]}
 
 
-def rows(found: Answer) -> list[tuple[str, str]]:
+def rows(result: Answer) -> list[tuple[str, str]]:
     """Return (axis, outcome) in words."""
-    return [(f"axis {axis}", _becomes(axis, summary, found)) for axis, (summary, _) in found.axes.items()]
+    return [(f"axis {axis}", _becomes(axis, summary, result)) for axis, (summary, _) in result.axes.items()]
 
 
-def _becomes(axis: int, summary: Mapping, found: Answer) -> str:
+def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
     text = f"P(unstable) {_probability(summary, 'unstable', summary['draws'])}"
     text += f"; P(intermediate axis) {_probability(summary, 'middle', summary['draws'])}"
     theory = summary["probability_middle_theory"]
@@ -115,16 +115,16 @@ def _becomes(axis: int, summary: Mapping, found: Answer) -> str:
             if fast[number] > 0:
                 time = wording.duration(1 / fast[number])
                 text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
-    text += f"; P(flips within {found.asked.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
+    text += f"; P(flips within {result.asked.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", median time between flips {wording.duration(sooner[2])}"
-    is_handle = found.body.moments[axis - 1] == min(found.body.moments)  # whose own direction stays near L
+    is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
-        thrown = f"; thrown with ε = {found.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
+        thrown = f"; thrown with ε = {result.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
         text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
-    return text + _matters(summary, found.known)
+    return text + _matters(summary, result.known)
 
 
 def _probability(summary: Mapping, what: str, draws: int) -> str:
@@ -146,19 +146,19 @@ def _matters(summary: Mapping, known: Known) -> str:
     return f"; most of the variance of Ω² comes from {known.inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
-def lines(found: Answer) -> Iterator[str]:
+def lines(result: Answer) -> Iterator[str]:
     """Yield lines on the sampling and the draws."""
-    made = designs.made(found.asked.draws)
-    what = ", ".join(found.known.inputs)
-    yield f"{made:,} bodies drawn ({found.asked.method}, seed {found.asked.seed}); uncertain: {what or 'nothing'}"
-    zero = [name for name, entry in zip(ENTRIES, found.known.entries, strict=False) if entry == 0]
-    if exact := [name for name in zero if not any(name in each.split("+") for each in found.known.inputs)]:
+    made = designs.made(result.asked.draws)
+    what = ", ".join(result.known.inputs)
+    yield f"{made:,} bodies drawn ({result.asked.method}, seed {result.asked.seed}); uncertain: {what or 'nothing'}"
+    zero = [name for name, entry in zip(ENTRIES, result.known.entries, strict=False) if entry == 0]
+    if exact := [name for name in zero if not any(name in each.split("+") for each in result.known.inputs)]:
         yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"
-    first = next(iter(found.axes.values()))[0]
+    first = next(iter(result.axes.values()))[0]
     if first["impossible_naive"] > 0:
         wrong = f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality"
         yield f"{wrong} and are projected to nearly flat bodies"
-    for axis, (summary, _) in found.axes.items():
+    for axis, (summary, _) in result.axes.items():
         moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
         wanted = summary["moment_spread_requested"]
         spread = summary["moment_spread"] / wanted - 1 if wanted else 0

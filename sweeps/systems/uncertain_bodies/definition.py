@@ -87,8 +87,8 @@ class Uncertainty(Strict):
     def _check_one(self) -> "Uncertainty":
         given = [name for name in ("moments", "tensor", "covariance", "inertia") if getattr(self, name) is not None]
         if len(given) > 1:
-            shown = display(getattr(self, given[1]))
-            raise refusals([Problem((given[1],), shown, f"is given beside {given[0]}", "one of them")])
+            value = display(getattr(self, given[1]))
+            raise refusals([Problem((given[1],), value, f"is given beside {given[0]}", "one of them")])
         if not self.model_fields_set:
             raise refusal("is empty", "a mapping with " + keys_of(Uncertainty))
         return self
@@ -193,8 +193,8 @@ class UncertainDefinition(NearAxisDefinition):
 def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
-        shown = ", ".join(f"{moment:.6g}" for moment in moments)
-        raise InertiaError(shown, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
+        value = ", ".join(f"{moment:.6g}" for moment in moments)
+        raise InertiaError(value, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
     axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
     tensor = None if body.tensor is None else np.array(body.tensor)
     wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)

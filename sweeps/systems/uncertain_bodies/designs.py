@@ -52,15 +52,15 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
 
     count, size = replicates(draws)
     seeds = np.random.SeedSequence([seed, stream]).spawn(count)
-    found = np.empty((count, size, dimension))
+    numbers = np.empty((count, size, dimension))
 
     def fill(number):
-        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seeds[number])), out=found[number])
+        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seeds[number])), out=numbers[number])
 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(fill, range(count)) if threads > 1 else map(fill, range(count)))
-    found.flags.writeable = False
-    return found
+    numbers.flags.writeable = False
+    return numbers
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
@@ -106,8 +106,8 @@ def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray
         Quantiles (the draw at or next above the level), and errors: NaN where a replicate's own is infinite.
     """
     with np.errstate(invalid="ignore"):
-        own = np.stack([_order_statistics(row, levels) for row in values])
-        spread = own.std(axis=0, ddof=1) / math.sqrt(len(values))
+        of_replicates = np.stack([_order_statistics(row, levels) for row in values])
+        spread = of_replicates.std(axis=0, ddof=1) / math.sqrt(len(values))
     return _order_statistics(values.reshape(-1), levels), spread
 
 
@@ -155,14 +155,14 @@ def sobol_indices(
     centre = (fA.mean(axis=0) + fB.mean(axis=0)) / 2
     fA, fB = fA - centre, fB - centre
     variance = _by_replicate((fA**2 + fB**2) / 2, count, size)
-    found = {name: [] for name in ("first", "first_error", "total", "total_error")}
+    indices = {name: [] for name in ("first", "first_error", "total", "total_error")}
     for values in fM:
         mixed = values - centre
         for name, terms in (("first", fB * (mixed - fA)), ("total", (fA - mixed) ** 2 / 2)):
             value, error = _ratio(_by_replicate(terms, count, size), variance)
-            found[name].append(value)
-            found[f"{name}_error"].append(error)
-    return {name: np.stack(values) for name, values in found.items()}
+            indices[name].append(value)
+            indices[f"{name}_error"].append(error)
+    return {name: np.stack(values) for name, values in indices.items()}
 
 
 def _saltelli(A: np.ndarray, B: np.ndarray, groups: tuple[tuple[int, ...], ...]) -> Iterator[np.ndarray]:

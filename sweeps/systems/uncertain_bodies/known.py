@@ -40,7 +40,7 @@ class Known:
     def _blocks(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Of each set of entries that depend on each other: name, their numbers, a factor F of F Fᵀ = covariance."""
         names = ENTRIES if self.is_tilted else MOMENTS
-        left, found = [k for k in range(len(names)) if self.covariance[k, k] > 0], []
+        left, blocks = [k for k in range(len(names)) if self.covariance[k, k] > 0], []
         while left:
             block = [left[0]]
             for k in block:
@@ -49,8 +49,8 @@ class Known:
             left = [k for k in left if k not in block]
             values, vectors = np.linalg.eigh(self.covariance[np.ix_(block, block)])
             factor = vectors * np.sqrt(np.clip(values, 0.0, None))
-            found.append(("+".join(names[k] for k in block), np.array(block), factor))
-        return found
+            blocks.append(("+".join(names[k] for k in block), np.array(block), factor))
+        return blocks
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -60,11 +60,11 @@ class Known:
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Columns of standard normals that each input takes."""
-        found, first = [], 0
+        groups, first = [], 0
         for width in [len(block) for _, block, _ in self._blocks] + [1] * sum(name in self.spin for name in SPIN):
-            found.append(tuple(range(first, first + width)))
+            groups.append(tuple(range(first, first + width)))
             first += width
-        return tuple(found)
+        return tuple(groups)
 
     @property
     def dimension(self) -> int:

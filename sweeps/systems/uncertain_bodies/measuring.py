@@ -102,9 +102,9 @@ def _bodies(known: Known, normals: np.ndarray, run: Callable):
     turned = np.empty((3, 3, size)).transpose(2, 0, 1) if known.is_tilted else None
 
     def fill(part):
-        moments[part], impossible[part], own = known.inertia(normals[part])
-        if own is not None:
-            turned[part] = own
+        moments[part], impossible[part], rotations = known.inertia(normals[part])
+        if rotations is not None:
+            turned[part] = rotations
 
     list(run(fill, _tiles(size)))
     return moments, impossible, turned
@@ -125,15 +125,15 @@ def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.
 
 
 def _all_rates(known: Known, moments, turned, normals, spin: Spun, integration: Integration, run: Callable):
-    found = {name: np.empty(len(moments), dtype) for name, dtype in COLUMNS.items()}
+    columns = {name: np.empty(len(moments), dtype) for name, dtype in COLUMNS.items()}
 
     def fill(part):
         points = _points(known, moments[part], _part(turned, part), normals[part], spin)
         for name, values in _rates(points, integration).items():
-            found[name][part] = values
+            columns[name][part] = values
 
     list(run(fill, _tiles(len(moments))))
-    return found
+    return columns
 
 
 def _rates(points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
@@ -182,8 +182,8 @@ def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
     columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
 
     def follow(*values):
-        found = twist.survey(dict(zip(columns, values, strict=True)), integration.tolerance)
-        return np.where(np.isnan(found["twist"]), found["twist_exact"], found["twist"])
+        throws = twist.survey(dict(zip(columns, values, strict=True)), integration.tolerance)
+        return np.where(np.isnan(throws["twist"]), throws["twist_exact"], throws["twist"])
 
     parts = run(lambda part: follow(*(values[part] for values in columns.values())), _tiles(len(moments)))
     sizes = np.abs(np.concatenate(list(parts)))
@@ -208,18 +208,18 @@ def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> di
     middle = (moments[:, a] > others[0]) != (moments[:, a] > others[1])
     unstable = draws["regime"] == UNSTABLE
     decided = (unstable | np.isin(draws["regime"], STABLE)) & (draws["status"] == 0)
-    found = {}
+    summary = {}
     for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
-        found |= _share(name, holds.reshape(shape))
+        summary |= _share(name, holds.reshape(shape))
 
     def spread(name):
         return _quantiles(f"{name}_quantile", np.nan_to_num(draws[f"{name}_reduced"], nan=0.0).reshape(shape))
 
     for quantiles in run(spread, ("growth_rate", "frequency")):
-        found |= quantiles
-    likely = float(found["probability_unstable"])
+        summary |= quantiles
+    likely = float(summary["probability_unstable"])
     undecided = 1.0 - float(np.mean(decided))
-    return found | {
+    return summary | {
         "impossible_naive": float(np.mean(impossible)),
         "undecided": undecided,
         "draws": math.prod(shape),
@@ -230,10 +230,10 @@ def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> di
 
 def _flip_summary(shape, nonlinear, rate, asked: Asked) -> dict:
     turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
-    found = _share("probability_flip", (turns <= asked.turns).reshape(shape))
+    summary = _share("probability_flip", (turns <= asked.turns).reshape(shape))
     for name in nonlinear:
-        found |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
-    return found | {"draws_followed": math.prod(shape)}
+        summary |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+    return summary | {"draws_followed": math.prod(shape)}
 
 
 def _share(name: str, holds: np.ndarray) -> dict:
@@ -242,9 +242,9 @@ def _share(name: str, holds: np.ndarray) -> dict:
 
 
 def _quantiles(name: str, values: np.ndarray) -> dict:
-    found, error = designs.quantiles(values, QUANTILES)
-    known = np.isfinite(found)  # "never" is missing
-    return {name: np.where(known, found, np.nan), f"{name}_error": np.where(known, error, np.nan)}
+    quantiles, error = designs.quantiles(values, QUANTILES)
+    finite = np.isfinite(quantiles)  # "never" is missing
+    return {name: np.where(finite, quantiles, np.nan), f"{name}_error": np.where(finite, error, np.nan)}
 
 
 def _moments(known: Known, moments, shape, axis: int) -> dict:
@@ -254,14 +254,14 @@ def _moments(known: Known, moments, shape, axis: int) -> dict:
     if known.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
         direction = known.axes[axis - 1]
         weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
-        asked = math.sqrt(max(float(weights @ known.covariance @ weights), 0.0))
+        spread = math.sqrt(max(float(weights @ known.covariance @ weights), 0.0))
     else:
-        asked = math.sqrt(float(known.covariance[axis - 1, axis - 1]))
+        spread = math.sqrt(float(known.covariance[axis - 1, axis - 1]))
     return {
         "moment_mean_requested": float(known.moments[axis - 1]),
         "moment_mean": float(middle),
         "moment_mean_error": float(error),
-        "moment_spread_requested": asked,
+        "moment_spread_requested": spread,
         "moment_spread": float(drawn.std()),
     }
 
@@ -273,19 +273,19 @@ def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integrat
 
     def rate2(normals):
         moments, _, turned = known.inertia(normals)
-        found = _rates(_points(known, moments, turned, normals, spin), integration)
-        return np.nan_to_num(found["omega_squared_reduced"] / spin.omega0**2)
+        estimate = _rates(_points(known, moments, turned, normals, spin), integration)
+        return np.nan_to_num(estimate["omega_squared_reduced"] / spin.omega0**2)
 
     half = max(designs.LEAST, min(asked.draws // SHARE_SENSITIVE, SENSITIVE))
-    found = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method, run)
-    return {f"sensitivity_{kind}": values for kind, values in found.items()}
+    estimate = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method, run)
+    return {f"sensitivity_{kind}": values for kind, values in estimate.items()}
 
 
 def _kept(moments, draws, nonlinear, followed) -> dict[str, np.ndarray]:
-    kept = dict(zip(MOMENTS, moments.T, strict=True))
-    kept |= {"growth_rate": draws["growth_rate_reduced"], "frequency": draws["frequency_reduced"]}
-    kept["regime"] = draws["regime"]
+    columns = dict(zip(MOMENTS, moments.T, strict=True))
+    columns |= {"growth_rate": draws["growth_rate_reduced"], "frequency": draws["frequency_reduced"]}
+    columns["regime"] = draws["regime"]
     for name, values in nonlinear.items():
-        kept[name] = np.full(len(moments), np.nan)
-        kept[name][followed] = np.where(np.isfinite(values), values, np.nan)
-    return kept
+        columns[name] = np.full(len(moments), np.nan)
+        columns[name][followed] = np.where(np.isfinite(values), values, np.nan)
+    return columns

@@ -57,10 +57,10 @@ def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndar
     second = [half - column for column in columns]
     impossible = (second[0] < 0) | (second[1] < 0) | (second[2] < 0)
     first, middle, last = (kept_possible(one, delta) for one in second)
-    found = np.empty_like(moments)
+    possible = np.empty_like(moments)
     for k, column in enumerate((middle + last, first + last, first + middle)):
-        found[:, k] = column
-    return found, impossible
+        possible[:, k] = column
+    return possible, impossible
 
 
 def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -114,5 +114,5 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
             np.divide([y - rho * x, x - rho * y], [x * root, y * root]), posinf=np.inf, neginf=-np.inf
         )
     apart = x * y < 0 or (x * y == 0 and x + y < 0)
-    found = 2 * owens_t([x, y], slopes).sum() + apart
-    return float(min(max(found, 0.0), 1.0))
+    probability = 2 * owens_t([x, y], slopes).sum() + apart
+    return float(min(max(probability, 0.0), 1.0))

@@ -49,10 +49,10 @@ class UncertainBodies(FreeBody):
 
     def further(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
         """Return the levels of the quantiles, the inputs of all bodies, and the draws if they are kept."""
-        found = {"quantile": np.array(measuring.QUANTILES), "input": np.array(definition.inputs_of_draws)}
+        dimensions = {"quantile": np.array(measuring.QUANTILES), "input": np.array(definition.inputs_of_draws)}
         if definition.keep:
-            found["draw"] = np.arange(_most(definition), dtype=np.int32)
-        return found
+            dimensions["draw"] = np.arange(_most(definition), dtype=np.int32)
+        return dimensions
 
     def cost(self, definition: UncertainDefinition) -> Cost:
         """Return the samples of all draws of the body that has most of them, and the memory for its draws."""
@@ -64,14 +64,14 @@ class UncertainBodies(FreeBody):
         """Return name → variable, with twists and single draws on request."""
         if definition is None:
             return VARIABLES
-        kept = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
-        return VARIABLES | (TWISTS if definition.twist else {}) | (kept if definition.keep else {})
+        of_draws = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
+        return VARIABLES | (TWISTS if definition.twist else {}) | (of_draws if definition.keep else {})
 
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition = self._definition
         size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
-        found = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
+        columns = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
         spins = zip(points["body"], *(points[name] for name in ARGUMENTS[1:]), strict=True)
         per_body: dict[str, list[tuple[int, measuring.Spun]]] = {}
         for number, (name, axis, *spun) in enumerate(spins):
@@ -82,8 +82,8 @@ class UncertainBodies(FreeBody):
             known, asked = definition.known[name], definition.asked(bodies[name])
             measured = measuring.measured(known, (spin for _, spin in numbered), asked, integration)
             for (number, _), (summary, draws) in zip(numbered, measured, strict=True):
-                _put(found, number, summary, draws, [list(further["input"]).index(i) for i in known.inputs])
-        return found
+                _put(columns, number, summary, draws, [list(further["input"]).index(i) for i in known.inputs])
+        return columns
 
     def method(self, definition: UncertainDefinition) -> str:
         """Return the method of computation."""
@@ -110,20 +110,20 @@ def _most(definition: UncertainDefinition) -> int:
     return max(designs.made(definition.asked(body).draws) for body in definition.bodies)
 
 
-def _missing(variable: Variable, size: int, own: tuple[int, ...]) -> np.ndarray:
+def _missing(variable: Variable, size: int, inner: tuple[int, ...]) -> np.ndarray:
     missing = np.nan if variable.missing_is_nan else variable.first_flag
-    return np.full((size, *own), missing, dtype=variable.dtype)
+    return np.full((size, *inner), missing, dtype=variable.dtype)
 
 
-def _put(found: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
+def _put(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
     for name, values in summary.items():
         if name.startswith("sensitivity"):
-            found[name][number, inputs] = values
+            columns[name][number, inputs] = values
         else:
-            found[name][number] = values
+            columns[name][number] = values
     for name, values in draws.items():
-        if f"{name}_draw" in found:
-            found[f"{name}_draw"][number, : len(values)] = values
+        if f"{name}_draw" in columns:
+            columns[f"{name}_draw"][number, : len(values)] = values
 
 
 SYSTEM = UncertainBodies()

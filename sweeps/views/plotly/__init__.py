@@ -23,10 +23,10 @@ def deflated() -> str:
 @cache
 def digest() -> str:
     """Return the SHA-256 of the script as base64."""
-    found = hashlib.sha256(zlib.decompress(_file()))
-    if found.hexdigest() != SHA256:
-        raise ValueError(f"plotly-cartesian.min.js: SHA-256 is {found.hexdigest()}; allowed: {SHA256}")
-    return base64.b64encode(found.digest()).decode("ascii")
+    sha256 = hashlib.sha256(zlib.decompress(_file()))
+    if sha256.hexdigest() != SHA256:
+        raise ValueError(f"plotly-cartesian.min.js: SHA-256 is {sha256.hexdigest()}; allowed: {SHA256}")
+    return base64.b64encode(sha256.digest()).decode("ascii")
 
 
 def _file() -> bytes:

@@ -73,14 +73,14 @@ def answer(
     is_sampled = given["uncertainty"] is not None
     if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
-    found, spun = asked.body_of(body, source, given, load)
+    chosen, spun = asked.body_of(body, source, given, load)
     axis = asked.axis_of(axis)
-    facts, (lines, rows, more) = asked.facts(found, spun, axis, twist), asked.answer(found, spun, axis, twist)
+    facts, (lines, rows, more) = asked.facts(chosen, spun, axis, twist), asked.answer(chosen, spun, axis, twist)
     if not is_sampled:
-        return BodyAnswer(found.name, facts, lines, rows, more)
+        return BodyAnswer(chosen.name, facts, lines, rows, more)
     from sweeps.systems.uncertain_bodies import asked as uncertain
 
-    entry = uncertain.entry_of(found) if isinstance(body, str) else {"name": found.name} | body_entry(body)
+    entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
     read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)
     memory.keep_freed()
     sampled = uncertain.answer(read, processors.cores())
@@ -88,4 +88,4 @@ def answer(
     axes = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
     rows = [*uncertain.rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
     lines = [*lines, *uncertain.lines(sampled)]
-    return BodyAnswer(found.name, facts | drawn | {"axes": axes}, lines, rows, more, sampled)
+    return BodyAnswer(chosen.name, facts | drawn | {"axes": axes}, lines, rows, more, sampled)

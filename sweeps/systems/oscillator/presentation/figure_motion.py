@@ -73,8 +73,8 @@ def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
     """Return the motion beside the first equilibrium of this regime, stable in all modes; None without one."""
     for name in here["equilibrium"].values.tolist():
         one = here.sel(equilibrium=name)
-        told = {REGIMES[1 + int(code)] for code in one["regime"].values}
-        if regime not in told or not told <= {"stable", "unstable"} or (regime == "stable" and len(told) > 1):
+        regimes = {REGIMES[1 + int(code)] for code in one["regime"].values}
+        if regime not in regimes or not regimes <= {"stable", "unstable"} or (regime == "stable" and len(regimes) > 1):
             continue
         place = np.array([float(one[f"{c.name}_equilibrium"].values[0]) for c in model.system.kept])
         rate = float(one["frequency"].min() if regime == "stable" else one["growth_rate"].max())

@@ -77,10 +77,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 def _panels(part):
     """Titles and contents of the panels, equal ones once, and a line on modes that are marginal everywhere."""
     every = [{"equilibrium": e, "mode": m} for e in part["equilibrium"].values for m in part["mode"].values]
-    found = planes.once(((_name(part, *at.values()), part.sel(at)) for at in every), ("measured", "regime"))
-    still = [(one["regime"].values == REGIMES.index("marginal") - 1).all() and len(found) > 1 for _, one in found]
-    marginal = [f"{title}: marginal everywhere" for (title, _), is_still in zip(found, still, strict=True) if is_still]
-    return [panel for panel, is_still in zip(found, still, strict=True) if not is_still][:MOST_PANELS], marginal
+    panels = planes.once(((_name(part, *at.values()), part.sel(at)) for at in every), ("measured", "regime"))
+    still = [(one["regime"].values == REGIMES.index("marginal") - 1).all() and len(panels) > 1 for _, one in panels]
+    marginal = [f"{title}: marginal everywhere" for (title, _), is_still in zip(panels, still, strict=True) if is_still]
+    return [panel for panel, is_still in zip(panels, still, strict=True) if not is_still][:MOST_PANELS], marginal
 
 
 def _thinned(ds, x, y):
@@ -188,8 +188,8 @@ def _places(ax, part, name, x, y):
     row = part.isel({y: part.sizes[y] // 2}) if y else part
     row = row.isel(mode=0)
     line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
-    told = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
-    for k, (dash, word) in enumerate(told):
+    styles = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
+    for k, (dash, word) in enumerate(styles):
         for e in row["equilibrium"].values:
             one = row.sel(equilibrium=e)
             there = np.where(one["regime_theory"].values == k, one[name].values, np.nan)

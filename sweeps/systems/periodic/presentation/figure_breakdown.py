@@ -36,13 +36,13 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
         size = np.maximum(1.0, np.abs(one["trace_theory"].values))
         deviation, error = np.abs(one["trace"] - one["trace_theory"]).values / size, one["trace_error"].values / size
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, SMALLEST * size))
-        told = [f"{look.symbol(name)} = {style.number(float(one[name]), 3)}" for name in varied]
-        told += [look.words(REGIMES[1 + int(one["regime_theory"][0])])]
-        told += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
+        label = [f"{look.symbol(name)} = {style.number(float(one[name]), 3)}" for name in varied]
+        label += [look.words(REGIMES[1 + int(one["regime_theory"][0])])]
+        label += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
         line = {"color": colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)], "linewidth": 1.5}
         line["marker"], line["markevery"] = style.SERIES_MARKERS[number % len(style.SERIES_MARKERS)], 6
         drawn = np.where(deviation > SMALLEST, deviation, np.nan)
-        axes.plot(epsilon, drawn, label=", ".join(told), gid="series", **line)
+        axes.plot(epsilon, drawn, label=", ".join(label), gid="series", **line)
         axes.plot(epsilon, error, color=line["color"], linewidth=0.7, linestyle=":", gid="error")
     axes.plot([], [], color=colors.QUIET, linewidth=0.7, linestyle=":", label="reported error")
     axes.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$", ylabel="relative deviation of the trace")

@@ -57,10 +57,10 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
             upright[n].values for n in (x, y, "regime", "growth_per_period", "status")
         )
         regimes.paint(place, across, along, regime, np.maximum(growth, 0.0), status)
-        label, found = (curves(one, x, y) if curves else None) or ("", ())
+        label, pairs = (curves(one, x, y) if curves else None) or ("", ())
         if label != EXACT:
             _contour(place, upright, x, y)
-        for number, pair in enumerate(found):
+        for number, pair in enumerate(pairs):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
         labels = [
@@ -124,8 +124,8 @@ def characteristic(q: np.ndarray, count: int = 12) -> np.ndarray:
     They are eigenvalues of four tridiagonal matrices, of the Fourier series of solutions with periods pi and 2 pi.
     """
     k = np.arange(SIZE + 8 * math.ceil(math.sqrt(np.max(q))), dtype=float)
-    found = np.empty((q.size, count))
-    for row, one in zip(found, q, strict=True):
+    eigenvalues = np.empty((q.size, count))
+    for row, one in zip(eigenvalues, q, strict=True):
         couplings = np.full(k.size - 1, one)
         even_first = couplings.copy()
         even_first[0] *= math.sqrt(2.0)
@@ -140,4 +140,4 @@ def characteristic(q: np.ndarray, count: int = 12) -> np.ndarray:
         for n in range(count // 2):
             ordered += [odd_b[n], odd_a[n], even_b[n], even_a[n + 1]]
         row[:] = ordered[:count]
-    return found.T
+    return eigenvalues.T

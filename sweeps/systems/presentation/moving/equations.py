@@ -39,7 +39,7 @@ def facts(system: "System") -> dict | None:
     equations = derive(system)
     drawn = picture(system, equations)
     try:
-        shared, found = _trees([*(equations.a or ()), *equations.forces], "shared")
+        shared, trees = _trees([*(equations.a or ()), *equations.forces], "shared")
         seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
         period = None if system.given_period is None else tree(system.given_period)
         attitude = system.turning and [[tree(x) for x in vector] for vector in system.turning]
@@ -57,8 +57,8 @@ def facts(system: "System") -> dict | None:
     n = len(equations.v)
     points = iter(points)
     parts = [[part.kind, part.label, [[next(points) for _ in point] for point in part.points]] for part in drawn]
-    moving = {"coordinates": coordinates, "shared": shared, "a": [found[i * n : (i + 1) * n] for i in range(n)]}
-    moving |= {"forces": found[n * n :], "period": period, "attitude": attitude}
+    moving = {"coordinates": coordinates, "shared": shared, "a": [trees[i * n : (i + 1) * n] for i in range(n)]}
+    moving |= {"forces": trees[n * n :], "period": period, "attitude": attitude}
     return moving | {"seen": seen, "drawn": parts}
 
 
@@ -66,8 +66,8 @@ def _trees(expressions: list, word: str) -> tuple[list, list]:
     """Name and tree of what stands in several expressions, and trees of these."""
     import sympy as sp
 
-    shared, found = sp.cse(expressions, symbols=sp.numbered_symbols(f"{word} "))
-    return [[symbol.name, tree(e)] for symbol, e in shared], [tree(e) for e in found]
+    shared, reduced = sp.cse(expressions, symbols=sp.numbered_symbols(f"{word} "))
+    return [[symbol.name, tree(e)] for symbol, e in shared], [tree(e) for e in reduced]
 
 
 def picture(system: "System", equations: "Equations") -> list:
@@ -100,14 +100,14 @@ def _rods(system: "System", places: list) -> list[tuple[int, int]]:
     import sympy as sp
 
     moving = {c.symbol for c in system.coordinates.values()}
-    found = []
+    pairs = []
     for k, (x, y) in enumerate(places):
         for j in dict.fromkeys((k - 1, -1)):
             u, v = places[j] if j >= 0 else (0, 0)
             if not sp.simplify((x - u) ** 2 + (y - v) ** 2).free_symbols & moving:
-                found.append((k, j))
+                pairs.append((k, j))
                 break
-    return found
+    return pairs
 
 
 def _size(coordinate) -> "sp.Expr":

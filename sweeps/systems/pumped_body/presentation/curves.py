@@ -25,7 +25,7 @@ def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str
         return None
     Ii, Ij, Ik, spin = (float(one[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
     scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
-    found = []
+    curves = []
     for sign in (1.0, -1.0):
         few, many = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000)
         q = sign * many
@@ -33,7 +33,7 @@ def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str
             with np.errstate(invalid="ignore", divide="ignore"):
                 square = scale * mean / a
                 frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
-            found.append((np.where(square > 0.0, frequency, np.nan), at))
+            curves.append((np.where(square > 0.0, frequency, np.nan), at))
     low, high = ends(one, depth)
-    inside = [(f, d, (d >= low) & (d <= high)) for f, d in found]
+    inside = [(f, d, (d >= low) & (d <= high)) for f, d in curves]
     return EXACT, [(f, np.where(here, d, np.nan)) for f, d, here in inside if here.any()]

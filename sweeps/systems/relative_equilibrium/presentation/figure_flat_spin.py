@@ -89,10 +89,10 @@ def _drawn(point, times, momenta):
     ball, curve = figure.add_axes((0.01, 0.04, 0.42, 0.78)), figure.add_axes((0.53, 0.16, 0.44, 0.62))
     place = momenta / np.linalg.norm(momenta, axis=1, keepdims=True) @ SCREEN
     path = _ball(ball, place)
-    told = np.degrees(angle(momenta))
-    linear = np.minimum(told[0] * np.exp(point["growth_rate"] * times), 95.0)
+    degrees = np.degrees(angle(momenta))
+    linear = np.minimum(degrees[0] * np.exp(point["growth_rate"] * times), 95.0)
     curve.plot(times, linear, color=colors.QUIET, lw=1.0, ls=(0, (4, 2)), label="linear theory")
-    curve.plot(times, told, color=colors.SERIES_COLORS[0], lw=1.4, label="full equations")
+    curve.plot(times, degrees, color=colors.SERIES_COLORS[0], lw=1.4, label="full equations")
     curve.axhline(90.0, color=colors.FAINT, lw=0.8)
     curve.set(xlim=(0.0, times[-1]), ylim=(0.0, 94.0), xlabel="time (s)", ylabel="L from the spin axis (°)")
     curve.legend(fontsize=7, loc="upper left", frameon=False)
@@ -103,7 +103,7 @@ def _drawn(point, times, momenta):
     def frames():
         for at in range(0, FINER * (FRAMES * finer + 1), FINER):
             path.set_data(*place[max(0, at - TRAIL * finer * FINER) : at + 1].T)
-            dot.set_data([times[at]], [told[at]])
+            dot.set_data([times[at]], [degrees[at]])
             tip.set_data(*place[at : at + 1].T)
             yield path, dot, tip
 

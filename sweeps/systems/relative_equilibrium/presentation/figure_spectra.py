@@ -55,14 +55,14 @@ def _panels(ds, part, third, top):
             one = part.sel(equilibrium=e) if z is None else part.sel({"equilibrium": e, third: z})
             named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
             titled.append((",  ".join(named + ([style.fixed_at(ds, third, z)] if third else [])), one))
-    found, plain = [], []
+    panels, plain = [], []
     for title, one in planes.once(titled, ("regime", "relative", "frequencies")):
         kinds = np.unique(one["regime"].values)
         if top and kinds.size == 1 and not one["relative"].values.any():
             plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
         else:
-            found.append((title, one))
-    return found[:MOST_PANELS], plain
+            panels.append((title, one))
+    return panels[:MOST_PANELS], plain
 
 
 def _thinned(ds, x, y, third):

@@ -44,18 +44,18 @@ class RigidBodyPresentation(Presentation):
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the stability over moments or the triangle, or bodies in a row, and more."""
-        found, shapes = {}, is_of_shapes(ds)
+        drawings, shapes = {}, is_of_shapes(ds)
         if shapes:
-            found["triangle"] = self.drawing("figure_triangle.draw", ds)
+            drawings["triangle"] = self.drawing("figure_triangle.draw", ds)
         if "body" in ds.dims:
-            found["bodies"] = self.drawing("figure_bodies.draw", ds)
+            drawings["bodies"] = self.drawing("figure_bodies.draw", ds)
         else:
             one = "figure_triangle.draw_axis" if shapes else "figure_stability.draw"
-            found |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
-        found |= self.against_theory(ds)
+            drawings |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
+        drawings |= self.against_theory(ds)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
-            found["breakdown"] = self.drawing("figure_breakdown.draw", ds)
-        return found | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
+            drawings["breakdown"] = self.drawing("figure_breakdown.draw", ds)
+        return drawings | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
 
     def draws_plainly(self, ds: "xr.Dataset") -> bool:
         """Return True for all figures of a grid except the breakdown."""
@@ -63,8 +63,8 @@ class RigidBodyPresentation(Presentation):
 
     def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
-        found = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
-        return found | self.against_theory(ds)
+        drawings = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
+        return drawings | self.against_theory(ds)
 
     def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
         """Return the animation of one flip of the most unstable possible body."""

@@ -29,14 +29,14 @@ OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
     part = _selected(ds)
-    known = periods(ds.sel(body=part["body"].values))
-    observed = [known[i] for i in style.few(len(known), MOST_PERIODS)]
+    all_periods = periods(ds.sel(body=part["body"].values))
+    observed = [all_periods[i] for i in style.few(len(all_periods), MOST_PERIODS)]
     rows = part.sizes["body"]
     height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
     many = ds.sizes["body"] > MOST_BODIES
     panels = 2 if observed or many else 1
     lines, columns, size = style.arranged(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
-    some = f";  periods of {len(observed)} of {len(known)}" if len(observed) < len(known) else ""
+    some = f";  periods of {len(observed)} of {len(all_periods)}" if len(observed) < len(all_periods) else ""
     figure = style.canvas(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
     axes = np.ravel(figure.subplots(lines, columns))
     _rates(axes[0], part)
@@ -62,11 +62,11 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
 
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
-    own = [LOOK.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+    varied = [LOOK.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
     bodies = style.count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
-    text = settings(fixed) + (f";  {', '.join(own)} differ by body" if own else "")
+    text = settings(fixed) + (f";  {', '.join(varied)} differ by body" if varied else "")
     return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
 
 
@@ -97,8 +97,8 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
     """How the measured rates of all bodies are distributed, about each axis."""
     part = ds[["omega_squared"]].isel(cut_at(ds)).load()
     rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
-    known = rate.values[np.isfinite(rate.values)]
-    ends = (float(known.min()), float(known.max())) if known.size else (-1.0, 1.0)
+    finite = rate.values[np.isfinite(rate.values)]
+    ends = (float(finite.min()), float(finite.max())) if finite.size else (-1.0, 1.0)
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
     for row in rate:
         axis = int(row["axis"])

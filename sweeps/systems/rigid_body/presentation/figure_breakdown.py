@@ -22,35 +22,35 @@ OTHERS = "#b5b9bf"
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw |Ω²/Ω²_theory − 1| against ε for each body and axis, with a table of fitted exponents."""
     chosen, total = bodies(ds)
-    found = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
+    fits = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
     lines, columns, size = style.arranged(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
-    figure = style.canvas(*size, "How far linear theory holds", _subtitle(ds, total, found), ax=ax)
+    figure = style.canvas(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
     table_width = 7.4 / max(figure.get_size_inches()[0] - 4.7, 2.0)  # beside a panel's: as many inches everywhere
     ratios = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
     left, right, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
     right.sharey(left)
     right.sharex(left)
-    lit = _highlighted(found)
-    _panel(left, found, found["theory"] > 0, lit)
-    _panel(right, found, found["theory"] < 0, lit)
+    lit = _highlighted(fits)
+    _panel(left, fits, fits["theory"] > 0, lit)
+    _panel(right, fits, fits["theory"] < 0, lit)
     left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$")
     left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
     right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
     right.tick_params(labelleft=False)
-    _table(table, found, lit)
+    _table(table, fits, lit)
     return figure
 
 
-def _subtitle(ds: xr.Dataset, total: int, found: xr.Dataset) -> str:
-    rows = found.sizes["body"]
-    shown = (f"{rows} of " if rows < total else "") + style.count(total, "body", "bodies")
-    slopes = found["slope"].values[np.isfinite(found["slope"].values)]
+def _subtitle(ds: xr.Dataset, total: int, fits: xr.Dataset) -> str:
+    rows = fits.sizes["body"]
+    count = (f"{rows} of " if rows < total else "") + style.count(total, "body", "bodies")
+    slopes = fits["slope"].values[np.isfinite(fits["slope"].values)]
     near = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
     fitted = f"{near} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
     low, high = (style.power(round(np.log10(bound))) for bound in (FIT_ABOVE, FIT_BELOW))
     return (
-        f"{ds.attrs.get('title', '')}:  {shown};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
+        f"{ds.attrs.get('title', '')}:  {count};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
         f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times its value for "
         "the smallest perturbations (fainter elsewhere)"
     )
@@ -77,9 +77,9 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(places)
 
 
-def _highlighted(found: xr.Dataset) -> list[int]:
+def _highlighted(fits: xr.Dataset) -> list[int]:
     """Numbers of the bodies in colours: some of those with most fitted exponents, far from each other in the list."""
-    fitted = np.isfinite(found["slope"].transpose("body", "axis").values).sum(axis=1)
+    fitted = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
     best = np.flatnonzero(fitted == fitted.max())
     return best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
 
@@ -91,13 +91,13 @@ def _look(body: int, lit: list[int]) -> dict:
     return {"color": colors.SERIES_COLORS[index], "marker": style.SERIES_MARKERS[index]}
 
 
-def _panel(ax: Axes, found: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
+def _panel(ax: Axes, fits: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
-    epsilon = found["epsilon"].values
+    epsilon = fits["epsilon"].values
     ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, lw=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
-        _series(ax, found.isel(body=i, axis=j), int(i), lit)
-    _reference(ax, found.where(belongs), epsilon)
+        _series(ax, fits.isel(body=i, axis=j), int(i), lit)
+    _reference(ax, fits.where(belongs), epsilon)
     ax.set(ylim=(3e-15, 5.0), xlim=(epsilon[0] / 1.3, epsilon[-1] * 1.3))
 
 
@@ -113,11 +113,11 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     ax.plot(epsilon, above, lw=wide, **look, **marks)
 
 
-def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
+def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
     """A line of slope 2 below the curves, named."""
     with np.errstate(invalid="ignore"):
-        above = found["deviation"].where(found["deviation"] >= found["floor"]) / found["epsilon"] ** 2
-    ratios = above.where(found["slope"].notnull()).median("epsilon").values
+        above = fits["deviation"].where(fits["deviation"] >= fits["floor"]) / fits["epsilon"] ** 2
+    ratios = above.where(fits["slope"].notnull()).median("epsilon").values
     height = 0.2 * float(np.nanmin(ratios)) if np.isfinite(ratios).any() else 1e-2
     ends = np.array([epsilon[0], epsilon[-1]])
     ax.plot(ends, height * ends**2, color=colors.INK, lw=1.4, gid="slope 2")
@@ -125,10 +125,10 @@ def _reference(ax: Axes, found: xr.Dataset, epsilon: np.ndarray) -> None:
     style.note(ax, "slope 2", (at, height * at**2), (9, -4), va="top", fontsize=10)
 
 
-def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
+def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:
     """The fitted exponents, one row a body and one column an axis, coloured by what theory says."""
     ax.set_axis_off()
-    axes, rows = found["axis"].values.tolist(), found.sizes["body"]
+    axes, rows = fits["axis"].values.tolist(), fits.sizes["body"]
     ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))
     columns = np.linspace(0.69, 0.95, len(axes)) if len(axes) > 1 else [0.82]
     head = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
@@ -139,9 +139,9 @@ def _table(ax: Axes, found: xr.Dataset, lit: list[int]) -> None:
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
         ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
-        ax.text(0.085, i, _clipped(str(found["body"].values[i])), va="center", fontsize=8.0)
+        ax.text(0.085, i, _clipped(str(fits["body"].values[i])), va="center", fontsize=8.0)
         for j, x in enumerate(columns):
-            text, color = _cell(found.isel(body=i, axis=j))
+            text, color = _cell(fits.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
     ax.axhline(rows - 0.45, color=colors.FAINT, lw=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:

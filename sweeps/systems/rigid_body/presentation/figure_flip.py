@@ -123,9 +123,9 @@ def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
     duration, look = float(motion["time"][-1] - motion["time"][0]), style.film.get()
-    shown = min(max(duration, SHOWN_SECONDS[0]), SHOWN_SECONDS[1])
-    times = np.linspace(0.0, duration, round(shown * look.rate) + 1)
-    speed = duration / shown
+    seconds = min(max(duration, SHOWN_SECONDS[0]), SHOWN_SECONDS[1])
+    times = np.linspace(0.0, duration, round(seconds * look.rate) + 1)
+    speed = duration / seconds
     pace = "real time" if 0.99 < speed < 1.01 else f"{style.number(max(speed, 1 / speed), 2)} times "
     pace += "" if pace == "real time" else "faster" if speed > 1 else "slower"
     inertia, start = (", ".join(style.number(value, 3) for value in values) for values in (moments, omega))

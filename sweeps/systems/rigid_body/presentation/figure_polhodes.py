@@ -158,10 +158,10 @@ def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
     values = ",  ".join(
         f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
     )
-    known = f" {body.units}" if body.units else "  (ratios)"
+    units = f" {body.units}" if body.units else "  (ratios)"
     which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
     return (
-        f"{ds.attrs.get('title', '')};  {which}{values}{known}\n"
+        f"{ds.attrs.get('title', '')};  {which}{values}{units}\n"
         "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
     )
 
@@ -176,12 +176,12 @@ def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
     Returns:
         (regime, closed curve of shape (POINTS, 3)) of each; the separatrix last.
     """
-    found = []
+    curves = []
     for kind, begin in ((scene.kinds[0], 0.0), (scene.kinds[2], np.pi / 2)):
         for angle in _angles(scene, begin):
             start = np.array([scene.semi[0] * np.cos(angle), 0.0, scene.semi[2] * np.sin(angle)])
-            found += [(kind, exact.polhode(scene.moments, end * start, POINTS)) for end in (1.0, -1.0)]
-    return found + [("unstable", branch) for branch in _separatrix(scene)]
+            curves += [(kind, exact.polhode(scene.moments, end * start, POINTS)) for end in (1.0, -1.0)]
+    return curves + [("unstable", branch) for branch in _separatrix(scene)]
 
 
 def _angles(scene: Scene, begin: float) -> np.ndarray:

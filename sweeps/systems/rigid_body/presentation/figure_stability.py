@@ -60,24 +60,24 @@ def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
     shared most evenly among the regimes.
     """
     longest = sorted(MOMENTS, key=lambda name: -ds.sizes[name])[:2]
-    shown = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
-    fixed = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in shown}
+    sides = tuple(name for name in MOMENTS if name in longest and ds.sizes[name] > 1)
+    fixed = {name: _middle(ds[name].values) for name in (*MOMENTS, "omega0", "phase") if name not in sides}
     fixed["epsilon"] = float(ds["epsilon"].values.min())
-    if len(shown) == 2:
-        (third,) = set(MOMENTS) - set(shown)
-        fixed[third] = _most_telling(ds, shown, third)
+    if len(sides) == 2:
+        (third,) = set(MOMENTS) - set(sides)
+        fixed[third] = _most_telling(ds, sides, third)
     order = (*MOMENTS, "omega0", "epsilon", "phase")
-    return shown, {name: fixed[name] for name in order if name in fixed}
+    return sides, {name: fixed[name] for name in order if name in fixed}
 
 
 def _middle(values: np.ndarray) -> float:
     return float(np.sort(values)[(values.size - 1) // 2])
 
 
-def _most_telling(ds: "xr.Dataset", shown: tuple[str, str], third: str) -> float:
+def _most_telling(ds: "xr.Dataset", sides: tuple[str, str], third: str) -> float:
     """Value of the third moment at which the rarest regime about any axis has the largest share of the bodies."""
     values = np.sort(ds[third].values)
-    thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in shown}
+    thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
     candidates = values[style.few(values.size, MOST_COMPARED)]
     shares = [_rarest_share(thinned | {third: value}, ds["axis"].values) for value in candidates]
     if max(shares) == 0.0:
@@ -125,45 +125,45 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 
 def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies."""
-    shown, fixed = planes(ds)
-    if not shown:
+    sides, fixed = planes(ds)
+    if not sides:
         return None
-    part = _slice(ds, axis, shown, fixed)
+    part = _slice(ds, axis, sides, fixed)
     title = f"Spin about axis {axis}: measured stability"
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
-    if len(shown) == 2:
+    if len(sides) == 2:
         figure = style.canvas(6.4, 5.9, title, subtitle, ax=ax)
-        return _map(figure, part, axis, shown, fixed)
-    return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, shown, fixed)
+        return _map(figure, part, axis, sides, fixed)
+    return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, sides, fixed)
 
 
-def _slice(ds: "xr.Dataset", axis: int, shown: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
+def _slice(ds: "xr.Dataset", axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
     """The plane (or line) of a picture, thinned to `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
-    at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in shown}
-    part = {name: ds[name].values[at[name]] for name in shown}
+    at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in sides}
+    part = {name: ds[name].values[at[name]] for name in sides}
     order = {name: np.argsort(values, kind="stable") for name, values in part.items()}
     part = {name: values[order[name]] for name, values in part.items()}
     for name in ("omega_squared", "triangle_margin", "status", "regime"):
         variable = ds[name].isel({dim: at[dim] for dim in ds[name].dims if dim in at})
-        part[name] = along(variable, shown[::-1])[np.ix_(*(order[dim] for dim in reversed(shown)))]
+        part[name] = along(variable, sides[::-1])[np.ix_(*(order[dim] for dim in reversed(sides)))]
     return part | {"signed_rate": signed_rate(part["omega_squared"], fixed["omega0"])}
 
 
-def _map(figure, part, axis, shown, fixed) -> Figure:
+def _map(figure, part, axis, sides, fixed) -> Figure:
     ax = figure.add_subplot()
-    x, y = (style.edges(part[name]) for name in shown)
+    x, y = (style.edges(part[name]) for name in sides)
     mesh = _paint(ax, x, y, part)
-    _set_axes(ax, part, shown, x, y)
-    (third,) = set(MOMENTS) - set(shown)
+    _set_axes(ax, part, sides, x, y)
+    (third,) = set(MOMENTS) - set(sides)
     _hatch(ax, x, y, part, fixed[third])
-    mark_untrusted(ax, *np.meshgrid(part[shown[0]], part[shown[1]]), part["status"])
-    window = {name: (e[0], e[-1]) for name, e in zip(shown, (x, y), strict=True)}
+    mark_untrusted(ax, *np.meshgrid(part[sides[0]], part[sides[1]]), part["status"])
+    window = {name: (e[0], e[-1]) for name, e in zip(sides, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
-    _draw_boundaries(ax, lines, shown)
-    taken = _mark_bodies(ax, shown, window, fixed[third])
-    _name_regions(ax, part, shown, lines, taken)
+    _draw_boundaries(ax, lines, sides)
+    taken = _mark_bodies(ax, sides, window, fixed[third])
+    _name_regions(ax, part, sides, lines, taken)
     color_bar(figure, ax, mesh)
     style.legend(figure, _vanishing(part) + _missing(part))
     return figure
@@ -179,9 +179,9 @@ def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
     return ax.pcolormesh(x, y, rate, cmap=COLOR_MAP, norm=Normalize(-limit, limit), rasterized=True)
 
 
-def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], shown, x, y) -> None:
-    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), xlabel=axis_label(shown[0]), ylabel=axis_label(shown[1]))
-    for direction, name in zip((ax.xaxis, ax.yaxis), shown, strict=True):
+def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], sides, x, y) -> None:
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), xlabel=axis_label(sides[0]), ylabel=axis_label(sides[1]))
+    for direction, name in zip((ax.xaxis, ax.yaxis), sides, strict=True):
         style.scale_as_spread(direction, part[name])
 
 
@@ -235,17 +235,17 @@ def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -
             ax.plot(x[at], y[at], mark, zorder=5, **look)
 
 
-def _mark_bodies(ax: Axes, shown, window: Mapping[str, tuple[float, float]], third: float) -> list:
+def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], third: float) -> list:
     """Marks real bodies by name, each as large as has the third moment: for the rate in units of the spin, no matter.
 
     Returns:
         Where in the frame something is written now, as fractions.
     """
-    at, (other,) = [MOMENTS.index(name) for name in shown], {0, 1, 2} - {MOMENTS.index(name) for name in shown}
+    at, (other,) = [MOMENTS.index(name) for name in sides], {0, 1, 2} - {MOMENTS.index(name) for name in sides}
     taken = []
     for name, ratios, *_ in real_bodies("bodies.yaml"):
         xy = [third * ratios[k] / ratios[other] for k in at]
-        if not all(window[m][0] < v < window[m][1] for m, v in zip(shown, xy, strict=True)):
+        if not all(window[m][0] < v < window[m][1] for m, v in zip(sides, xy, strict=True)):
             continue
         dot = {"ms": 5.0, "mec": "white", "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
@@ -279,11 +279,11 @@ def _pair_text(pair: tuple[str, str]) -> str:
     return " = ".join(LOOK.symbol(name) for name in sorted(pair))
 
 
-def _draw_boundaries(ax: Axes, lines: Mapping, shown) -> None:
+def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
     """Draws each boundary with its name: a diagonal's along it, the others' where they leave the frame."""
     for pair, line in lines.items():
-        upright, level = shown[1] not in line, shown[0] not in line
-        xs, ys = _course(ax, line, shown)
+        upright, level = sides[1] not in line, sides[0] not in line
+        xs, ys = _course(ax, line, sides)
         ax.plot(xs, ys, color=colors.INK, lw=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
         if upright:
             _outside(ax, pair, (xs[0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
@@ -320,13 +320,13 @@ def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
     style.note(ax, _pair_text(pair), xy, offset, xycoords=transform, **alignment)
 
 
-def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], shown, lines: Mapping, taken: list) -> None:
+def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mapping, taken: list) -> None:
     """Writes each regime's name where its region has most room, if there is enough."""
-    keep = [style.few(part[name].size, 40) for name in shown]
-    points = _fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(shown, keep, strict=True))))
+    keep = [style.few(part[name].size, 40) for name in sides]
+    points = _fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
     regimes = part["regime"][np.ix_(*reversed(keep))]
     possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
-    drawn = [_fractions(ax, *_course(ax, line, shown)) for line in lines.values()]
+    drawn = [_fractions(ax, *_course(ax, line, sides)) for line in lines.values()]
     drawn += [np.array(taken)] if taken else []
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
@@ -351,10 +351,10 @@ def _fractions(ax: Axes, x, y) -> np.ndarray:
     return ax.transAxes.inverted().transform(ax.transData.transform(places))
 
 
-def _course(ax: Axes, line: Mapping[str, np.ndarray], shown) -> list[np.ndarray]:
+def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]:
     """Points of a boundary: from end to end of the frame where it is upright or level."""
     ends = (ax.get_xlim(), ax.get_ylim())
-    return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(shown, ends, strict=True)]
+    return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(sides, ends, strict=True)]
 
 
 def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -376,8 +376,8 @@ def color_bar(figure: Figure, ax: Axes, mesh) -> None:
     style.note(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
 
 
-def _curve(figure, part, axis, shown, fixed) -> Figure:
-    (name,) = shown
+def _curve(figure, part, axis, varied, fixed) -> Figure:
+    (name,) = varied
     ax = figure.add_subplot()
     cells = style.edges(part[name])
     ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name), ylabel=r"measured rate $/\,|\omega_0|$")
@@ -386,8 +386,8 @@ def _curve(figure, part, axis, shown, fixed) -> Figure:
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
     _theory_curve(ax, axis, name, cells, fixed)
-    known = np.isfinite(part["signed_rate"])
-    x, y, codes = (part[which][known] for which in (name, "signed_rate", "regime"))
+    finite = np.isfinite(part["signed_rate"])
+    x, y, codes = (part[which][finite] for which in (name, "signed_rate", "regime"))
     dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec="white", mew=0.5, gid="measured")
     look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0, "zorder": 0, "gid": "impossible"}
     change = np.flatnonzero(np.diff(part["triangle_margin"] < 0, prepend=False, append=False))

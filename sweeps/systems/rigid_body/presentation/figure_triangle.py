@@ -93,15 +93,15 @@ def cell_numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.nda
         y: I2/I3.
     """
     t = 1.0 - (1.0 - y) / x
-    found = []
+    numbers = []
     for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
         values = ds[name].values
         order = np.argsort(values, kind="stable")
         edges = style.edges(values[order])
         edges = np.clip(edges, 0.0, 1.0) if name == "thickness" else edges
         at = np.clip(np.searchsorted(edges, place) - 1, 0, values.size - 1)
-        found.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
-    return found[0], found[1]
+        numbers.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
+    return numbers[0], numbers[1]
 
 
 def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
@@ -132,9 +132,9 @@ def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
     """Mean signed rate in each cell of the triangle, NaN in those without a point."""
     total = count = 0.0
     for x, y, rate in _blocks(ds, axis):
-        known = np.isfinite(rate)
-        total = total + np.histogram2d(y[known], x[known], (edges, edges), weights=rate[known])[0]
-        count = count + np.histogram2d(y[known], x[known], (edges, edges))[0]
+        finite = np.isfinite(rate)
+        total = total + np.histogram2d(y[finite], x[finite], (edges, edges), weights=rate[finite])[0]
+        count = count + np.histogram2d(y[finite], x[finite], (edges, edges))[0]
     return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
 
 

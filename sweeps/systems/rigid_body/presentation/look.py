@@ -60,5 +60,5 @@ def is_grid(ds: "xr.Dataset") -> bool:
 
 def moments_over(ds: "xr.Dataset") -> tuple[str, ...]:
     """Return the dimensions that the moments of a map lie along."""
-    own = {dim for name in MOMENTS for dim in ds[name].dims}
-    return tuple(dim for dim in dimensions(ds) if dim in own)
+    along = {dim for name in MOMENTS for dim in ds[name].dims}
+    return tuple(dim for dim in dimensions(ds) if dim in along)

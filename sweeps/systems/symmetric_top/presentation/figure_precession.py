@@ -40,12 +40,12 @@ def thinned(ds: xr.Dataset) -> xr.Dataset:
 
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     points, drawn = int(np.prod(list(ds.sizes.values()))), part["status"].size
-    shown = "all drawn" if drawn == points else f"{drawn:,} drawn"
+    count = "all drawn" if drawn == points else f"{drawn:,} drawn"
     counts = np.bincount(part["status"].values.ravel(), minlength=len(STATUSES))
     words = " · ".join(f"{n:,} {LOOK.words(name)}" for name, n in zip(STATUSES, counts, strict=True) if n)
     worst = float(part["deviation"].max())
-    found = f";  largest relative deviation of the rate: {style.number(worst, 2)}" if np.isfinite(worst) else ""
-    return f"{ds.attrs.get('title', '')}:  {style.count(points, 'point', 'points')}, {shown}\nStatus:  {words}{found}"
+    off = f";  largest relative deviation of the rate: {style.number(worst, 2)}" if np.isfinite(worst) else ""
+    return f"{ds.attrs.get('title', '')}:  {style.count(points, 'point', 'points')}, {count}\nStatus:  {words}{off}"
 
 
 def _rates(ax: Axes, part: xr.Dataset) -> None:
@@ -76,10 +76,10 @@ def _deviations(ax: Axes, part: xr.Dataset) -> None:
     angle = part["half_angle"].values
     deviation = part["deviation"].transpose("half_angle", "ratio", "omega3").values.reshape(angle.size, -1)
     drawn = np.maximum(deviation, LEAST_DRAWN)
-    known = np.isfinite(deviation).any(axis=1)
-    if known.any():
+    finite = np.isfinite(deviation).any(axis=1)
+    if finite.any():
         look = {"color": colors.INK, "gid": "worst", "label": "largest deviation at each half-angle"}
-        ax.plot(angle[known], np.nanmax(drawn[known], axis=1), "o-", lw=1.4, ms=3.0, **look)
+        ax.plot(angle[finite], np.nanmax(drawn[finite], axis=1), "o-", lw=1.4, ms=3.0, **look)
     dashes = {"color": colors.UNSTABLE, "lw": 1.0, "ls": (0, (4, 2)), "label": f"tolerance: {style.number(PROMISED)}"}
     ax.axhline(PROMISED, gid="tolerance", **dashes)
     ax.set(yscale="log", ylim=(LEAST_DRAWN / 2, 1e-8), xlim=(0, 90), xticks=range(0, 91, 15))

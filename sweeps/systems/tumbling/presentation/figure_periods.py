@@ -56,8 +56,8 @@ def _plane(ax, part: xr.Dataset):
     energy = float(part["energy"])
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shown = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), shown, cmap="coolwarm", vmin=-1.5, vmax=1.5, rasterized=True)
+        level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, cmap="coolwarm", vmin=-1.5, vmax=1.5, rasterized=True)
     ax.contourf(x, y, np.where(y[:, None] >= x[None, :], margin, 1.0), [-np.inf, 0.0], colors="none", hatches=["////"])
     ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
     ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
@@ -71,8 +71,8 @@ def _closed_form(part, energies):
     away = np.geomspace(1e-6, 1.0, STEPS)
     some = np.concatenate([at - (at - low) * away[::-1], [at], at + (high - at) * away])
     points = {name: np.full(some.size, float(part[name])) for name in ("I1", "I2", "I3", "omega0")}
-    found = tumbling.survey(points | {"energy": some}, 1e-9, measured=False)
-    return some, found["period_psi_exact"] / found["period_phi_long_axis_exact"]
+    columns = tumbling.survey(points | {"energy": some}, 1e-9, measured=False)
+    return some, columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
 
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:

@@ -55,10 +55,10 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 def _plane(ds: xr.Dataset) -> xr.Dataset:
     """Return the plane over I1 and I3 at the chi nearest to `NUDGE` and the first of all else, thinned for drawing."""
     chi = ds["chi"].values
-    chosen = {"chi": int(np.argmin(np.abs(np.abs(chi) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
+    place = {"chi": int(np.argmin(np.abs(np.abs(chi) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
     keep = {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
     names = ["twist_exact", "growth", "triangle_margin"]
-    return ds[names].isel(chosen).isel(keep).load().sortby(["I1", "I3"])
+    return ds[names].isel(place).isel(keep).load().sortby(["I1", "I3"])
 
 
 def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:

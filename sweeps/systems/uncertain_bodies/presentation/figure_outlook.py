@@ -90,6 +90,6 @@ def _background(ax, axis: int, most: float):
 
 
 def _cloud(ax, x: np.ndarray, y: np.ndarray, unstable: np.ndarray) -> None:
-    shown = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
-    look = np.where(unstable[shown], colors.UNSTABLE, colors.STABLE)
-    ax.scatter(x[shown], y[shown], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
+    drawn = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
+    look = np.where(unstable[drawn], colors.UNSTABLE, colors.STABLE)
+    ax.scatter(x[drawn], y[drawn], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)

@@ -55,8 +55,8 @@ def page(ds: "xr.Dataset") -> Page:
 def natural_axes(ds: "xr.Dataset") -> dict[str, int]:
     """Return body → usual spin axis, from the definition that a map carries."""
     bodies = definition_of(ds.attrs).get("bodies")
-    found = {}
+    axes = {}
     for body in bodies if isinstance(bodies, tuple) else ():
         if isinstance(body, dict) and body.get("axis") in (1, 2, 3):
-            found[str(body.get("name"))] = int(body["axis"])
-    return found
+            axes[str(body.get("name"))] = int(body["axis"])
+    return axes

@@ -48,8 +48,8 @@ def page(ds: "xr.Dataset") -> Page:
 
 def facts(ds: "xr.Dataset") -> dict:
     """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
-    own = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
-    points = dimensions(ds.drop_dims(own))
+    extra = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
+    points = dimensions(ds.drop_dims(extra))
     drawn = _kept(ds, points) if "draw" in ds.dims else _again(ds)
     return {"drawn": drawn, **_spread(ds, points)}
 
@@ -84,11 +84,11 @@ def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
     part = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw")
     bodies = {}
     for number, name in enumerate(ds["body"].values.tolist()):
-        own = part.isel(body=slice(number, number + 1)).load()
+        of_body = part.isel(body=slice(number, number + 1)).load()
         first = {dim: 0 for dim in points}
-        moments = np.stack([own[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
+        moments = np.stack([of_body[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
         there = np.isfinite(moments).all(axis=0)
-        columns = {name: [_packed(row[there]) for row in _rows(own[name].values)] for name in measured}
+        columns = {name: [_packed(row[there]) for row in _rows(of_body[name].values)] for name in measured}
         columns |= {name: [_packed(row[there])] for name, row in zip(MOMENTS, moments, strict=True)}
         of = int(np.isfinite(ds["I1_draw"].isel(first | {"body": number}, missing_dims="ignore").values).sum())
         bodies[str(name)] = {"of": of, "shown": int(there.sum()), "numbers": chosen[there].tolist(), "columns": columns}
@@ -104,8 +104,8 @@ def _described(ds: "xr.Dataset", name: str) -> dict:
     spec = KEPT[name]
     units = "" if spec.units in (None, "1") else spec.units
     meanings = flags(ds[name]) if name in ds.data_vars else {}
-    told = [{"value": value, "meaning": word} for value, word in meanings.items()]
-    return {"name": name.removesuffix("_draw"), "longName": spec.long_name, "units": units, "flags": told}
+    meanings_of_flag = [{"value": value, "meaning": word} for value, word in meanings.items()]
+    return {"name": name.removesuffix("_draw"), "longName": spec.long_name, "units": units, "flags": meanings_of_flag}
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -124,8 +124,8 @@ def _again(ds: "xr.Dataset") -> dict:
         normals = designs.normals(asked.method, max(known.dimension, 1), min(asked.draws, most), asked.seed)
         moments, _, _ = known.inertia(normals.reshape(-1, normals.shape[-1])[:most])
         columns = {name: [_packed(row)] for name, row in zip(MOMENTS, moments.T, strict=True)}
-        found = {"of": designs.made(asked.draws), "shown": len(moments), "numbers": [], "columns": columns}
-        bodies[str(ds["body"].values[number])] = found
+        entry = {"of": designs.made(asked.draws), "shown": len(moments), "numbers": [], "columns": columns}
+        bodies[str(ds["body"].values[number])] = entry
     columns = [_described(ds, name) for name in MOMENTS]
     return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
 
@@ -140,7 +140,7 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
     given = values.get("bodies")
     given = given if isinstance(given, tuple | list) else ()
     named = {str(body.get("name")): body for body in given if isinstance(body, dict)}
-    found = {}
+    meant = {}
     for number, name in enumerate(map(str, ds["body"].values.tolist())):
         if name not in named:
             continue
@@ -149,8 +149,8 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
             definition = UncertainDefinition.model_validate({"title": name} | values | {"bodies": (body,)})
         except (ValidationError, DefinitionError, ValueError, KeyError):  # what is shown beside is the map's own
             continue
-        found[number] = definition.known[name], definition.asked(definition.bodies[0])
-    return found
+        meant[number] = definition.known[name], definition.asked(definition.bodies[0])
+    return meant
 
 
 def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
