@@ -369,7 +369,7 @@ def by_axis(d, x_d, x_j, x_k):
 
 @njit(**OPTIONS)
 def _fill_steady(start, times, q_start, out):
-    """Attitude under a constant angular velocity: one turn about it."""
+    """Write the attitude under a constant angular velocity: one turn about it."""
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
     size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
     safe = size if size > 0.0 else 1.0
@@ -383,7 +383,7 @@ def _fill_steady(start, times, q_start, out):
 
 @njit(**INLINE)
 def _rate(u, m, A_d, a, mean):
-    """The rate of psi at the argument u, at most 0.5 in size; ``mean`` is 2T/L."""
+    """Return the rate of psi at the argument u, at most 0.5 in size; ``mean`` is 2T/L."""
     _, _, dn = jacobi_short(u, m)
     return (A_d * dn + mean) / (1.0 + a * dn)
 
@@ -488,14 +488,14 @@ def step(m, R, size, x, y):
 
 @formula
 def _refined(guess, x):
-    """``1/sqrt(x)`` from a guess, by a step of third order."""
+    """Return ``1/sqrt(x)`` from a guess, by a step of third order."""
     e = 1.0 - x * (guess * guess)
     return guess + guess * e * (0.5 + 0.375 * e)
 
 
 @njit(**INLINE)
 def _reciprocal_root(x):
-    """``1/sqrt(x)`` of an x that is neither huge nor tiny: a guess in single precision, and one step of third order.
+    """Return ``1/sqrt(x)`` of an x of moderate size: a guess in single precision, and one step of third order.
 
     A root and a division of whole vectors of doubles would take as long as all the rest of an exact step.
     """
@@ -504,7 +504,7 @@ def _reciprocal_root(x):
 
 @formula
 def _square(m, R):
-    """Squared size of R P(m)."""
+    """Return squared size of R P(m)."""
     m_d, m_j, m_k = m
     r0, rd, rj, rk = R
     P = 1.0 + m_d
@@ -513,7 +513,7 @@ def _square(m, R):
 
 @formula
 def _landed(m, R, size):
-    """``size`` times R P(m)."""
+    """Return ``size`` times R P(m)."""
     m_d, m_j, m_k = m
     r0, rd, rj, rk = R
     P = 1.0 + m_d

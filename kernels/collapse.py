@@ -21,13 +21,13 @@ FREE = np.int32(-1)
 
 @njit(**INLINE)
 def _bits(value):
-    """The 64 bits of a double; the two zeros are one number."""
+    """Return the 64 bits of a double; the two zeros are one number."""
     return np.uint64(np.float64(value + 0.0).view(np.int64))
 
 
 @njit(**INLINE)
 def _hash(x, y, z, u, v):
-    """A hash of five doubles: their bits times odd constants, finished as MurmurHash3 is."""
+    """Return a hash of five doubles: their bits times odd constants, finished as MurmurHash3 is."""
     bits = _bits(x) * np.uint64(0x9E3779B97F4A7C15) + _bits(y) * np.uint64(0xC2B2AE3D27D4EB4F)
     bits += _bits(z) * np.uint64(0x165667B19E3779F9) + _bits(u) * np.uint64(0x27D4EB2F165667C5) + _bits(v)
     bits = (bits ^ (bits >> np.uint64(33))) * np.uint64(0xFF51AFD7ED558CCD)

@@ -184,7 +184,7 @@ def _reflect(H, v, first, after, factor, left, right, top, bottom):
 
 @njit(**OPTIONS)
 def _reflect_three(H, k, a, b, c, left, right, top, bottom):
-    """As :func:`_reflect` for three rows and columns from k on, by the direction (a, b, c)."""
+    """Reflect three rows and columns from k on by the direction (a, b, c), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b + c * c)
     p, q, r = factor * a, factor * b, factor * c
     for j in range(left, right):
@@ -201,7 +201,7 @@ def _reflect_three(H, k, a, b, c, left, right, top, bottom):
 
 @njit(**OPTIONS)
 def _reflect_two(H, k, a, b, left, right, top, bottom):
-    """As :func:`_reflect` for two rows and columns from k on, by the direction (a, b)."""
+    """Reflect two rows and columns from k on by the direction (a, b), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b)
     p, q = factor * a, factor * b
     for j in range(left, right):
@@ -216,7 +216,7 @@ def _reflect_two(H, k, a, b, left, right, top, bottom):
 
 @njit(**OPTIONS)
 def _pair(H, i, re, im):
-    """Both eigenvalues of the block at i, i + 1."""
+    """Write both eigenvalues of the block at i, i + 1."""
     a, b, c, d = H[i, i], H[i, i + 1], H[i + 1, i], H[i + 1, i + 1]
     p = 0.5 * (a - d)
     q = p * p + b * c
@@ -231,7 +231,7 @@ def _pair(H, i, re, im):
 
 @njit(**OPTIONS)
 def _francis(H, lo, hi, turn):
-    """One double step on the block lo … hi, with exceptional shifts every tenth turn.
+    """Take one double step on the block lo … hi, with exceptional shifts every tenth turn.
 
     From the tenth turn on two real shifts are one, the nearer to the corner: shifts ±σ may turn for ever.
     """
@@ -316,7 +316,7 @@ def order(re, im, n, same):
 
 @njit(void(float64[:, ::1], float64[:, ::1], float64[::1], int64[:, ::1]), nogil=True, **OPTIONS)
 def order_all(re, im, same, number):
-    """Sort each row as :func:`order`, its own ``same``; number: which of the unsorted each is."""
+    """Sort each row as :func:`order`, with its own ``same``; write the unsorted number of each into ``number``."""
     n = re.shape[1]
     x, y = np.empty(n), np.empty(n)
     for i in range(re.shape[0]):

@@ -122,7 +122,7 @@ def choose(x, size, coefficients, samples, tolerance):
 
 @njit(**OPTIONS)
 def _one_step(excess, square, coefficients):
-    """Number in ORDERS of the lowest of which one step is enough, and 1; else 0, 0. Two of a lower are more work."""
+    """Return the number in ORDERS of the lowest order of which one step is enough, and 1; else 0, 0."""
     for i in range(3):
         if not excess * coefficients[i] > 1.0:
             return i, 1
@@ -132,7 +132,7 @@ def _one_step(excess, square, coefficients):
 
 @njit(**OPTIONS)
 def _several_steps(excess, square, coefficients):
-    """Number in ORDERS, and how many of its steps take the least work; excess is order 8's over the tolerance."""
+    """Return the number in ORDERS and of its steps that take the least work; excess: order 8's over the tolerance."""
     best, fewest, least = 0, 1, math.inf
     for i in range(3):
         order = ORDERS[i]
@@ -157,7 +157,7 @@ def _follow(state, k, durations, counts, out):
 
 @njit(**OPTIONS)
 def _follow_attitude(state, q, k, durations, counts, out):
-    """As :func:`_follow`, with the quaternion beside the state; writes quaternions (w, x, y, z)."""
+    """Follow the quaternion beside the state as :func:`_follow` does; write quaternions (w, x, y, z)."""
     a, b, c = state
     w, x, y, z = q
     for i in range(durations.size):
@@ -238,7 +238,7 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
 
 
 def _checked(moments, omega_start, times, tolerance):
-    """Angular velocity, times and Euler coefficients of a body, refused in words unless they can be followed."""
+    """Return angular velocity, times and Euler coefficients of a body; raise ValueError unless they can be followed."""
     moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
     times = checked_times(times)
     if not (moments > 0).all():
@@ -249,7 +249,7 @@ def _checked(moments, omega_start, times, tolerance):
 
 
 def _walks(times, spin):
-    """Which times lie ahead and which behind, each in the order of the walk; and the durations between, times spin."""
+    """Yield indices of times ahead, then behind, in the order of the walk, and the durations between, times spin."""
     for forward in (True, False):
         order = np.flatnonzero(times >= 0 if forward else times < 0)
         order = order[np.argsort(np.abs(times[order]), kind="stable")]
@@ -257,7 +257,7 @@ def _walks(times, spin):
 
 
 def _counts(x, tolerance):
-    """Steps for each interval of length x (radians of spin times max|c_i|), so that a whole run keeps the tolerance."""
+    """Return steps for each interval of x radians of spin times max|c_i|, so that a whole run keeps the tolerance."""
     total = max(x.sum(), 1.0)
     rate = (total * truncation(1.0, 12) / tolerance) ** (1.0 / 12)
     return np.maximum(np.ceil(x * max(rate, 1.0)), 1).astype(np.int64)

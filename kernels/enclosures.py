@@ -45,7 +45,7 @@ def _up(x, part):
 
 @njit(**OPTIONS)
 def _add(a, b, c, d):
-    """[a, b] + [c, d]; sums lose nothing to underflow, and exact zeros stay."""
+    """Return [a, b] + [c, d]; sums lose nothing to underflow, and exact zeros stay."""
     low, high = a + c, b + d
     low, high = low - abs(low) * UNIT, high + abs(high) * UNIT
     return (low if low == low else -INF), (high if high == high else INF)
@@ -53,7 +53,7 @@ def _add(a, b, c, d):
 
 @njit(**OPTIONS)
 def _mul(a, b, c, d):
-    """[a, b] [c, d]; a product of what is not negative is not."""
+    """Return [a, b] [c, d]; a product of intervals without negative numbers has none."""
     p, q, r, s = a * c, a * d, b * c, b * d
     low, high = min(min(p, q), min(r, s)), max(max(p, q), max(r, s))
     low, high = low - (abs(low) * UNIT + TINY), high + (abs(high) * UNIT + TINY)
@@ -67,7 +67,7 @@ def _mul(a, b, c, d):
 
 @njit(**OPTIONS)
 def _whole(x, k):
-    """x^k for a whole k ≥ 0, by squaring: good to k - 1 roundings."""
+    """Return x^k for a whole k ≥ 0, by squaring: good to k - 1 roundings."""
     result = 1.0
     while k > 0:
         if k & 1:
@@ -79,7 +79,7 @@ def _whole(x, k):
 
 @njit(**OPTIONS)
 def _power(a, b, k):
-    """[a, b]^k for a whole k ≥ 0."""
+    """Return [a, b]^k for a whole k ≥ 0."""
     if k == 0:
         return 1.0, 1.0
     part = (k + 1) * UNIT
@@ -95,7 +95,7 @@ def _power(a, b, k):
 
 @njit(**OPTIONS)
 def _inverse(a, b):
-    """1/[a, b]; the whole line where 0 is inside, half of it where 0 is an end."""
+    """Return 1/[a, b]; the whole line where 0 is inside, half of it where 0 is an end."""
     if a > 0.0 or b < 0.0:
         return _down(1.0 / b, UNIT), _up(1.0 / a, UNIT)
     if a == 0.0 and b > 0.0:
@@ -107,7 +107,7 @@ def _inverse(a, b):
 
 @njit(**OPTIONS)
 def _signed_power(a, b, k):
-    """[a, b]^k for any whole k; a state that is POLE where k < 0 and 0 is inside."""
+    """Return [a, b]^k for any whole k, and a state that is POLE where k < 0 and 0 is inside."""
     if k >= 0:
         low, high = _power(a, b, k)
         return low, high, SOUND
@@ -128,7 +128,7 @@ def _signed_power(a, b, k):
 
 @njit(**OPTIONS)
 def _real_power(a, b, p, q):
-    """[a, b]^[p, q] for a ≥ 0: extreme at its corners."""
+    """Return [a, b]^[p, q] for a ≥ 0: extreme at its corners."""
     low, high = INF, -INF
     for i in range(2 if a < b else 1):
         for j in range(2 if p < q else 1):
@@ -157,7 +157,7 @@ def _is_far(a, b):
 
 @njit(**OPTIONS)
 def _cosine(a, b):
-    """Cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
+    """Return the cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
     if a == 0.0 == b:
         return 1.0, 1.0
     return (-1.0, 1.0) if _is_far(a, b) else _wave(a, b, math.cos(a), math.cos(b), 0.0)

@@ -295,7 +295,7 @@ def polhode(moments, omega_start, n):
 
 
 def _fill_polhode(top, out):
-    """Points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
+    """Write points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
     s, c, d = (axis - 1 for axis in top.axes)
     A_s, A_c, A_d = amplitudes(top)
     w_s, w_c, _ = top.w

@@ -67,19 +67,19 @@ ROWS = FIRST + len(COLUMNS) + len(BESIDE)
 
 @njit(**INLINE)
 def _reduced_turn(S, lane):
-    """D of the reduced motion."""
+    """Return D of the reduced motion."""
     return S[lanes.GUESS + lane] - 0.5 * S[lanes.SX + lane] / (S[lanes.XX + lane] + S[lanes.SW + lane])
 
 
 @njit(**INLINE)
 def _turn(S, lane):
-    """D as measured."""
+    """Return D as measured."""
     return S[lanes.GUESS + lane] - 0.5 * S[lanes.RX + lane] / S[lanes.XX + lane]
 
 
 @njit(**OPTIONS)
 def _squares(S, followed):
-    """Rates² and their slopes by D, the reduced ones where they were followed; whether some lane's D is beyond."""
+    """Return rates² and their slopes by D, the reduced ones where followed, and whether a lane's D is too large."""
     whole_vectors()
     beyond = 0
     for lane in range(W):
@@ -98,7 +98,7 @@ def _squares(S, followed):
 
 @njit(**OPTIONS)
 def _squares_beyond(S):
-    """The same lane by lane, for a D of any size."""
+    """Write the same as :func:`_squares` lane by lane, for a D of any size."""
     whole_vectors()
     for lane in range(W):
         spacing, D, reduced = S[lanes.SPACING + lane], _turn(S, lane), _reduced_turn(S, lane)
@@ -110,7 +110,7 @@ def _squares_beyond(S):
 
 @formula
 def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
-    """The standard error of a slope, its scatter over the sum of squares; NaN for fewer than two triples."""
+    """Return the standard error of a slope, its scatter over the sum of squares; NaN for fewer than two triples."""
     scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
     stderr = slope * math.sqrt(scatter / ((2.0 * used - 5.0) * 4.0 * sum_xx))
     return stderr if used >= 4.0 else math.nan
@@ -118,7 +118,7 @@ def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
 
 @njit(**OPTIONS)
 def _tell_square(S, certified, tolerance):
-    """Ω² as measured, and what the measurement stood on; what is short of three samples has none.
+    """Write the measured Ω² and its basis; fewer than three samples give none.
 
     The certificate may reach the tolerance, and what rounding at the start grows to: 2e-15 e^{λt}, which is left to
     :func:`_forgive_growth`. Rounding in either solution also shifts the phase of a motion of n samples by less than
@@ -148,7 +148,7 @@ def _tell_square(S, certified, tolerance):
 
 @njit(**OPTIONS)
 def _forgive_growth(S, tolerance):
-    """Statuses of growing motions, whose rounding at the start has grown with them."""
+    """Write the statuses of growing motions, whose rounding at the start has grown with them."""
     whole_vectors()
     for lane in range(W):
         growth = -S[MORE.rate2 + lane]
@@ -161,7 +161,7 @@ def _forgive_growth(S, tolerance):
 
 @njit(**OPTIONS)
 def _tell_errors(S, number, rounded, whole):
-    """The reduced Ω², the terms of both errors and the regime, which is read from the reduced one.
+    """Write the reduced Ω², the terms of both errors and the regime, which follows from the reduced one.
 
     ``number`` is that of the step, as :func:`kernels.lanes.follow` takes it; ``rounded``: the moments are ratios,
     rounded once each; ``whole``: the reduction was done to its last order.
@@ -218,7 +218,7 @@ def _tell_errors(S, number, rounded, whole):
 
 @njit(**OPTIONS)
 def _widen_within_a_turn(S):
-    """Errors and regimes where the spin wanders far within few samples: see :mod:`kernels.uncertainty`."""
+    """Widen errors and regimes where the spin axis wanders far within few samples: see :mod:`kernels.uncertainty`."""
     for lane in range(W):
         spin, reduced = S[MORE.spin_rate + lane], S[MORE.reduced + lane]
         more = uncertainty.well_within_a_turn(reduced, S[lanes.WANDER + lane], S[lanes.USED + lane] - 1.0)
@@ -233,7 +233,7 @@ def _widen_within_a_turn(S):
 
 
 def _rates_of(reduced):
-    """Rates of Ω² as measured, or of the reduced one; decided when it is compiled."""
+    """Return the rates of the measured Ω², or of the reduced one; decided when it is compiled."""
     square_of, error_of = (MORE.reduced, MORE.left) if reduced else (MORE.rate2, MORE.error)
     growth, growth_error = (
         (AT.growth_rate_reduced, AT.growth_rate_reduced_error) if reduced else (AT.growth_rate, AT.growth_rate_error)
@@ -281,7 +281,7 @@ _tell_rates, _tell_reduced_rates = _rates_of(False), _rates_of(True)
 
 @njit(**OPTIONS)
 def _tell_log_slope(S):
-    """The lecture's estimator, where its window held at least two e-folds.
+    """Write the lecture's estimator, where its window held at least two e-folds.
 
     Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
     rate's own error: a line through a logarithm cannot see what its transient bends.
@@ -304,7 +304,7 @@ def _tell_log_slope(S):
 
 @njit(**OPTIONS)
 def _tell_no_log_slope(S):
-    """Where no lane was ever in the window: two logarithms spared, which are most of it."""
+    """Write the estimator as missing where no lane was ever in the window: this spares two logarithms."""
     whole_vectors()
     for row in (AT.e_folds, AT.growth_rate_logslope, AT.growth_rate_logslope_error):
         for lane in range(W):

@@ -74,7 +74,7 @@ def _begin(S, direction):
 
 @njit(**OPTIONS)
 def _stride(S):
-    """One step of every lane; whether a component changed sign in any that is still active."""
+    """Take one step of every lane; return whether a component changed sign in any lane that is still active."""
     whole_vectors()
     events = 0
     for lane in range(W):
@@ -89,7 +89,7 @@ def _stride(S):
 
 @njit(**OPTIONS)
 def _crossing(S, lane, component):
-    """Share of the last step after which a component (1, 2, 3) vanishes, and the state there."""
+    """Return the share of the last step after which a component (1, 2, 3) vanishes, and the state there."""
     a0, b0, c0 = S[PA + lane], S[PB + lane], S[PC + lane]
     ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
     before, after = pick(component, a0, b0, c0), pick(component, S[A + lane], S[B + lane], S[C + lane])
@@ -110,7 +110,7 @@ def _crossing(S, lane, component):
 
 @njit(**OPTIONS)
 def _tilt(a, b, c, sense, epsilon):
-    """Angle between (a, epsilon b, epsilon c) and the end of the axis that has the sign of ``sense``."""
+    """Return angle between (a, epsilon b, epsilon c) and the end of the axis that has the sign of ``sense``."""
     return math.atan2(epsilon * math.hypot(b, c), a if sense > 0.0 else -a)
 
 
@@ -157,7 +157,7 @@ def _walk(S, turning):
 
 @njit(**OPTIONS)
 def _next_limit(S, n):
-    """Give up the lanes whose limit is n steps or less; the least limit of those that are active, or 0."""
+    """Give up the lanes whose limit is n steps or less; return the least limit of the active ones, or 0."""
     whole_vectors()
     limit = 0.0
     for lane in range(W):
@@ -188,7 +188,7 @@ def _search(S):
 
 @njit(**OPTIONS)
 def _largest_tilt(S, lane):
-    """Largest tilt of one lane from its events."""
+    """Return largest tilt of one lane from its events."""
     least, other = S[TILT_B + lane], S[TILT_C + lane]
     if S[FLIP + lane] > 0.0:
         return math.pi - (least if math.isnan(other) else (other if math.isnan(least) else min(least, other)))
@@ -199,7 +199,7 @@ def _largest_tilt(S, lane):
 
 @njit(**OPTIONS)
 def _exact_columns(moments, omega, spin, out, i):
-    """The same three quantities from the closed form; missing where they are infinite or do not exist."""
+    """Write the same three quantities from the closed form; missing where they are infinite or do not exist."""
     top = exact.set_up(*moments, *omega)
     period = exact.flip_period(top)
     flips = top.axes[2] != 1 and math.isfinite(period)

@@ -118,7 +118,7 @@ def take(D, P, Q, numbers, direction, k):
 
 @njit(**OPTIONS)
 def _take_means(Y, weight, runs, count, n, used, h, most):
-    """Means of two neighbours in place of samples, in lanes with more than ``most`` of every run; in place.
+    """Take means of two neighbours for samples, in lanes with more than ``most`` of every run; in place.
 
     A mean's model is the samples' own with M², its error as their bound. Other lanes keep their first samples.
     """

@@ -88,7 +88,7 @@ def _growing_fraction(cb, cc, omega, cosine, sine):
 
 @njit(**INLINE)
 def _encircles(a, b, c, epsilon, cosine, sine):
-    """NO_AXIS, LEAST_AXIS, GREATEST_AXIS or SEPARATRIX; moments in cyclic order, of the spin axis first."""
+    """Return NO_AXIS, LEAST_AXIS, GREATEST_AXIS or SEPARATRIX; moments in cyclic order, the spin axis first."""
     a, b, c, _ = solution.scaled(a, b, c)
     least, middle, greatest = solution.order(a, b, c)
     I_min, I_mid, I_max = solution.by_role(least, middle, greatest, a, b, c)
@@ -102,7 +102,7 @@ def _encircles(a, b, c, epsilon, cosine, sine):
 
 @njit(**INLINE)
 def _body(I1, I2, I3):
-    """Triangle margin and shape."""
+    """Return triangle margin and shape."""
     missing = (I1 != I1) | (I2 != I2) | (I3 != I3)
     low, high = min(I1, I2), max(I1, I2)
     least, middle, greatest = min(low, I3), max(low, min(high, I3)), max(high, I3)

@@ -81,7 +81,7 @@ def _load(S, lane, moments, omega, h, steps):
 
 @njit(**OPTIONS)
 def _advance(S, steps):
-    """One sample interval of direct steps."""
+    """Take the direct steps of one sample interval."""
     whole_vectors()
     for _ in range(steps):
         for lane in range(W):
@@ -96,7 +96,7 @@ def _advance(S, steps):
 
 @njit(**OPTIONS)
 def _advance_exact(S):
-    """One exact step of every lane; its landing is left to :func:`_compare`, so that both loops stay short."""
+    """Take one exact step of every lane; :func:`_compare` completes it, so that both loops stay short."""
     whole_vectors()
     for lane in range(W):
         m_d, m_j, m_k = S[MD + lane], S[MJ + lane], S[MK + lane]
@@ -113,7 +113,7 @@ def _advance_exact(S):
 
 @njit(**OPTIONS)
 def _compare(S):
-    """The angle between every lane's two attitudes, and the heading's turn since the last sample."""
+    """Return the angle between every lane's two attitudes, and the heading's turn since the last sample."""
     whole_vectors()
     opened = 0
     for lane in range(W):
@@ -154,7 +154,7 @@ def _compare(S):
 
 @njit(**OPTIONS)
 def _exactly(moments, omega, out, i):
-    """Rate of the spin axis about L and residual of the geometric phase, from the closed form, in units of the spin."""
+    """Write the exact rate of the spin axis about L and residual of the geometric phase, in units of the spin."""
     _, _, _, _, _, d = solution.constants(*moments, *omega)
     period, rate, sigma = tumbling.periods(*moments, *omega)
     out[3, i] = rate + sigma * (2.0 * math.pi / period) if d == 1 else math.nan
@@ -171,7 +171,7 @@ class SpinSampling(NamedTuple):
 
 @njit(**OPTIONS)
 def _seen_from_the_axis(points, i):
-    """Moments of point i by (a, b, c), in a unit near the greatest, and its angular velocity in that of the spin."""
+    """Return moments of point i as (a, b, c), in a unit near the greatest, and its angular velocity over its spin."""
     Ia, Ib, Ic = rigid_body.relabel(points.I1[i], points.I2[i], points.I3[i], points.axis[i])
     unit, epsilon, phase = solution.unit_of(Ia, Ib, Ic), points.epsilon[i], points.phase[i]
     spin = 1.0 if points.omega0[i] > 0.0 else -1.0
@@ -218,7 +218,7 @@ def fill(points, run, out):
 
 @njit(**OPTIONS)
 def _unload(S, lane, spin, out, i):
-    """What one lane has measured: the angle between both attitudes, and psi's mean rate with its error."""
+    """Write one lane's results: the angle between both attitudes, and psi's mean rate with its error."""
     used, h = S[USED + lane], S[SPACING + lane]
     out[0, i] = 2.0 * math.sqrt(S[APART + lane])
     if used < 2.0:

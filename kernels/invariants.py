@@ -123,7 +123,7 @@ def _logarithms(M, n, Y, room):
 
 @njit(**OPTIONS)
 def _characteristics(A, n, N, c, T):
-    """Coefficients c of det(λ - A), c[n] = 1, and the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
+    """Write the coefficients c of det(λ - A), c[n] = 1, and N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
     whole_vectors()
     lanes, nn = A.shape[1], n * n
     c[:], N[:] = 0.0, 0.0
@@ -145,7 +145,7 @@ def _characteristics(A, n, N, c, T):
 
 @njit(**OPTIONS)
 def _coefficient_covariances(motions, N, K, A, f):
-    """Covariance of the coefficients for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
+    """Write the coefficients' covariance for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
     M, X0, runs, n, covariance = motions
     P, nn = runs * n, n * n
     V, G, T = rows_of(P), rows_of(n * P), rows_of(n * P)
@@ -166,7 +166,7 @@ def _coefficient_covariances(motions, N, K, A, f):
 
 @njit(**OPTIONS)
 def _norm(A, first, count, lane):
-    """Frobenius norm of the matrix in some rows of a lane."""
+    """Return Frobenius norm of the matrix in some rows of a lane."""
     square = 0.0
     for row in range(first, first + count):
         square += A[row, lane] * A[row, lane]
@@ -175,7 +175,7 @@ def _norm(A, first, count, lane):
 
 @njit(**OPTIONS)
 def _form(p, a):
-    """Standard deviation of Σ a_k c_k, and what its own terms may have lost by cancelling; both for noise of one."""
+    """Return the standard deviation of Σ a_k c_k, and the loss by cancellation of its terms; both for noise of one."""
     total, absolute = 0.0, 0.0
     for k in range(len(p.K)):
         square = a[k] * p.K[k, k] * a[k]
@@ -224,7 +224,7 @@ def _move(y, size, re, im, moves):
 
 @njit(**OPTIONS)
 def _eigenvalue_error(p, point, gap, most, move, room):
-    """Errors of the real and the imaginary part of an eigenvalue, the next one ``gap`` away.
+    """Return the errors of an eigenvalue's real and imaginary part, the next one ``gap`` away.
 
     ``most``: the largest eigenvalue, for what rounding leaves; ``move``: as of :func:`_move`; room: parts (5, n + 1)
     and shifted (n + 1), scratch.
@@ -269,7 +269,7 @@ def _eigenvalue_error(p, point, gap, most, move, room):
 
 @njit(**OPTIONS)
 def _tell_invariants(p, re, im, a, spacing, row):
-    """S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
+    """Write S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
     c, bent, noise = p.c, p.bent, p.noise
     S, D = 0.5 * c[3] * c[3] - c[2], c[0]
     a[3], a[2] = c[3], -1.0
@@ -289,7 +289,7 @@ def _tell_invariants(p, re, im, a, spacing, row):
 
 @njit(**OPTIONS)
 def _tell_lane(p, re, im, moves, spacing, room, row):
-    """Eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
+    """Write eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
     n, odd, a = re.size, 0.0, room[0][0]
     a[:] = 0.0
     for k in range(n - 1, -1, -2):

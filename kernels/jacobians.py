@@ -27,7 +27,7 @@ SQUARINGS = 8  # towards the Perron vector
 
 @njit(**OPTIONS)
 def _square(power, into, n, largest):
-    """Over power what its square is of its largest element, that into ``largest``, lane by lane; into: scratch."""
+    """Write each matrix's square over its largest element into power, that into ``largest``; into: scratch."""
     product_in_lanes(power, power, into, n)
     _scale(into, power, n * n, largest)
 
@@ -49,7 +49,7 @@ def _scale(rows, into, count, largest):
 
 @njit(**OPTIONS)
 def _roots(G, n, power, into, largest, out):
-    """Perron's roots of G, rows i n + j, to some per cent; NaN where one is not finite or vanishes."""
+    """Write Perron's roots of G, rows i n + j, to some per cent; NaN where one is not finite or vanishes."""
     whole_vectors()
     lanes = out.size
     _scale(G, power, n * n, largest)
@@ -82,7 +82,7 @@ def roots(matrices, out):
 
 @njit(**OPTIONS)
 def _bound(G, power, n, u, total, most):
-    """Sums u of the power's rows, 1 at most, and the largest (G u)/u into ``most``; total: scratch."""
+    """Write the sums u of the power's rows, 1 at most, and the largest (G u)/u into ``most``; total: scratch."""
     whole_vectors()
     lanes = most.size
     u[:] = 0.0
@@ -136,7 +136,7 @@ def scales(terms, sizes, S, scaled):
 
 @njit(**OPTIONS)
 def _adjugates(A, scale, n, N, T):
-    """The matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k, A over its scale; T is scratch."""
+    """Write the matrices N_k of adj(λ - A) = Σ λ^(n-1-k) N_k, A over its scale; T is scratch."""
     for i in range(n):
         for j in range(n):
             N[0, i, j] = 1.0 if i == j else 0.0

@@ -136,7 +136,7 @@ def begin_invariants(S):
 
 
 def _advance_of(step):
-    """Steps of one kind for all lanes."""
+    """Return a function that takes steps of one kind in all lanes."""
 
     @njit(name=f"advance_{step.__name__}", **OPTIONS)
     def advance(S, steps):
@@ -251,7 +251,7 @@ def begin_reduction(S):
 
 @njit(**INLINE)
 def _take_part(S, lane, excess):
-    """The clock up to this sample, and the factors of the amplitude's part of the triple that it ends."""
+    """Return the clock up to this sample, and the factors of the amplitude's part of the triple that it ends."""
     half = 0.5 * excess
     product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
     u = (half - product) + S[HALF + lane]
@@ -268,7 +268,7 @@ def _line(x, slope, start):
 
 @njit(**INLINE)
 def _take_first_order(S, lane):
-    """Both factors to the first order."""
+    """Return both factors to the first order."""
     along = S[OWN + lane]
     S[OWN + lane] = _line(S[A + lane], S[OWN_BY + lane], S[OWN_FROM + lane])
     return along, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
@@ -276,12 +276,12 @@ def _take_first_order(S, lane):
 
 @formula
 def _less_amplitude(r, along, across, x, x1, x2):
-    """A component's residual without the amplitude's part of its triple."""
+    """Return a component's residual without the amplitude's part of its triple."""
     return (r - along * x1) - across * ((x - x1) + (x1 - x2))
 
 
 def _sample_of(reduced):
-    """Taking a sample with so much of the reduction; decided when it is compiled.
+    """Return a function that takes a sample with one part of the reduction; decided when it is compiled.
 
     What regimes, certificates and log slopes are told from is not kept where nobody reads it.
     """
@@ -339,13 +339,13 @@ _sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for red
 
 @formula
 def _left(ahead, back, two_guess, x):
-    """Residual of two successive differences after D_0."""
+    """Return residual of two successive differences after D_0."""
     return (ahead - back) + two_guess * x
 
 
 @njit(**INLINE)
 def _exact_sample(state, sums, constants):
-    """The next step of the recurrence and its sample, of one lane, in registers."""
+    """Return the next step of the recurrence and its sample, of one lane, in registers."""
     b1, c1, back_b, back_c, xx, db, dc = state
     weight, used, sum_rx, sum_rr, sum_xx = sums
     gb, gc, q, two_guess, least, most = constants
@@ -364,7 +364,7 @@ def _exact_sample(state, sums, constants):
 
 
 def _exact_samples_of(count):
-    """So many steps of the recurrence, each with its sample, as :func:`_sample_alone` takes it; after the first guess.
+    """Return a function of several steps of the recurrence, each with its sample, after the first guess.
 
     The spin is not followed: no rate is told from it. What lies in registers goes to memory and back once.
     """
@@ -518,7 +518,7 @@ def were_logged(S):
 
 @njit(**OPTIONS)
 def _follow_recurrence(S, left):
-    """The last samples of every lane, so many, by the recurrence."""
+    """Take the last samples of every lane by the recurrence."""
     opened = True
     while opened and left >= AT_ONCE:
         opened, left = _exact_samples(S), left - AT_ONCE

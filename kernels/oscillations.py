@@ -197,7 +197,7 @@ def take(D, P, Q, numbers, _, k):
 
 @njit(**OPTIONS)
 def _estimate(Q, lane, RX, RR, XX, triples, spacing):
-    """Signed rate² and its standard error, s-2, from the sums of those rows; NaN where there are too few triples."""
+    """Return signed rate² and its standard error, s-2, from the sums of those rows; NaN for too few triples."""
     value, stderr = math.nan, math.nan
     if triples >= 1.0:
         value, slope = measure.rate_squared(Q[GUESS, lane] - 0.5 * Q[RX, lane] / Q[XX, lane], spacing)
@@ -342,7 +342,7 @@ def errors(raw, scale, spacing, share=1.0):
 
 
 def _sixth(raw, square, shift, span, S2, clear):
-    """What is unknown of the twice extrapolated samples' residuals, in S²: e of :func:`errors`."""
+    """Return the unknown part of the twice extrapolated samples' residuals, in S²: e of :func:`errors`."""
     spread = np.sqrt(np.maximum(raw[:, RAW.samples] - 3.0, 1.0)) / S2
     seen, residual = raw[:, RAW.spread] * spread, raw[:, RAW.stderr] * spread
     rate = np.sqrt(np.maximum(square, 0.0))

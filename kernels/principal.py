@@ -30,7 +30,7 @@ ORDERS = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
 
 @njit(**INLINE)
 def _seen(entries, axes, T):
-    """T of six entries xx, yy, zz, xy, xz, yz, seen along axes (rows), into T, shape (3, 3)."""
+    """Write T of six entries xx, yy, zz, xy, xz, yz, seen along axes (rows), into T, shape (3, 3)."""
     xx, yy, zz, xy, xz, yz = entries
     for i in range(3):
         a, b, c = axes[i, 0], axes[i, 1], axes[i, 2]
@@ -41,7 +41,7 @@ def _seen(entries, axes, T):
 
 @njit(**INLINE)
 def _rotate(T, rows, p, q):
-    """Turns the plane (p, q) so that T_pq vanishes, and the axes with it."""
+    """Turn the plane (p, q) so that T_pq vanishes, and the axes with it."""
     off = T[p, q]
     theta = (T[q, q] - T[p, p]) / (2.0 * off)
     t = math.copysign(1.0, theta) / (abs(theta) + math.sqrt(theta * theta + 1.0))
@@ -61,7 +61,7 @@ def _rotate(T, rows, p, q):
 
 @njit(**INLINE)
 def _diagonalise(T, rows):
-    """Principal moments onto the diagonal of T, their axes into ``rows``."""
+    """Write principal moments onto the diagonal of T, and their axes into ``rows``."""
     for i in range(3):
         for k in range(3):
             rows[i, k] = 1.0 if i == k else 0.0
@@ -76,7 +76,7 @@ def _diagonalise(T, rows):
 
 @njit(**INLINE)
 def _nearest(rows):
-    """Which row lies nearest to each coordinate axis, of all ways to share them out; the first of equal ones."""
+    """Return which row lies nearest to each coordinate axis, of all permutations; the first of equal ones."""
     best, nearest = -1.0, ORDERS[0]
     for order in ORDERS:
         fit = abs(rows[order[0], 0]) + abs(rows[order[1], 1]) + abs(rows[order[2], 2])
@@ -87,7 +87,7 @@ def _nearest(rows):
 
 @njit(**INLINE)
 def _handedness(rows):
-    """The determinant of three rows."""
+    """Return the determinant of three rows."""
     return (
         rows[0, 0] * (rows[1, 1] * rows[2, 2] - rows[1, 2] * rows[2, 1])
         - rows[0, 1] * (rows[1, 0] * rows[2, 2] - rows[1, 2] * rows[2, 0])

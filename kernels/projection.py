@@ -28,7 +28,7 @@ CLOSE = 1e-10  # a step that changes M by less is the last
 
 @njit(**OPTIONS)
 def _scaled_inverse(Q, H, right, P, d, f):
-    """H⁻¹ in the first P columns of right, and times its last; H has a diagonal of one meanwhile, nothing is left out.
+    """Write H⁻¹ into the first P columns of right, times its last; H has a diagonal of one meanwhile.
 
     Q: the lower half of H below a first row and column, which holds the last of right; d, f are scratch.
     """
@@ -57,7 +57,7 @@ def _scaled_inverse(Q, H, right, P, d, f):
 
 @njit(**OPTIONS)
 def _normal(by_x, squares, n, B, Q, f):
-    """C projected out: minus its answers into B, the normal matrix into Q, of which the residuals' are the first."""
+    """Project C out; write minus its answers to B, the normal matrix into Q, of which the residuals' are the first."""
     whole_vectors()
     nn, A = n * n, rows_of(n * n)
     P1 = len(by_x) // nn - 1

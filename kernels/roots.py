@@ -135,7 +135,7 @@ def _set(target, source):
 
 @njit(**OPTIONS)
 def _product(a, b, c, d):
-    """Ends of [a, b] [c, d], but for a rounding."""
+    """Return the ends of [a, b] [c, d], but for a rounding."""
     p, q, r, s = a * c, a * d, b * c, b * d
     return min(min(p, q), min(r, s)), max(max(p, q), max(r, s))
 
@@ -371,7 +371,7 @@ def _shrink(box, floor):
 
 @njit(**OPTIONS)
 def _axis(box, bounds, floor):
-    """The variable that F changes most with in the box."""
+    """Return the variable that F changes most with in the box."""
     axis, best, n = 0, -1.0, len(box.u)
     for j in range(n):
         width, share = box.ends[B, j] - box.ends[A, j], 0.0

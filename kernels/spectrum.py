@@ -84,7 +84,7 @@ SWEEPS = 12  # of Jacobi's rotations, at most
 
 @njit(**OPTIONS)
 def _spread(A, n, c, s, moved):
-    """Square root of the smallest eigenvalue over the largest, by Jacobi's rotations, lane by lane; A is lost.
+    """Return the root of the smallest eigenvalue over the largest, by Jacobi's rotations, by lane; A is lost.
 
     A lane that has come to rest stays as it is, whatever its neighbours still need; c, s are scratch.
     """
@@ -190,7 +190,7 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
 
 @njit(**OPTIONS)
 def _advance(M, X0, live, Z, V, place):
-    """One sample on: M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
+    """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
 
     Lanes that are not live come to an end, at 0. Rows of M and columns of Z are as long as multiples of FOUR.
     """

@@ -96,7 +96,7 @@ def _written_out(function, definition):
 
 
 def _count(function):
-    """Length of the tuple that a formula returns; 0 where it is a number."""
+    """Return length of the tuple that a formula returns; 0 where it is a number."""
     _, statements, scope = _formulas[function]
     value = statements[-1].value
     if isinstance(value, ast.Tuple):
@@ -106,7 +106,7 @@ def _count(function):
 
 
 def _named(e, scope):
-    """Value of an expression of names of the module."""
+    """Return value of an expression of names of the module."""
     return eval(compile(ast.Expression(e), "formula", "eval"), scope)
 
 
@@ -158,12 +158,12 @@ class _Writer:
         }
 
     def call(self, function, values):
-        """Value of a formula."""
+        """Return the value of a formula."""
         arguments, statements, scope = _formulas[function]
         return _Writer(self.builder, dict(zip(arguments, values, strict=True)), scope).write(statements)
 
     def write(self, statements):
-        """Value that is returned, if one is."""
+        """Return the value that the text returns, if any."""
         for statement in statements:
             value = self._value(statement.value)
             if isinstance(statement, ast.Return):
@@ -244,7 +244,7 @@ class _Writer:
         return self.builder.load(self._place(e))
 
     def _place(self, e):
-        """Pointer to S[row + lane]."""
+        """Return a pointer to S[row + lane]."""
         return self.builder.gep(self.data, [self.builder.add(self.long(e.slice.left.value), self.lane)])
 
     def _intrinsic(self, name, *values):

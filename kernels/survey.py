@@ -73,7 +73,7 @@ def _copy(T, row, values):
 
 @njit(nogil=True, **OPTIONS)
 def _lay_out(T, values):
-    """Points of a tile side by side in its rows, as they are given, but for phases too far to be brought back later."""
+    """Write points of a tile side by side into its rows, phases that are far off brought back."""
     I1, I2, I3, omega0, epsilon, phase = values
     _copy(T, np.int64(_A), I1)  # no literal, or each row would have a copy of its own
     _copy(T, np.int64(_B), I2)
@@ -91,7 +91,7 @@ def _lay_out(T, values):
 
 @njit(nogil=True, **OPTIONS)
 def _plan(T, axis, spacing, intervals, keys):
-    """Moments as lanes take them, sample spacing (radians of spin), bound on the rates, and a key to sort points by.
+    """Write moments in lanes' order, sample spacing (radians of spin), bound on the rates, and a key to sort points by.
 
     The key is that of one exact step a sample; no branch is left in the loop, which is packed.
     """
@@ -155,7 +155,7 @@ def _gather(S, T, points, steps):
 
 @njit(nogil=True, **OPTIONS)
 def _keep(S, rows, out):
-    """Some columns of a block, whole rows of lanes at once."""
+    """Copy some columns of a block, whole rows of lanes at once."""
     whole_vectors()
     for k in range(rows.size):
         first = (findings.FIRST + rows[k]) * W
@@ -190,7 +190,7 @@ def _run(T, keys, blocks, run, work, out):
 
 @njit(nogil=True, **OPTIONS)
 def _sort_back(first, blocks, at, low, size, out):
-    """Columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
+    """Write columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
     Columns of one type are one table; the first one is number ``first`` of a block. One column at a time,
     written as it lies: a point's columns are far apart in memory, and to write them point by point takes three times
@@ -315,7 +315,7 @@ def flipped(points, tolerance=1e-10):
 
 
 def _nonlinear(points, measured, tolerance):
-    """Columns of kernels.flips; a search that was given up is a window too short."""
+    """Return the columns of kernels.flips; a search that was given up is a window too short."""
     n, omega0, status = points.I1.size, points.omega0, measured["status"]
     out, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
     sound = np.flatnonzero(status != NON_FINITE)
@@ -372,7 +372,7 @@ def collapsed(points, *settings, **options):
 
 @njit(nogil=True, **OPTIONS)
 def _expanded(values, at, spin, power):
-    """Values of motions, in units of the spin, as those of points, by as many factors as :func:`measured` uses."""
+    """Return the points' values from those of motions in units of the spin, by the factors of :func:`measured`."""
     out = np.empty(at.size, dtype=values.dtype)
     if power == 0:
         for i in range(at.size):

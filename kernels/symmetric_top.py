@@ -213,14 +213,14 @@ def _begin(S):
 
 @njit(**INLINE)
 def _tangents(a, b, c, p, q, r):
-    """Squared tangents of the angles of omega and L to the figure axis, and of that between them."""
+    """Return squared tangents of the angles of omega and L to the figure axis, and of that between them."""
     along = p * a + (q * b + r * c)
     x, y, z = (q * c - r * b) / along, (r * a - p * c) / along, (p * b - q * a) / along
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
 def _advance_of(what, state, rates):
-    """Steps of those rows in every lane, over one sample interval."""
+    """Return a function that takes steps of those rows in every lane, over one sample interval."""
     (A, B, C), (KA, KB, KC) = state, rates
 
     @njit(name=f"advance_{what}", **OPTIONS)
@@ -318,7 +318,7 @@ def _halve(S, steps):
 
 @njit(**OPTIONS)
 def _slope(first, sum_y, sum_xy, sum_yy, intervals):
-    """Slope of first k + y_k against k = 0 … intervals by least squares, and its standard error, per sample."""
+    """Return the least-squares slope of first k + y_k against k = 0 … intervals, and its standard error, per sample."""
     n = intervals + 1.0
     sum_xx = n * (n * n - 1.0) / 12.0
     slope = sum_xy / sum_xx
@@ -328,14 +328,14 @@ def _slope(first, sum_y, sum_xy, sum_yy, intervals):
 
 @njit(**INLINE)
 def _deviation(total, squares, intervals):
-    """Standard deviation of numbers of which the first is 0, from sums of them and of their squares."""
+    """Return the standard deviation of numbers of which the first is 0, from sums of them and of their squares."""
     mean = total / (intervals + 1.0)
     return math.sqrt(max(squares / (intervals + 1.0) - mean * mean, 0.0))
 
 
 @njit(**INLINE)
 def _angles(low, high):
-    """Mean and difference of two angles, rad, from their squared tangents."""
+    """Return mean and difference of two angles, rad, from their squared tangents."""
     least, greatest = math.atan(math.sqrt(low)), math.atan(math.sqrt(high))
     return 0.5 * (least + greatest), greatest - least
 
@@ -383,7 +383,7 @@ def _run_blocks(tops, order, starts, intervals, raw):
 
 
 def _point_arrays(points):
-    """Arrays of one length for ratio, omega3 and half_angle."""
+    """Return arrays of one length for ratio, omega3 and half_angle."""
     return arrays(*(points[name] for name in ("ratio", "omega3", "half_angle")))
 
 
@@ -415,7 +415,7 @@ def run(points, rotations, samples_per_rotation, tolerance):
 
 
 def _status(raw, tolerance, intervals):
-    """Status of each row: both the halving test and the certificate must hold, but for the rounding of the steps."""
+    """Return the status of each row: the halving test and the certificate must hold, but for the steps' rounding."""
     rounding = 4.0 * EPSILON * np.sqrt(raw[:, RAW.steps])
     converged = (raw[:, RAW.halving] - rounding) * intervals <= tolerance
     certified = raw[:, RAW.distance] <= tolerance + 4.0 * EPSILON * intervals * raw[:, RAW.steps]
@@ -424,7 +424,7 @@ def _status(raw, tolerance, intervals):
 
 
 def _resolved(rate, stderr, floor):
-    """The rate, or 0 where it does not stand out of rounding and scatter."""
+    """Return the rate, or 0 where it does not stand out of rounding and scatter."""
     return np.where(np.abs(rate) <= np.fmax(5.0 * stderr, floor), 0.0, rate)
 
 
@@ -451,7 +451,7 @@ def _error(raw, ahead, rate, resolved, stderr, intervals):
 
 
 def _period(rate):
-    """2 pi/|rate|; NaN where the rate is 0."""
+    """Return 2 pi/|rate|; NaN where the rate is 0."""
     rate = np.abs(rate)
     return np.divide(2.0 * np.pi, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
 

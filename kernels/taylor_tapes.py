@@ -104,7 +104,7 @@ def _quotient(C, S, row, n, epsilon, factors, over, out):
 
 @njit(**OPTIONS)
 def _function(C, S, row, n, epsilon, rest, out):
-    """Its remainder's n-th term into rest, its own into out."""
+    """Write the n-th term of a function, and that of its remainder into rest."""
     whole_vectors()
     left = rest[n]
     if n == 0:
@@ -128,7 +128,7 @@ def _function(C, S, row, n, epsilon, rest, out):
 
 @njit(**OPTIONS)
 def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
-    """The n-th term of every row of the tape."""
+    """Write the n-th term of every row of the tape."""
     whole_vectors()
     for k in range(len(tape)):
         row = tape[k]
@@ -153,7 +153,7 @@ def _terms(tape, parts, weights, S, X, C, R, over, epsilon, n, highest):
 
 @njit(**OPTIONS)
 def _gather(A, S, row):
-    """The sum of a series into a row of S, smallest terms first."""
+    """Write the sum of a series into a row of S, smallest terms first."""
     whole_vectors()
     for lane in range(W):
         total = A[ORDER, lane]
@@ -164,7 +164,7 @@ def _gather(A, S, row):
 
 @njit(**OPTIONS)
 def _series(tape, parts, weights, rates, states, S, X, C, R):
-    """All terms of a step: of the states into X, of each row into C, and of functions' remainders into R."""
+    """Write all terms of a step: of the states into X, of each row into C, and of functions' remainders into R."""
     whole_vectors()
     highest, epsilon, step, over = X.shape[1] - 1, states * W, (states + 1) * W, np.empty((len(tape), W))
     for i in range(len(rates)):
@@ -242,7 +242,7 @@ def expand(tape, parts, weights, rates, rows, S):
 
 @njit(**OPTIONS)
 def _second(row, parts, weights, S, C, rest, own, second, out):
-    """What a row has of the second order in ε."""
+    """Write the part of a row that is of second order in ε."""
     whole_vectors()
     code, a, b = row[CODE], row[FIRST], row[SECOND]
     if code == SUM:

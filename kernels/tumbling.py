@@ -137,7 +137,7 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
 
 @njit(**OPTIONS)
 def _quarter_area(a, m, m1, K):
-    """``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically on a periodic function."""
+    """Return ``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically over a period."""
     rungs = np.empty((2, RUNGS))
     n, ah, al = ladder(m, m1, rungs)
     nodes = math.ceil(K / 0.13) + 4
@@ -174,14 +174,14 @@ def fill_exact(I1, I2, I3, energy, modes, out):
 
 @njit(**OPTIONS)
 def _step_length(c1, c2, c3, size, tolerance):
-    """Step, in units of I3/L, whose error over the run, some hundred steps of G_12(1) x^13, is a tenth of tolerance."""
+    """Return the step, in units of I3/L, whose error in some hundred steps of G_12(1) x^13 is a tenth of tolerance."""
     x = (tolerance / (1000.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
     return min(x, 0.25) / (size * max(1.0, abs(c1), abs(c2), abs(c3)))
 
 
 @njit(**OPTIONS)
 def _heading(m, n, axis):
-    """Cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): where the space-fixed vector points.
+    """Return cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): of the space-fixed vector.
 
     The shortest arc from m to the axis e takes a vector n at right angles to m to ``n - n_e (m + e)/(1 + m_e)``, and
     psi is minus its azimuth in the plane of the two other axes. The end of the axis is the one that m is nearer to.
@@ -199,7 +199,7 @@ def _heading(m, n, axis):
 
 @njit(**OPTIONS)
 def _turned(c0, s0, c1, s1):
-    """Angle from one heading to the next, in (-pi, pi]."""
+    """Return angle from one heading to the next, in (-pi, pi]."""
     return math.atan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)
 
 
@@ -264,7 +264,7 @@ def follow(moments, omega, h):
 
 @njit(**OPTIONS)
 def _phi(period, turn, axis):
-    """Periods about L of the long axis and of the encircled one, from one period of w and psi's turn in it."""
+    """Return the periods about L of the long axis and of the encircled one, from one period of w and psi's turn."""
     encircled = 2.0 * math.pi * period / (turn + (2.0 * math.pi if axis == 3 else -2.0 * math.pi))
     return (2.0 * math.pi * period / turn if axis == 3 else encircled), encircled
 
@@ -347,7 +347,7 @@ def survey(points, tolerance, measured=True):
 
 @njit(**OPTIONS)
 def _ratio(I1, I2, I3, m, short):
-    """P_psi/P_phi (long axis) of the motion of the parameter m in one mode, and its energy 2T I3/L^2.
+    """Return P_psi/P_phi (long axis) of the motion of the parameter m in one mode, and its energy 2T I3/L^2.
 
     From m = (I_s - I_c)(2T I_d - L^2)/[(I_d - I_s)(L^2 - 2T I_c)]: the distance from the axis, |E - E_0|, is a ratio of
     like-signed terms.
@@ -380,7 +380,7 @@ def _limit(I1, I2, I3, short):
 
 @njit(**OPTIONS)
 def _solve(I1, I2, I3, ratio, short):
-    """The parameter m and the energy of one mode that give the ratio; NaN where it is below the mode's limit.
+    """Return the parameter m and the energy of one mode that give the ratio; NaN where it is below the mode's limit.
 
     The ratio grows with m, from the limit to infinity on the separatrix: bisection in x = ln(1/m1), m1 = exp(-x), which
     resolves both ends.

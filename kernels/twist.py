@@ -102,7 +102,7 @@ def step_length(moments, omega, tolerance):
 
 @njit(**OPTIONS)
 def _advance(S):
-    """One step of every lane that is not done; whether any is not. A lane that has come round keeps its last step."""
+    """Take one step of every lane that is not done; return whether any is not. Lanes that are done keep their last."""
     whole_vectors()
     active = 0
     for lane in range(W):
@@ -136,7 +136,7 @@ def _advance(S):
 
 @njit(**OPTIONS)
 def _finish(S, lane, chi):
-    """Twist and time of the turn of one lane, by Newton's method on the step after the last whole one."""
+    """Return twist and time of the turn of one lane, by Newton's method on the step after the last whole one."""
     a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
     x0, y0, z0 = S[X + lane], S[Y + lane], S[Z + lane]
     h, share = S[H + lane], 0.5
@@ -190,7 +190,7 @@ def _run(S, block, shrink, tolerance, out):
 
 @njit(**OPTIONS)
 def _azimuth(q, n, m, frame):
-    """Azimuth of the handle about L since the start, rad, but for whole turns; q the attitude, n and m L's direction.
+    """Return the handle's azimuth about L since the start, rad, modulo 2 pi; q the attitude, n and m L's direction.
 
     Far from L, that of the handle turned by q. Near L its two components would cancel: there it is psi of
     :mod:`kernels.attitude` and the azimuths about the axis d that the shortest arcs from n and m to d give the handle.
@@ -214,7 +214,7 @@ def _azimuth(q, n, m, frame):
 
 @njit(**OPTIONS)
 def _bent(m_d, m_j, m_k):
-    """Azimuth about d of the axis j after the shortest arc that takes m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
+    """Return the azimuth about d of axis j after the shortest arc from m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
     return math.atan2(-m_j * m_k, m_d + (m_d * m_d + m_k * m_k))
 
 
@@ -257,7 +257,7 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
 
 @njit(**OPTIONS)
 def _unwound(change, t, top):
-    """The change of chi with its whole turns: half a turn for every half period, where the handle is encircled."""
+    """Return the change of chi with its whole turns: half a turn a half period where the handle is encircled."""
     p, m, m1, unit = top.motion.p, top.motion.m, top.motion.m1, top.motion.unit
     d, turned = top.frame.d, top.frame.turned
     change -= TWO_PI * math.floor(change / TWO_PI + 0.5)

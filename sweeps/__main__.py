@@ -68,13 +68,13 @@ class _Version(Action):
     """Says the version, which is looked up where it is asked for."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Prints it and ends."""
+        """Print the error and exit."""
         print(f"Polhode {sweeps.__version__}")
         parser.exit()
 
 
 def _parser(first: str = "") -> ArgumentParser:
-    """What understands all commands; of a command's name alone, where that is the first word."""
+    """Return the parser of all commands, or of one where its name is the first word."""
     from sweeps.commands import NAMES, completion
     from sweeps.commands.parser import Parser
 
@@ -158,7 +158,7 @@ def _unwritten(error: OSError) -> int:
 
 @contextmanager
 def _answering(number: int, first: Any) -> Iterator[Callable]:
-    """Answers a signal by `first`, then by what the function that it gives is called with; where Python's own would."""
+    """Handle a signal by `first`, then by the yielded function's argument, unless it has a foreign handler."""
     is_ours = current_thread() is main_thread() and signal.getsignal(number) is signal.default_int_handler
 
     def answer(how):
@@ -174,7 +174,7 @@ def _answering(number: int, first: Any) -> Iterator[Callable]:
 
 @contextmanager
 def _heard_again(heard: list) -> Iterator[None]:
-    """Where Ctrl-C comes while Python disposes of an object, what it raises ends there: it is raised again."""
+    """Raise Ctrl-C again where it comes while Python disposes of an object, which would swallow it."""
     unraised = sys.unraisablehook
 
     def raise_again(unraisable):
@@ -194,7 +194,7 @@ def _heard_again(heard: list) -> Iterator[None]:
 
 @contextmanager
 def _without_words_of_h5py() -> Iterator[None]:
-    """Where a disk is full, h5py prints one traceback more for each object that it cannot close."""
+    """Silence h5py, which on a full disk prints one traceback more for each object that it cannot close."""
     excepted, unraised = sys.excepthook, sys.unraisablehook
 
     def except_h5py(kind, value, trace):
@@ -249,7 +249,7 @@ def _answered(args: Namespace) -> int:
 
 
 def _where(error: OSError) -> str:
-    """Which line of ours an error without a file's name came through, for mistakes of ours."""
+    """Return the line of this program that an error without a file's name came through."""
     from traceback import extract_tb
 
     lines = [line for line in extract_tb(error.__traceback__) if "sweeps" in Path(line.filename).parts]
@@ -257,7 +257,7 @@ def _where(error: OSError) -> str:
 
 
 def _refused(message: str) -> int:
-    """Says what is wrong, in characters that no terminal obeys."""
+    """Print a message in characters that no terminal obeys, and return the exit status 2."""
     print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2
 

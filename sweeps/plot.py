@@ -143,7 +143,7 @@ def _cut(ds, at: Mapping):
 
 
 def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
-    """Draws; where a person looks on through pyplot, on a figure that it knows."""
+    """Draw a figure; where pyplot shows it, on a figure that pyplot knows."""
     import numpy as np
 
     from sweeps.figure import style
@@ -164,7 +164,7 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
 
 
 def _worded(variable: "xr.DataArray", meanings: Mapping[int, str]) -> "xr.DataArray":
-    """The words of a flag variable; "" for a number without a meaning."""
+    """Return the words of a flag variable; "" for a number without a meaning."""
     import numpy as np
 
     words = np.array([meanings.get(code, "") for code in range(max(meanings) + 1)])

@@ -13,7 +13,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 class _Completion(argparse.Action):
     def __call__(self, parser, namespace, shell, option_string=None):
-        """Prints the script of one shell."""
+        """Print the script of one shell."""
         try:
             import shtab
         except ImportError:
@@ -25,7 +25,7 @@ class _Completion(argparse.Action):
 
 
 def _mark_files(parser: argparse.ArgumentParser, file: dict) -> None:
-    """Says which arguments are files."""
+    """Mark the arguments that are files."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():

@@ -67,7 +67,7 @@ def _draw(args, sheet, worker):
 
 
 def _sheet(text: str | None):
-    """The sheet of paper or slide that `--size` names."""
+    """Return the sheet of paper or slide that `--size` names."""
     import re
 
     from sweeps.figure import style

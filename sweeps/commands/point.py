@@ -64,7 +64,7 @@ def _units(variable) -> str:
 
 
 def _value(variable) -> str:
-    """A value as people read it; all digits are in the JSON."""
+    """Return a value as people read it; all digits are in the JSON."""
     from sweeps.maps.selection import in_words
 
     value = _plain(variable)

@@ -194,7 +194,7 @@ class FoldedLayout(ConstrainedLayoutEngine):
 
 
 def _beside(ax: Axes) -> list[tuple[Text, str, float]]:
-    """Labels of a panel and its left title, each with the side along which it is long, and its room in pixels."""
+    """Return labels of a panel and its left title, each with the side along which it is long, and its room in px."""
     texts = {text.get_text(): text for text in ax.get_children() if isinstance(text, Text) and text.get_text()}
     left, right = (texts.get(ax.get_title(place)) for place in ("left", "right"))
     labels = [(ax.xaxis.label, "width", ax.bbox.width), (ax.yaxis.label, "height", ax.bbox.height)]
@@ -286,7 +286,7 @@ def fixed_at(ds, name: str, value: float) -> str:
 
 
 def _as_formulas(text: str) -> str:
-    """Text with symbols such as I2, and a letter at its end, as mathtext."""
+    """Return text with symbols such as I2, and a letter at its end, as mathtext."""
     text = re.sub(r"\b([A-Za-z])_?(\d)\b", r"$\1_\2$", text).replace(" - ", " − ")
     return re.sub(r"(?<= )([A-Za-z])$", r"$\1$", text)
 
@@ -440,7 +440,7 @@ def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
 
 
 def _labelled(figure: Figure | Borrowed) -> dict:
-    """Label → what stands for it in a legend: an artist as it is drawn, but large and strong enough to be seen.
+    """Return label → the legend's artist: as it is drawn, but large and strong enough to be seen.
 
     An Axes with a legend of its own says what it has to say.
     """

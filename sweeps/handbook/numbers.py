@@ -47,13 +47,13 @@ def _racket(ds: xr.Dataset, axis: int) -> xr.Dataset:
 
 
 def _word(flags: xr.DataArray, word: str) -> xr.DataArray:
-    """Where flags mean a word; nowhere for a word that they do not have."""
+    """Return where flags have a meaning; nowhere for a meaning that they do not have."""
     codes = dict(zip(flags.attrs["flag_meanings"].split(), flags.attrs["flag_values"], strict=True))
     return (flags == codes[word]) if word in codes else xr.zeros_like(flags, bool)
 
 
 def _otherwise(ds: xr.Dataset) -> xr.DataArray:
-    """Where a regime was measured, and it is not theory's."""
+    """Return where a measured regime differs from theory's."""
     is_decided = ~(_word(ds.regime, "undetermined") | _word(ds.regime, "marginal"))
     same = [_word(ds.regime, word) & _word(ds.regime_theory, word) for word in ds.regime.attrs["flag_meanings"].split()]
     return is_decided & ~xr.concat(same, "word").any("word")
@@ -81,13 +81,13 @@ def _pendulum(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _orbit_ratio(ds: xr.Dataset) -> xr.DataArray:
-    """Rate of the radial mode over that of the tilting one: modes are sorted, and which is which depends on s."""
+    """Return the radial mode's rate over the tilting one's: modes are sorted, and which is which depends on s."""
     ratio = ds.frequency.max("mode") / ds.frequency.min("mode")
     return xr.where(ds.exponent < -1.0, 1.0 / ratio, ratio)
 
 
 def _motions(ds: xr.Dataset) -> xr.Dataset:
-    """One eigenvalue of each motion: what belongs to the whole motion is repeated along them."""
+    """Return one eigenvalue of each motion: what belongs to the whole motion is repeated along them."""
     return ds.isel(eigenvalue=0)
 
 
@@ -100,7 +100,7 @@ def _is_stable(ds: xr.Dataset) -> xr.DataArray:
 
 
 def _slug(ds: xr.Dataset, about: str) -> xr.Dataset:
-    """Bodies that spin about the axis of the lesser, or of the greater, moment; equal ones are neither."""
+    """Return bodies that spin about the axis of the lesser, or of the greater, moment; equal ones are neither."""
     one = _motions(ds)
     return one.where((one.axial_moment < 0.99) if about == "lesser" else (one.axial_moment > 1.01), drop=True)
 

@@ -116,7 +116,7 @@ def check_complete(path: str | Path, ds: Any) -> None:
 
 
 def _promised(attributes: Mapping[str, Any]) -> set[str]:
-    """Variables that a map's own definition chose; none where it chose none."""
+    """Return variables that a map's own definition chose; none where it chose none."""
     text = str(attributes.get("definition", ""))
     if "variables" not in text and "\\" not in text:  # nor does an escape spell it: there is no need to parse
         return set()
@@ -133,7 +133,7 @@ def _said(value: Any) -> str:
 
 
 def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Attributes of the whole file as text of bounded length, of a contract that is known."""
+    """Return attributes of the whole file as text of bounded length, of a contract that is known."""
     texts = {}
     for name, value in attributes.items():
         text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
@@ -148,7 +148,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _printable(where: str, text: str, beside: str | None) -> str:
-    """The text, which holds nothing that a terminal might obey; `beside` may stand in it as well, or anything."""
+    """Return a text if its characters are printable or in `beside` (None: any character is allowed); else raise."""
     if beside is not None and not all(c.isprintable() or c in beside for c in text):
         where = "".join(c if c.isprintable() else "?" for c in where[:60])
         raise _UnlikeError(f"{where}: holds control characters; allowed: printable text")
@@ -188,7 +188,7 @@ class _Parts:
         self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
 
     def _take_own(self, held: Mapping[str, StoredVariable]) -> None:
-        """Takes the parameters and places that only the description of the system knows: they are doubles."""
+        """Take the parameters and places that only the description of the system has: they are doubles."""
         doubles = {}
         for name, one in held.items():
             if name in self.specs or one.dtype not in ("<f8", ">f8"):
@@ -235,7 +235,7 @@ def _check_dimensions(parts: _Parts) -> None:
 
 
 def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
-    """Dimensions of a coordinate, without that of its characters."""
+    """Return dimensions of a coordinate, without that of its characters."""
     held = parts.coordinates[name]
     return held.dims[:-1] if held.dtype == "|S1" and held.dims else held.dims
 
@@ -310,7 +310,7 @@ def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags
 
 
 def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable) -> PlainVariable:
-    """A coordinate, checked: read, or one of many values read when it is asked for and checked a part at a time."""
+    """Return a checked coordinate: read at once, or one of many values read on demand and checked a part at a time."""
     raw, dims = StoredValues(file, name, held), _own_dims(parts, name)
     attributes, encoding = parts.specs[name].attributes, _encoding(name, held)
     if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
@@ -330,7 +330,7 @@ def _encoding(name: str, held: StoredVariable) -> dict[str, str]:
 
 
 def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
-    """A coordinate's text, however it is stored: of any length, of one length, or character by character."""
+    """Return a coordinate's text, however it is stored: of any length, of one length, or character by character."""
     if held.dtype == "str":
         items, shape = held.texts, held.shape
     else:
@@ -345,7 +345,7 @@ def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
 
 
 def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
-    """Whether a coordinate's values are allowed, and differ from each other where they stand along a dimension."""
+    """Check that a coordinate's values are allowed, and differ where they stand along a dimension."""
     values = np.atleast_1d(values)
     along = bool(parts.coordinates[name].shape) and _own_dims(parts, name) == (name,)
     if values.dtype == object:

@@ -43,7 +43,7 @@ def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int
 
 
 def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
-    """The system's columns, in the order of its variables, for broadcastable arrays in the order of its arguments."""
+    """Return the system's columns, in the order of its variables, for broadcastable arrays in that of its arguments."""
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
@@ -75,7 +75,7 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:
-    """Chunk length of each dimension: as given by name, or ("auto", or a number of points) the last ones whole."""
+    """Return the chunk length of each dimension: by name, or ("auto", or a number of points) the last ones whole."""
     if isinstance(chunks, Mapping):
         unknown = sorted(set(chunks) - set(grid.dims))
         if unknown:

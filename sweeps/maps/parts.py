@@ -44,6 +44,6 @@ def _length(texts: np.ndarray) -> int:
 
 
 def _beside(ds: "PlainMap | xr.Dataset", dims: tuple[str, ...]) -> str:
-    """Names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
+    """Return names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
     names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
     return " ".join(sorted(names))

@@ -80,13 +80,13 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
 
 
 def _along(ds: "xr.Dataset", name: str) -> str:
-    """What a coordinate that is no dimension lies along, in words."""
+    """Return the dimensions of a coordinate that is none itself, in words."""
     dims = ds[name].dims
     return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
 
 
 def _nearest_by(ds: "xr.Dataset", texts: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
-    """The places nearest to some coordinates that are no dimensions, where others are chosen already."""
+    """Return the places nearest to some coordinates that are no dimensions, where others are chosen already."""
     units = {name: str(ds[name].attrs.get("units", "")) for name in (*texts, *ds.dims)}
     requested = {name: _number(name, text, ds[name].values, units[name]) for name, text in texts.items()}
     said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in requested.items())

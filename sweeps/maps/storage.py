@@ -54,7 +54,7 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
 
 
 def _compute(lazy: xr.Dataset, path: Path) -> None:
-    """Computes what is lazy of a Dataset into a file that has everything else.
+    """Compute the lazy variables of a Dataset into a file that has everything else.
 
     Blocks, each of all variables at once, as many together as there are processors: each is measured once, and no more
     of them are held.
@@ -74,7 +74,7 @@ def _compute(lazy: xr.Dataset, path: Path) -> None:
 
 
 def _processors() -> int:
-    """Of a Dask cluster, where this process is a client of one, else of the machine."""
+    """Return the processors of the Dask cluster of this process, else of the machine."""
     with suppress(ImportError, ValueError):
         from distributed import default_client
 
@@ -83,7 +83,7 @@ def _processors() -> int:
 
 
 def _sealed(path: Path, digest: ContentHash) -> str:
-    """Seals a finished file, and returns the content hash."""
+    """Seal a finished file, and return the content hash."""
     with netCDF4.Dataset(path, "a") as file:
         digest.seal(file)
     return digest.hexdigest()
@@ -95,7 +95,7 @@ class _Backend(xr.backends.BackendEntrypoint):
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "any_flags")
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
-        """The map at a path; see `open_map`."""
+        """Return the map at a path; see `open_map`."""
         ds = as_dataset(admission.read(filename_or_obj, any_flags))
         return ds.drop_vars(drop_variables or ())
 

@@ -179,7 +179,7 @@ class Summary:
                 self.table[meaning, word] = self.table.get((meaning, word), 0) + int(count)
 
     def _sound(self, whole: Mapping[str, np.ndarray], shape) -> np.ndarray:
-        """Which points are compared with theory: the rule of this module."""
+        """Return which points are compared with theory: the rule of this module."""
         sound = np.ones(shape, dtype=bool)
         if self._status:
             sound &= np.isin(whole[self._status], _values(self._flags[self._status], OK))

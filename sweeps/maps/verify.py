@@ -83,7 +83,7 @@ def _shown(findings: list[str]) -> tuple[str, ...]:
 
 
 def _content(ds: xr.Dataset) -> Check:
-    """Whether each variable still holds the bytes that were written."""
+    """Return findings where a variable no longer holds the bytes that were written."""
     digest = content.hashed(ds, BLOCK_POINTS)
     promised = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
     findings = [
@@ -98,7 +98,7 @@ def _content(ds: xr.Dataset) -> Check:
 
 
 def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Check]:
-    """The definition in the file, and whether it is the one expected."""
+    """Return the definition in the file, and whether it is the one expected."""
     name, covers = "definition", "the one in the file" + (f", against {against.name}" if against else "")
     text = ds.attrs.get("definition", "")
     if against is not None and text == against.definition.text:
@@ -121,7 +121,7 @@ def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Ch
 
 
 def _needs_files(values: dict) -> str | None:
-    """Why a definition found in a map is not followed to other files: nobody here has asked for those."""
+    """Return why other files that a map's definition names are not read: nobody here has asked for those."""
     if systems.is_file(values.get("system")):
         return "its system is a Python file, run only where --definition names it"
     if "table" in values:
@@ -134,7 +134,7 @@ def _needs_files(values: dict) -> str | None:
 
 
 def _differing(one: Definition, other: Definition) -> list[str]:
-    """Keys in which two definitions differ; in how many files the work is cut changes no result."""
+    """Return the keys in which two definitions differ, but for the number of shards, which changes no result."""
     ours, theirs = one.model_dump(exclude={"shards"}), other.model_dump(exclude={"shards"})
     missing = object()
     return [key for key in {**ours, **theirs} if ours.get(key, missing) != theirs.get(key, missing)]
@@ -156,7 +156,7 @@ def _same_kernels(ds: xr.Dataset, sweep: Sweep) -> bool:
 
 
 def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
-    """Whether the map has its definition's dimensions, coordinates and variables: every point, once."""
+    """Return findings where the map lacks dimensions, coordinates or variables of its definition."""
     grid = sweep.grid
     covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
     sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.further.items()}
@@ -189,7 +189,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 
 
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
-    """Whether flags have meanings, and whether points that are called ok hold numbers."""
+    """Return findings where flags have no meaning, or points with status ok hold no numbers."""
     specs = sweep.variables
     status = of_role(sweep.variables, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
@@ -244,7 +244,7 @@ def _drawn(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> _Sample:
 
 
 def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray:
-    """A variable's values at points of these numbers, ascending; each block that holds one is read once.
+    """Return a variable's values at points of these numbers, ascending; each block that holds one is read once.
 
     Its first `points` dimensions are those of the points.
     """
@@ -259,7 +259,7 @@ def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray
 
 
 def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
-    """The same bits, where the same kernels made the map."""
+    """Return findings where the kernels that made the map give other bits now."""
     from kernels.blocks import W
 
     name, count = "this project's kernels", len(sample.numbers)
@@ -279,7 +279,7 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 
 
 def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
-    """Where some points of a sample, measured again, have other bits."""
+    """Return findings where some points of a sample, measured again, have other bits."""
     part = slice(numbers.start, numbers.stop)
     arrays = {name: xr.DataArray(values[part], dims="point") for name, values in sample.points.items()}
     again = dataset.evaluate(arrays, sweep)
@@ -296,7 +296,7 @@ def _said(value: np.ndarray | np.generic) -> str:
 
 
 def _while_patient(parts: Sequence) -> Iterator:
-    """Parts, until `MOST_SECONDS` have gone since the first was done: what compiles or loads for it does not count."""
+    """Yield parts until `MOST_SECONDS` after the first was done: compiling and loading do not count."""
     end = math.inf
     for part in parts:
         if time.monotonic() > end:
@@ -306,7 +306,7 @@ def _while_patient(parts: Sequence) -> Iterator:
 
 
 def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
-    """What SciPy and the closed form find, within what the definition's tolerance allows."""
+    """Yield findings where SciPy or the closed form differs by more than the definition's tolerance allows."""
     first = sweep.system.reference()
     for reference in () if first is None else (first, *first.more):
         for name in reference.ways:
@@ -338,7 +338,7 @@ def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str
 
 
 def _by_attitude(sweep: Sweep, sample: _Sample) -> Check:
-    """Whether the quaternions of a motion, in closed form and step by step, are those of its angular velocity."""
+    """Return findings where a motion's quaternions are not those of its angular velocity."""
     tolerance, findings, compared = sweep.definition.integration.tolerance, [], 0
     for i in _while_patient(range(min(TURNED, len(sample.numbers)))):
         with np.errstate(all="ignore"):
@@ -354,7 +354,7 @@ def _by_attitude(sweep: Sweep, sample: _Sample) -> Check:
 
 
 def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, float]:
-    """Angle between a motion's attitude and the integral of q' = q (0, omega)/2 along its samples, rad, of each way."""
+    """Return the angle between a motion's attitude and the integral of q' = q (0, omega)/2, rad, of each way."""
     from scipy.integrate import solve_ivp
     from scipy.interpolate import make_interp_spline
     from scipy.spatial.transform import Rotation
@@ -381,7 +381,7 @@ def _apart_after_a_rotation(system, point: dict, tolerance: float) -> dict[str, 
 
 
 def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
-    """Whether errors cover: each measured value that has an error, against theory, else against its closed form.
+    """Yield findings where errors do not cover: each measured value against theory, else against its closed form.
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
@@ -420,7 +420,7 @@ def checked(path: str, points: int, seed: int, definition: str | None, any_kerne
 
 
 def _expected(path: str, definition: str | None) -> Sweep | None:
-    """The sweep of that definition; left out, the one that ships and whose folder the map lies in."""
+    """Return the sweep of a definition; left out, of the one that ships and whose folder the map lies in."""
     from sweeps.points import catalogue
 
     folder = Path(os.path.realpath(admission.map_of(path))).parent

@@ -83,7 +83,7 @@ def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _fitted(slots, most):
-    """The first slots, with what the spare ones hold in those of them that are free."""
+    """Return the first slots, with the roots of the spare slots in those of them that are free."""
     fitted = slots[:, :most].copy()
     for spare in slots[:, most:].T:
         moved = (spare >= 0) & (fitted < 0).any(axis=1)
@@ -113,7 +113,7 @@ def born(slots, new, freed) -> None:
 
 
 def _handed_on(way, old, new, slots, begin, end):
-    """Slots with the numbers of the new roots, and whether that is decided, of each point."""
+    """Return the slots with the numbers of the new roots, and whether that is decided, of each point."""
     point, slot = np.nonzero(slots >= 0)
     forth = _carried(way, point, old[point, slots[point, slot]], begin, end)
     root = _met(way, new, point, forth, way.bounds(end))
@@ -144,7 +144,7 @@ def _carried(way, point, place, begin, end) -> Carried:
 
 
 def _met(way, new, point, forth, bounds):
-    """The number of the new root that each one is proved to have become, -1 for none."""
+    """Return the number of the new root that each one is proved to have become, -1 for none."""
     width = (bounds[..., 1] - bounds[..., 0])[point]
     apart = way.apart(forth.place[:, None], new[point], width[:, None])
     apart = np.where(np.isnan(apart) | ~forth.through[:, None], np.inf, apart)
@@ -154,7 +154,7 @@ def _met(way, new, point, forth, bounds):
 
 
 def _paired(way, before, ahead, behind, bounds, still):
-    """Which of a point's old roots that were stopped is which of the new ones that were, and whether there is no doubt.
+    """Return which of a point's old stopped roots is which new stopped one, and whether that is certain.
 
     Args:
         way: the path.

@@ -77,13 +77,13 @@ def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: fl
 
 
 def _next(s, step, end):
-    """One step on, at the end where that is no farther."""
+    """Return the next step on the way, at its end where that is no farther."""
     there = s + step
     return np.where((there - end) * np.sign(step) >= 0.0, end, there)
 
 
 def _passed(slopes, x, guess, p, q, width):
-    """Places at the ends of pieces from parameters p to q; NaN where it is not proved that the zeros are the same."""
+    """Return the places at the ends of pieces from parameters p to q; NaN where identity of zeros is not proved."""
     y, n = guess, x.shape[1]
     for _ in range(NEWTON):
         at = np.concatenate([y, q], axis=1)
@@ -101,7 +101,7 @@ def _passed(slopes, x, guess, p, q, width):
 
 
 def _newton(values):
-    """Newton's step from F and J, shape (zeros, n, 1 + n); NaN where J is singular."""
+    """Return Newton's step from F and J, shape (zeros, n, 1 + n); NaN where J is singular."""
     F, J = values[:, :, 0], values[:, :, 1:]
     sound = np.isfinite(values).all(axis=(1, 2)) & (np.linalg.det(np.nan_to_num(J)) != 0.0)
     step = np.full(F.shape, np.nan)
@@ -110,7 +110,7 @@ def _newton(values):
 
 
 def _single(slopes, begin, end, width):
-    """Whether a box that goes straight from one place and parameters to others holds one zero all the way."""
+    """Return whether a box on a straight way between places and parameters holds one zero all the way."""
     n, middle = width.shape[1], 0.5 * (begin + end)
     here, _ = slopes(middle, middle)
     F, J = here[:, :, 0], here[:, :, 1 : 1 + n].mean(axis=-1)
@@ -133,7 +133,7 @@ def _single(slopes, begin, end, width):
 
 
 def _needed(slopes, F, Y, begin, end, r):
-    """What Y F amounts to all the way, shape (boxes, n), and |1 - Y J| in the box; NaN where F breaks."""
+    """Return the size of Y F all the way, shape (boxes, n), and |1 - Y J| in the box; NaN where F breaks."""
     n, change = r.shape[1], np.abs(end - begin)
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     low[:, :n], high[:, :n] = low[:, :n] - SLACK * r, high[:, :n] + SLACK * r

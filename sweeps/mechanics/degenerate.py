@@ -74,7 +74,7 @@ class Degenerate:
 
 
 def _held_by(m, c, a, x, v):
-    """Whether the term of order m holds motions, their turning point, frequency and its error."""
+    """Return whether the term of order m confines motions, their turning point, frequency and its error."""
     coefficient = c[m - ORDERS[0]]
     A = (0.5 * a[0] * v * v / coefficient + np.abs(x) ** m) ** (1.0 / m)
     sizes = np.stack([np.abs(c[k - ORDERS[0]] / coefficient) * A ** (k - m) for k in ORDERS])

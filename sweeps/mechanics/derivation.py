@@ -95,7 +95,7 @@ def _of_coordinates(system):
 
 
 def _velocity_terms(a, q, v):
-    """(∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, of each coordinate."""
+    """Yield (∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, of each coordinate."""
     n = range(len(q))
     for i in n:
         terms = ((a[i, j].diff(q[k]) - a[j, k].diff(q[i]) / 2) * v[j] * v[k] for j in n for k in n)
@@ -142,7 +142,7 @@ _WRITTEN_OUT = {
 
 
 def _quadratic(system, T):
-    """The parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
+    """Return the parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
     if T.count_ops() > SHORT and not system.kinetic_terms:
         return _of_particles(system)
     v = [c.velocity for c in system.coordinates.values()]
@@ -165,7 +165,7 @@ def _quadratic(system, T):
 
 
 def _of_particles(system):
-    """a, b, T0 of many particles: from their places' derivatives, whose equal products are simplified once.
+    """Return a, b, T0 of many particles from their places' derivatives; equal products are simplified once.
 
     a_ij = Σ m ∂r/∂q_i · ∂r/∂q_j, b_i = Σ m ∂r/∂q_i · ∂r/∂t, T0 = ½ Σ m (∂r/∂t)².
     """
@@ -190,7 +190,7 @@ def _of_particles(system):
 
 
 def _timeless(system, e):
-    """An expression or a matrix simplified as far as it goes where it still holds the time."""
+    """Return an expression or a matrix simplified as far as it goes where it still holds the time."""
     return sp.simplify(e) if system.time in e.free_symbols else e
 
 
@@ -200,7 +200,7 @@ def simplified(e: sp.Expr) -> sp.Expr:
 
 
 def _paired(e):
-    """C cos A cos B + c sin A sin B → c cos(A − B), term by term."""
+    """Rewrite C cos A cos B + c sin A sin B → c cos(A − B), term by term."""
     terms, result = {}, []
     for term in sp.Add.make_args(sp.expand_mul(e)):
         key = _turns(term)
@@ -218,7 +218,7 @@ def _paired(e):
 
 
 def _turns(term):
-    """(what is left, cos or sin, both angles) of a term with two of one, or (the term, "", ())."""
+    """Return (the other factor, cos or sin, both angles) of a term with two of one kind, or (the term, "", ())."""
     for name, f in (("cos", sp.cos), ("sin", sp.sin)):
         factors = [x for part in sp.Mul.make_args(term) for x in _factors(part)]
         turning = [x for x in factors if x.func is f]
@@ -276,7 +276,7 @@ def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
 
 
 def _complex(matrix, values):
-    """The values of a matrix of expressions at a place, NaN where mpmath has none."""
+    """Return the values of a matrix of expressions at a place, NaN where mpmath has none."""
     try:
         return np.array([[complex(e) for e in row] for row in matrix(*map(mpmath.mpf, values))])
     except (ArithmeticError, ValueError):
@@ -296,7 +296,7 @@ def _check_dissipation(system, R):
 
 
 def _trials(system):
-    """Values of symbols at random: parameters near their defaults, all else within its bounds."""
+    """Yield random values of symbols: parameters near their defaults, all else within its bounds."""
     rng = np.random.default_rng(0)
     for _ in range(TRIALS):
         values = {}
@@ -314,7 +314,7 @@ def _trials(system):
 
 
 def _check_period(equations):
-    """The equations a period later, at random places and times, in 40 digits."""
+    """Check the equations a period later, at random places and times, in 40 digits."""
     system, t = equations.system, equations.system.time
     for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
         ("a_ij", e) for e in equations.a or ()
@@ -331,7 +331,7 @@ def _check_period(equations):
 
 
 def _check_conserved(equations):
-    """dC/dt = ∂C/∂t + ∂C/∂x · f at random places, in 40 digits, beside the sum of its terms' absolute values."""
+    """Check dC/dt = ∂C/∂t + ∂C/∂x · f at random places in 40 digits, beside the sum of its terms' absolute values."""
     system = equations.system
     for name, quantity in system.conserved_quantities.items():
         terms = [quantity.diff(x) * f for x, f in zip(equations.q, equations.f, strict=True)]

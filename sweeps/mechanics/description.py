@@ -317,7 +317,7 @@ class System:
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
 
     def _moving(self, velocities=False) -> set[sp.Symbol]:
-        """Symbols that an expression in a motion may hold beside the parameters."""
+        """Return the symbols that an expression in a motion may hold beside the parameters."""
         moving = {x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))}
         return moving | {s.symbol for s in self.states.values()} | {self.time}
 
@@ -328,7 +328,7 @@ class System:
         return size
 
     def _expression(self, where, value, moving=frozenset()) -> sp.Expr:
-        """An expression of the parameters and of what moves: real, finite, smooth in what moves."""
+        """Return a checked expression of parameters and moving symbols: real, finite, smooth in what moves."""
         e = sp.sympify(value)
         if not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
             raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")

@@ -119,7 +119,7 @@ def refusal(problem: RootProblem, equilibria: Found, parameters) -> str:
 
 
 def _symmetry(problem, direction):
-    """Along what the equilibria of a flat point form a line, and what chooses one of them."""
+    """Return along what the equilibria of a flat point form a line, and what chooses one of them."""
     moved = np.abs(direction) > SINGULAR
     names = [place.name for place, part in zip(problem.places, moved, strict=True) if part]
     shares = " : ".join(f"{part:.3g}" for part in direction[moved])
@@ -147,7 +147,7 @@ def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _points(rows):
-    """Numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
+    """Return numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
     code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)
     for row in rows:
         if (row[1:] != row[:-1]).any():  # sorting is most of the work, and most parameters are constant
@@ -158,7 +158,7 @@ def _points(rows):
 
 
 def _cell(values):
-    """Ends of the range of numbers that have the same CELL leading bits, for each of some values."""
+    """Return the ends of the range of numbers that share the CELL leading bits of each value."""
     part, power = np.frexp(values)
     bits = np.floor(np.ldexp(np.abs(part), CELL))
     a, b = (np.ldexp(np.copysign(k, values), power - CELL) for k in (bits, bits + (values != 0.0)))
@@ -229,11 +229,11 @@ class _All:
     # -- what is asked of F
 
     def slopes(self, owner, low, high):
-        """Enclosures (boxes, n, 1 + n, 2) of F and J in boxes, and states."""
+        """Return enclosures (boxes, n, 1 + n, 2) of F and J in boxes, and states."""
         return self.problem.tape.slopes(self.constants, owner, low, high)
 
     def rough(self, points, bounds, most):
-        """Boxes that hold all zeros of points, shape (boxes, 2, n), and the first of each point's and where they end.
+        """Return boxes that hold all zeros of points, (boxes, 2, n), and the first of each point's and where they end.
 
         Excluded once for all points whose parameters agree in their leading bits, wherever these lie: so that a point's
         result depends on no other point.
@@ -246,7 +246,7 @@ class _All:
         return boxes[:, 0], np.stack([ends[:-1], ends[1:]], axis=-1)[cell]
 
     def run(self, constants, bounds, limits, starts=None):
-        """Search boxes: for each record the box, its kind, the box it stands for, and one about the zero."""
+        """Search boxes; return for each record the box, its kind, the box it stands for, and one about the zero."""
         from kernels import enclosures, roots  # compiled by their import
 
         progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
@@ -276,7 +276,7 @@ class _All:
         return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~faint).all(axis=1) & (states < codes.POLE)
 
     def jacobian(self, owner, place):
-        """F and J in ranges, each row over its largest element; 0 for what is lost in its own rounding."""
+        """Return F and J in ranges, each row over its largest element; 0 for an entry lost in its own rounding."""
         values = self.slopes(owner, place, place)[0]
         J = values[:, :, 1:].mean(axis=-1) * self.width[owner][:, None, :]
         J[(values[:, :, 1:, 0] <= 0.0) & (values[:, :, 1:, 1] >= 0.0)] = 0.0
@@ -285,7 +285,7 @@ class _All:
         return values[:, :, 0].mean(axis=-1) / rows, J / rows[:, :, None]
 
     def descended(self, owner, place):
-        """Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
+        """Apply Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
         place = place.copy()
         active = np.flatnonzero(~self.still(owner, place))
         for _ in range(ITERATIONS):
@@ -306,14 +306,14 @@ class _All:
         return ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
 
     def null(self, owner, place):
-        """For each place the directions, shape (places, n, n), and which of them J loses: (places, n)."""
+        """Return for each place the directions, shape (places, n, n), and which of them J loses: (places, n)."""
         _, J = self.jacobian(owner, place)
         J[~np.isfinite(J).all(axis=(1, 2))] = np.eye(self.n)
         _, values, vectors = np.linalg.svd(J)
         return vectors, values <= SINGULAR
 
     def family(self, owner, place):
-        """Dimension of the family that each place lies in, and one direction of it."""
+        """Return the dimension of the family that each place lies in, and one direction of it."""
         vectors, lost = self.null(owner, place)
         dimension, direction = np.zeros(owner.size, dtype=np.int64), np.full(place.shape, np.nan)
         for k in range(self.n):
@@ -331,7 +331,7 @@ class _All:
     # -- the search
 
     def _names(self, points):
-        """Places that the description names: their points and the free unknowns."""
+        """Return places that the description names: their points and the free unknowns."""
         labels = self.problem.labels([p[points] for p in self.parameters])[:, :, self.problem.free]
         owner, place = np.repeat(points, labels.shape[1]), labels.reshape(-1, self.n).copy()
         turned = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
@@ -477,7 +477,7 @@ class _All:
             self._note(owners, places, np.zeros(len(undecided), dtype=np.int64), reaches)
 
     def _starts(self, owner, kind, low, high):
-        """Places to start from: evenly many of the boxes that could not be decided, and what the description names."""
+        """Return places to start from: evenly many of the undecided boxes, and those that the description names."""
         points, owners, places = np.unique(owner), [], []
         named = self.problem.takes_members and self.problem.system.labels
         usable = (kind == codes.LOST) | (kind == codes.NARROW) | ((kind == codes.LEFT) & (not named))
@@ -510,7 +510,7 @@ class _All:
         return proved, a, b, 0.5 * (b[1] - a[1])
 
     def _clusters(self, point, places, boxes, noted, width):
-        """One place of each group of boxes in which Newton's method found that F vanishes, unless it is known."""
+        """Return one place of each group of boxes in which Newton's method found a zero that is not noted yet."""
         low, high, kind = boxes
         if not len(places) or not kind.size:
             return []
@@ -538,7 +538,7 @@ class _All:
     # -- what is found
 
     def table(self):
-        """Places of all coordinates or states, sorted, shape (points, count, m), and dimensions of their families."""
+        """Return places of all coordinates or states, sorted, (points, count, m), and dimensions of their families."""
         problem, points = self.problem, self.owner
         holds = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
         bounds = np.broadcast_to(problem.bounds(self.parameters), (self.size, problem.m, 2))
@@ -570,7 +570,7 @@ class _All:
 
 
 def _way(problem, parameters, places):
-    """The way from the parameters' defaults to points whose places are found already."""
+    """Return the way from the parameters' defaults to points whose places are found already."""
     free, size = problem.free, parameters[0].size
     defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 
@@ -598,7 +598,7 @@ def _way(problem, parameters, places):
 
 
 def _between(default, values, share):
-    """A place on the way from a default to values: their own where it ends."""
+    """Return a place on the way from a default to values: the values where it ends."""
     straight = default + share * (values - default)
     with np.errstate(all="ignore"):
         curved = default ** (1.0 - share) * values**share if default > 0 else straight
@@ -607,7 +607,7 @@ def _between(default, values, share):
 
 
 def _distances(problem, a, b, bounds):
-    """Largest distance by any coordinate between places, over its range; periodic ones the short way."""
+    """Return largest distance by any coordinate between places, over its range; periodic ones the short way."""
     width = bounds[..., 1] - bounds[..., 0]
     apart = np.abs(a - b) / np.where(width > 0.0, width, 1.0)
     apart = np.where(problem.periodic, np.abs(apart - np.round(apart)), apart)
@@ -615,7 +615,7 @@ def _distances(problem, a, b, bounds):
 
 
 def _arranged(problem, parameters, places):
-    """Which place each slot of the dimension `equilibrium` holds, -1 for none, and which points are crowded.
+    """Return which place each slot of the dimension `equilibrium` holds, -1 for none, and which points are crowded.
 
     Those with names come first, each nearest to its name.
     """

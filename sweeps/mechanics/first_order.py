@@ -119,7 +119,7 @@ def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:
 
 
 def _in_common(e, moving):
-    """A sum in which the factor that most terms share stands outside, and so on."""
+    """Return a sum in which the factor that most terms share stands outside, and so on."""
     terms = sp.Add.make_args(e)
     powers = [term.as_powers_dict().items() for term in terms]
     factors = [{x for x, k in factors_of_term if x in moving and k.is_Integer and k > 0} for factors_of_term in powers]

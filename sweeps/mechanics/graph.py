@@ -178,7 +178,7 @@ class Graph:
         return self.product(self.build(sp.Mul(*fixed)), result) if fixed else result
 
     def _root(self, base):
-        """(B, sign) of a base that is ±B, B one whose inverse root occurs; None of another."""
+        """Return (B, sign) of a base that is ±B, B one whose inverse root occurs; None of another."""
         for root in self._roots if base.free_symbols & self._moving else ():
             for sign in (1, -1):
                 if sp.expand(root - sign * base) == 0:
@@ -343,7 +343,7 @@ class Values:
         return hat, remainders
 
     def _remainder(self, number, U, epsilon, hat, parameters):
-        """û² ∫ (1 − s) f″(U + s ε û) ds over 0 … 1: the remainder of f, with no difference taken."""
+        """Return û² ∫ (1 − s) f″(U + s ε û) ds over 0 … 1: the remainder of f, with no difference taken."""
         if not hat.any():  # a motion that starts at the place itself
             return np.zeros_like(hat)
         total = 0.0

@@ -45,7 +45,7 @@ def normal_modes(hessian, a):
 
 
 def _inverse_factors(a):
-    """Inverses of Cholesky's factors; NaN where rounding leaves none."""
+    """Return inverses of Cholesky's factors; NaN where rounding leaves none."""
     try:
         return np.linalg.inv(np.linalg.cholesky(a))
     except np.linalg.LinAlgError:

@@ -70,7 +70,7 @@ def _linear(landscape, parameters, place):
 
 
 def _twice(third, terms, a, sizes):
-    """True where runs from both sides are needed: in units of the sizes, V‴ beside V″ and a' beside a are not small."""
+    """Return where runs from both sides are needed: V‴ beside V″ and a' beside a are not small in the sizes' units."""
     if not third:
         return np.ones(len(a), dtype=bool)
     m = a.shape[1]
@@ -128,7 +128,7 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
 
 
 def _too_wide(landscape, points, theory, which):
-    """The points, of those given, whose nudge leaves the neighbourhood of their place."""
+    """Return which points' perturbation leaves the neighbourhood of their place."""
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
     chosen = [p[which] for p in theory["parameters"]]
     nudge = epsilon[:, None] * theory["sizes"][which]
@@ -136,7 +136,7 @@ def _too_wide(landscape, points, theory, which):
 
 
 def _nudge(points, theory, part, direction):
-    """The nudge of relative size one and how modes see it.
+    """Return the perturbation of relative size one and its components along the modes.
 
     Returns:
         `along` (points, n); `projection` (points, n, n) to the modes' shares of it, the point's own first;
@@ -180,7 +180,7 @@ def _run(model, points, theory, part, nudge, sampling):
 
 
 def _nudged_first(vectors, mode):
-    """Modes with the nudged one first, then the others in their order."""
+    """Return the modes with the perturbed one first, then the others in their order."""
     n = vectors.shape[2]
     others = np.broadcast_to(np.arange(n), (mode.size, n))
     order = np.argsort(np.where(others == mode[:, None], -1, others), axis=1, kind="stable")
@@ -207,7 +207,7 @@ def survey(
 
 
 def _at_amplitude(model, points, theory, regime):
-    """Frequencies at the nudge's amplitude where V″ vanishes; see `sweeps.mechanics.degenerate`."""
+    """Return frequencies at the perturbation's amplitude where V″ vanishes; see `sweeps.mechanics.degenerate`."""
     epsilon, phase = (np.asarray(points[name], dtype=np.float64) for name in ("epsilon", "phase"))
     size, place = theory["sizes"][:, 0], theory["place"][:, 0]
     x, v = epsilon * size * np.cos(phase), epsilon * size * theory["scale"] * np.sin(phase)
@@ -272,7 +272,7 @@ def _rates(suffix, squares, regime):
 
 
 def _rate_errors(suffix, squares, error, regime):
-    """Errors of the rates, to the farther end of the square's interval; missing where the regime has no such rate.
+    """Return errors of the rates, to the farther end of the square's interval; missing where there is no such rate.
 
     Where it is marginal both rates are 0, and may be what the interval allows.
     """
@@ -288,7 +288,7 @@ def _rate_errors(suffix, squares, error, regime):
 
 
 def _log_slope(raw, regime):
-    """The lecture's estimator, where its window held at least two e-folds."""
+    """Return the lecture's estimator, where its window held at least two e-folds."""
     e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
     is_long_enough = e_folds >= measure.LEAST_EFOLDS
     return {"growth_rate_logslope": np.where(is_long_enough, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
@@ -299,7 +299,7 @@ def _rate_stderr(stderr, rate):
 
 
 def _lecture_solution(size, phase, S, frequency):
-    """Amplitude a and phase α of η = a cos(ωt + α), with the measured ω, from η(0) = s cos φ, η̇(0) = −s S sin φ."""
+    """Return amplitude a and phase α of η = a cos(ωt + α), measured ω, from η(0) = s cos φ, η̇(0) = −s S sin φ."""
     with np.errstate(all="ignore"):
         ratio = np.where(frequency > 0.0, S / frequency, np.nan)
         sense = np.where(size < 0.0, -1.0, 1.0)

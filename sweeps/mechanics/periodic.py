@@ -540,7 +540,7 @@ def is_jagged(base: Base) -> bool:
 
 
 def _columns(base, epsilon, tolerance):
-    """Columns of points with one number of segments."""
+    """Return columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
     nothing, elsewhere, wide, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), False, 1.0
     blind = linear = floquet.Matrices(nothing, nothing)

@@ -41,7 +41,7 @@ class RootProblem:
             raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
 
     def _unnamed(self, place):
-        """Where a name that does not speak of a coordinate or state puts it: between the bounds, or anywhere, NaN."""
+        """Return the start of a coordinate or state that a name leaves out: amid the bounds, or anywhere, NaN."""
         return sum(place.bounds) / 2 if self.takes_members else sp.nan
 
     @cached_property

@@ -69,7 +69,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
 
 
 def _jacobian(model, parameters, place):
-    """The Jacobian, its terms' absolute values, and the states' sizes (of velocities: of size in 1/S)."""
+    """Return the Jacobian, its terms' absolute values, and the states' sizes (of velocities: of size in 1/S)."""
     x = list(place.T)
     slopes, terms = model.landscape.slopes(parameters, x)
     sizes = model.landscape.sizes(parameters, x)
@@ -90,7 +90,7 @@ def _jacobian(model, parameters, place):
 
 
 def _inverse(model, parameters, x):
-    """a⁻¹ of coordinates, NaN where there is none."""
+    """Return a⁻¹ of coordinates, NaN where there is none."""
     a = model.landscape.a(parameters, x)
     inverse = np.full(a.shape, np.nan)
     sound = np.isfinite(a).all((1, 2))
@@ -121,7 +121,7 @@ def paired(model, parameters, place):
 
 
 def _changes(model, parameters, place, sizes, gradients):
-    """Largest change of each conserved quantity in a motion of the states' sizes, and its order in the motion."""
+    """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
     x = list(place.T)
     if model.equations.conservative:
         m = model.equations.m
@@ -205,7 +205,7 @@ def survey(
 
 
 def _columns(model, theory, measured):
-    """Columns over the motions; those of eigenvalues have them along their last axis."""
+    """Return columns over the motions; those of eigenvalues have them along their last axis."""
     from kernels import fitting as column
     from kernels import flows as kernel
 
@@ -259,7 +259,7 @@ def directions(n: int, runs: int) -> np.ndarray:
 
 
 def _root(bound):
-    """Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
+    """Return Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
     from kernels import jacobians
 
     root = np.empty(len(bound))
@@ -268,7 +268,7 @@ def _root(bound):
 
 
 def _scales(terms, sizes):
-    """S and the states' sizes, from the absolute values of the Jacobian's terms and what the description says."""
+    """Return S and the states' sizes, from the absolute values of the Jacobian's terms and the description."""
     from kernels import jacobians
 
     S, scaled = np.empty(len(sizes)), np.empty(sizes.shape)
@@ -277,7 +277,7 @@ def _scales(terms, sizes):
 
 
 def _free(gradients, n):
-    """An orthonormal basis of what the gradients leave free, shape (points, N, n); NaN where they leave more."""
+    """Return an orthonormal basis orthogonal to the gradients, shape (points, N, n); NaN where it has more vectors."""
     points, count, N = gradients.shape
     if n == N:  # nothing is conserved to first order: gradients that vanish have no direction but their rounding's
         return np.broadcast_to(np.eye(N), (points, N, N))
@@ -292,7 +292,7 @@ def _free(gradients, n):
 
 
 def _eigen(matrix, S):
-    """Eigenvalues in order, and their condition numbers."""
+    """Return eigenvalues in order, and their condition numbers."""
     from kernels import jacobians
 
     values = np.full(matrix.shape[:2], np.nan, dtype=complex)
@@ -305,7 +305,7 @@ def _eigen(matrix, S):
 
 
 def _ordered(values, S):
-    """Eigenvalues in order, and which of the unsorted each is."""
+    """Return eigenvalues in order, and which of the unsorted each is."""
     from kernels import dense, invariants
 
     re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
@@ -315,7 +315,7 @@ def _ordered(values, S):
 
 
 def _vectors(matrix, S):
-    """Left and right vectors of the eigenvalues in order."""
+    """Return left and right vectors of the eigenvalues in order."""
     right, left = (np.full(matrix.shape, np.nan, dtype=complex) for _ in range(2))
     values = np.full(matrix.shape[:2], np.nan, dtype=complex)
     sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
@@ -326,7 +326,7 @@ def _vectors(matrix, S):
 
 
 def _inverses(matrices):
-    """Inverses; NaN where there is none: a matrix without a basis of eigenvectors has no left ones."""
+    """Return inverses; NaN where there is none: a matrix without a basis of eigenvectors has no left ones."""
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
@@ -337,7 +337,7 @@ def _inverses(matrices):
 
 
 def _invariants(matrix):
-    """S, D and S² - 4D of 4 x 4 matrices."""
+    """Return S, D and S² - 4D of 4 x 4 matrices."""
     S = 0.5 * np.einsum("pij,pji->p", matrix, matrix)
     with np.errstate(invalid="ignore"):
         D = np.linalg.det(matrix)
@@ -369,7 +369,7 @@ def _exchanged(re, im, re_error, im_error, S):
 
 
 def _growth(re, error):
-    """The largest real part, and the largest error of those that may be it."""
+    """Return the largest real part, and the largest error of those that may be it."""
     finite = np.isfinite(re).all(1)
     growth = np.where(finite, re.max(1), np.nan)
     with np.errstate(invalid="ignore"):
@@ -421,7 +421,7 @@ def _told_apart(re, im, errors):
 
 
 def _by_pairs(total, product, discriminant):
-    """Regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
+    """Return regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
     from kernels import flows as kernel
 
     up, down = (total[0] > total[1]), (total[0] < -total[1])

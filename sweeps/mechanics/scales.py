@@ -38,7 +38,7 @@ def sizes(landscape, parameters, place, terms):
 
 
 def _neighbourhood(landscape, parameters, place, terms, i):
-    """Half the bounds, halved until the terms of V″ grow by less than NEIGHBOURHOOD; all of it where they vanish."""
+    """Return half the bounds, halved until the terms of V″ grow by less than NEIGHBOURHOOD; all where they vanish."""
     bounds = landscape.bounds(parameters)[:, i]
     half = 0.5 * (bounds[:, 1] - bounds[:, 0])
     distance, size = np.zeros(place.shape), half.copy()
@@ -70,7 +70,7 @@ def bounding_terms(landscape, parameters, place, terms, sizes):
 
 
 def _bounded(landscape, parameters, place, distance):
-    """`reach` within distances that are halved until it is finite."""
+    """Return `reach` within distances that are halved until it is finite."""
     for _ in range(HALVINGS):
         whole = reach(landscape, parameters, place, distance)
         unbounded = ~np.isfinite(whole).all(axis=(1, 2))

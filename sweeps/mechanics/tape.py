@@ -117,7 +117,7 @@ class Tape:
 
 
 def _plain(x, dtype=np.float64):
-    """An array as compiled code takes it: in one piece, and writable."""
+    """Return an array as compiled code takes it: contiguous and writable."""
     return np.require(x, dtype, ["C", "W"])
 
 
@@ -152,7 +152,7 @@ class _Numbers(Tape):
             raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}") from None
 
     def values(self, low, high, points):
-        """Enclosures, shape (points, expressions, 2)."""
+        """Return enclosures, shape (points, expressions, 2)."""
         low, high = (np.stack([np.broadcast_to(p, points) for p in ends], axis=-1) for ends in (low, high))
         numbers, owner = self.constants([]), np.zeros(points, dtype=np.int64)
         return np.ascontiguousarray(self.slopes(numbers, owner, low, high, 0)[0][:, :, 0])

@@ -79,7 +79,7 @@ class TapedCode(Code):
         return self._header(TEXT).replace("TABLES", tables)
 
     def _tables(self, name, nodes, last):
-        """Row of the tape of each node, and the text of the tape."""
+        """Return row of the tape of each node, and the text of the tape."""
         nodes = sorted({*nodes, *(k for number in nodes for k in self._added(self.graph.nodes[number]))})
         slots, parts, weights, rows = {k: row for row, k in enumerate(nodes)}, [], [], []
         for number in nodes:
@@ -103,7 +103,7 @@ class TapedCode(Code):
         return slots, [*tables, _table(f"{name}_WEIGHTS", weights, dtype="float64")]
 
     def _added(self, node):
-        """The constants that a node adds or divides: far from equilibria they have rows of their own."""
+        """Return the constants that a node adds or divides: far from equilibria they have rows of their own."""
         parts = {ADD: node.parts, DIV: node.parts[:1]}.get(node.kind, ())
         return [k for k in parts if not (self.graph.near or self.graph.moves(k))]
 
@@ -121,7 +121,7 @@ class TapedCode(Code):
         row[kernel.OWN] = self._base_row(number) if node.kind == DIV else -1
 
     def _base_row(self, number):
-        """Row of a node's value where deviations are from; -1 where that is 0."""
+        """Return row of a node's value where deviations are from; -1 where that is 0."""
         return -1 if self._is_unbased(number) else self._row_of("U", number)
 
     def _row_of(self, kind, number):

@@ -180,7 +180,7 @@ class Code:
         return node.zero or not (self.graph.near or node.kind == CONSTANT)
 
     def _base(self, number):
-        """Text of U of a node: a literal, or the local of its row; None where it is 0."""
+        """Return the text of U of a node: a literal, or the local of its row; None where it is 0."""
         node = self.graph.nodes[number]
         if self._is_unbased(number):
             return None
@@ -194,7 +194,7 @@ class Code:
         return f"{kind}{number}"
 
     def _hat(self, number, order):
-        """Text of a node's term; None where it is 0. Far from equilibria a constant has one, of order 0."""
+        """Return the text of a node's term; None where it is 0. Far from equilibria a constant has one, of order 0."""
         if self.graph.moves(number):
             return f"u{number}_{order}"
         return None if self.graph.near or order else self._base(number)
@@ -202,7 +202,7 @@ class Code:
     # -- the step
 
     def _needed(self, roots):
-        """The nodes that some nodes stand on, functions' slopes with them, in order."""
+        """Return the nodes that some nodes depend on, functions' slopes with them, in order."""
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
@@ -217,7 +217,7 @@ class Code:
         return sorted(nodes)
 
     def _inner(self, roots):
-        """The nodes that some nodes stand on at one order."""
+        """Return the nodes that some nodes depend on at one order."""
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
@@ -228,7 +228,7 @@ class Code:
         return sorted(nodes)
 
     def _term(self, number, n):
-        """Lines that give the n-th term of a node."""
+        """Return lines that give the n-th term of a node."""
         node = self.graph.nodes[number]
         name = f"u{number}_{n}"
         if node.kind == X:
@@ -375,7 +375,7 @@ class Code:
     # -- the module
 
     def _straight(self, body):
-        """Lines of text: the loads of what a body uses, and the body."""
+        """Return lines of text: the loads of what a body uses, and the body."""
         return "\n".join([*self._loads(), *body])
 
     def _loads(self):
@@ -386,7 +386,7 @@ class Code:
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
     def _terms(self):
-        """Lines that write the terms of the series; no row is added after them."""
+        """Yield lines that write the terms of the series; no row is added after them."""
         names = [*(f"x{i}" for i in range(self.n)), *(f"u{number}" for number in self.remainders)]
         for row, name in enumerate(names):
             for n in range(1, self.order + 1):
@@ -421,7 +421,7 @@ class Code:
 
 
 def _written(folder: Path, name: str, text: str) -> Path:
-    """The path of a file with this text, which is the user's alone; no process sees half of it."""
+    """Write a file with this text that the user alone can read, and return its path; no process sees half of it."""
     path = folder / f"{name}.py"
     if not path.is_file() or path.read_text() != text:
         with replaced(path, flush=False) as temporary:

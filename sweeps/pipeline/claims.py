@@ -97,7 +97,7 @@ def _told(handle: int) -> str:
 
 
 def _claim_by_word(handle: int, folder: Path) -> None:
-    """On a file system without locks: by what the claim says, and by its date, which a thread renews."""
+    """Claim on a file system without locks: by the text of the claim, and by its date, which a thread renews."""
     untouched = time.time() - os.fstat(handle).st_mtime
     if (holder := _told(handle)) and not living.is_over(holder, untouched, PATIENCE):
         _refuse(handle, folder)
@@ -116,7 +116,7 @@ def _renew(handle: int, number: int) -> None:
 
 
 def _forget_the_future(folder: Path) -> None:
-    """Gives today's date to files of a clock that ran ahead: Snakemake would take them for newer than their results."""
+    """Give today's date to files of a clock that ran ahead: Snakemake would take them for newer than their results."""
     now = time.time()
     for file in folder.rglob("*"):
         try:

@@ -71,7 +71,7 @@ def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
 
 
 def _names_files(sweep: "Sweep") -> bool:
-    """Whether a definition, or its system, is more than its own text and the sources here."""
+    """Return whether a definition, or its system, depends on more than its own text and the sources here."""
     from sweeps.reading.definitions import definition_of
 
     ours = type(sweep.system).__module__.startswith("sweeps.") and not sweep.definition.system.endswith(".py")
@@ -87,7 +87,7 @@ def _note(basis: str, made: Iterable[Path]) -> str:
 
 
 def _weight(path: str | Path) -> tuple:
-    """(Path, number, size, date) of a file; nothing but its path where there is none."""
+    """Return (path, number, size, date) of a file; the path alone where there is none."""
     try:
         status = os.stat(path)
     except OSError:
@@ -96,7 +96,7 @@ def _weight(path: str | Path) -> tuple:
 
 
 def _sources() -> Iterator[str | Path]:
-    """Every source file here, and where the packages begin."""
+    """Yield every source file here, and where the packages begin."""
     root = Path(__file__).parents[2]
     for part in ("kernels", "sweeps"):
         for folder, inner, files in os.walk(root / part):
@@ -108,7 +108,7 @@ def _sources() -> Iterator[str | Path]:
 
 
 def _settings() -> Iterator[str]:
-    """Numba's settings by the environment and by a file; where its cache lies changes no bit."""
+    """Yield Numba's settings by the environment and by a file; where its cache lies changes no bit."""
     yield from sorted(f"{name}={v}" for name, v in os.environ.items() if name.startswith("NUMBA_") and name != CACHE)
     try:
         yield Path(SETTINGS).read_text()

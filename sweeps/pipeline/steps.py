@@ -100,7 +100,7 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
 
 
 def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
-    """Writes those shards that are not there yet, one after the other: what is finished is kept."""
+    """Write the shards that are not there yet, one after the other: finished ones are kept."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
     if done := count - len(missing):
         progress.say(f"{done} of {count} shards exist already")

@@ -89,6 +89,6 @@ def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]
 
 
 def _files(rules: list) -> list[str]:
-    """What rules make of any sweep, below results/<sweep>/."""
+    """Return the files that rules make of any sweep, below results/<sweep>/."""
     outputs = [re.match(r"results/\{sweep(?:,[^}]*)?\}/([^{]*)$", str(output)) for r in rules for output in r.output]
     return [output[1] for output in outputs if output]

@@ -124,7 +124,7 @@ def _run(kernels: list[Kernel]) -> None:
 
 @contextmanager
 def _alone() -> Iterator[None]:
-    """One process at once, where the file system has locks."""
+    """Let one process at once continue, where the file system has locks."""
     handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
     try:
         if fcntl is not None:

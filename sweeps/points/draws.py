@@ -91,7 +91,7 @@ class Draw:
 
 
 def _mixed(values: np.ndarray) -> np.ndarray:
-    """The finishing function of SplitMix64, of uint64."""
+    """Apply the finishing function of SplitMix64 to uint64."""
     values = values + np.uint64(GOLDEN)
     values = (values ^ (values >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     values = (values ^ (values >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -99,7 +99,7 @@ def _mixed(values: np.ndarray) -> np.ndarray:
 
 
 def _permuted(numbers: np.ndarray, num: int, keys: np.ndarray) -> np.ndarray:
-    """A permutation of 0 … num − 1 at some numbers, uint64."""
+    """Return a permutation of 0 … num − 1 at some numbers, uint64."""
     digits = max(2, (num - 1).bit_length())
     places = _network(numbers, digits, keys)
     while (walking := np.flatnonzero(places >= np.uint64(num))).size:
@@ -108,7 +108,7 @@ def _permuted(numbers: np.ndarray, num: int, keys: np.ndarray) -> np.ndarray:
 
 
 def _network(values: np.ndarray, digits: int, keys: np.ndarray) -> np.ndarray:
-    """A permutation of all numbers of so many binary digits: each half is changed by the other, in turn."""
+    """Return a permutation of all numbers of so many binary digits: each half is changed by the other, in turn."""
     upper, lower = digits // 2, digits - digits // 2
     masks = [np.uint64(2**width - 1) for width in (upper, lower)]
     halves = [values >> np.uint64(lower), values & masks[1]]

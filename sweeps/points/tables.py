@@ -107,7 +107,7 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
 
 
 def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
-    """The table in an open file; see `read`. One state of the file gives the digest, the columns and the rows."""
+    """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
     path = Path(opened.path)
     digest, seen = _digest(opened)
     source = tables.opened(opened, path.suffix.lower())
@@ -126,13 +126,13 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
 
 
 def _key(columns: Sequence[ColumnOf], beside: list) -> str:
-    """The name of a table's rows in the cache: a hash of all that they depend on."""
+    """Return the name of a table's rows in the cache: a hash of all that they depend on."""
     layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
     return hashlib.sha256(json.dumps([layout, *beside]).encode()).hexdigest()[:40]
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
-    """SHA-256 of a file, and what to note of it if it had to be read for that.
+    """Return the SHA-256 of a file, and what to note of it if it had to be read for that.
 
     A file that is the same to the nanosecond of its last change, which was well before it was read, has the same
     content: every process of a sweep asks, and one reads.
@@ -188,7 +188,7 @@ def _write(
     fixed: Mapping[str, float],
     derived: Derived | None,
 ) -> None:
-    """Reads, checks and keeps all rows; nothing is left where one is refused."""
+    """Read, check and keep all rows; leave nothing where one is refused."""
     memory.keep_freed()
     names, ends = [column.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
@@ -219,7 +219,7 @@ def _size(cached: Path) -> tuple[int, np.ndarray] | None:
 
 
 def _forget_others(cached: Path) -> None:
-    """Removes tables from the cache that nobody has asked for in a long time."""
+    """Remove tables from the cache that nobody has used for a long time."""
     old = time.time() - KEPT_SECONDS
     for other in cached.parent.glob("*") if cached.parent.is_dir() else ():
         if other.stat().st_mtime < old:
@@ -227,7 +227,7 @@ def _forget_others(cached: Path) -> None:
 
 
 def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
-    """Refuses the first value that is no number or is not allowed; `before` rows have been read."""
+    """Refuse the first value that is no number or is not allowed; `before` rows have been read."""
     allowed = f"{column.parameter.quantity.bounds}, in every row"
     low, high = values.min(), values.max()
     if not (np.isfinite(low) and np.isfinite(high)):

@@ -64,7 +64,7 @@ def _remove_dead(parts: Iterable[Path]) -> None:
 
 
 def _beside(path: Path) -> Path:
-    """A name for what goes to `path`: there before anything is made by it, so that no Ctrl-C comes between the two."""
+    """Return a temporary name for the file `path`: it exists before the file does, so that no Ctrl-C comes between."""
     return path.with_name(f".{path.name}.{living.mark()}.{os.urandom(8).hex()}.part")
 
 
@@ -104,7 +104,7 @@ def replaced_folder(path: str | Path) -> Iterator[Path]:
 
 
 def _flush(path: Path) -> None:
-    """Forces a file's (or a folder's) content to the disk, where the system can."""
+    """Force a file's (or a folder's) content to the disk, where the system can."""
     try:
         handle = os.open(path, os.O_RDONLY)
     except OSError:  # folders cannot be opened on every system

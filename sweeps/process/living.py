@@ -27,7 +27,7 @@ def host() -> str:
 
 @cache
 def _world() -> str:
-    """Where process numbers mean what they mean here: this start of this machine, and this container."""
+    """Return where process numbers are valid: this start of this machine, and this container."""
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text().replace("-", "")[:12]
         space = re.sub(r"\D", "", os.readlink("/proc/self/ns/pid"))
@@ -37,7 +37,7 @@ def _world() -> str:
 
 
 def _begun(process: int) -> int | None:
-    """When a process of this machine began, in ticks since the machine did; None where there is no such process."""
+    """Return when a process of this machine began, in ticks since the machine did; None if there is no such process."""
     try:
         status = Path(f"/proc/{process}/stat").read_text()
     except FileNotFoundError:

@@ -52,7 +52,7 @@ def _plain_mapping(pairs: Iterable[tuple], where: tuple, left: list[int]) -> dic
 
 
 def _text(text: str, where: tuple) -> str:
-    """The text with surrogate pairs joined: JSON escapes write characters beyond U+FFFF as two."""
+    """Join surrogate pairs of a text: JSON escapes write characters beyond U+FFFF as two."""
     try:
         return text.encode("utf-16", "surrogatepass").decode("utf-16")
     except UnicodeDecodeError:
@@ -125,7 +125,7 @@ def read_text(text: str) -> Any:
 
 
 def _read_json(text: str) -> Any:
-    """JSON by JSON's own rules: YAML's would stumble over tabs that indent."""
+    """Read JSON by JSON's own rules: YAML's would stumble over tabs that indent."""
     try:
         return json.loads(text, object_pairs_hook=Pairs, parse_int=whole_number)
     except RecursionError:

@@ -99,7 +99,7 @@ def _check_superblock(file: FileBytes) -> None:
 
 
 def _check_places(path: str, name: str, held: StoredVariable, size: int) -> None:
-    """Whether every value that a variable declares is there, inside the file, in pieces of the size it says."""
+    """Check that every value of a variable is there, inside the file, in chunks of the stated size."""
     where = f"{path}: {name}"
     if not held.dtype or held.dtype == "str":
         return
@@ -160,7 +160,7 @@ def _variables(file: h5py.File) -> dict[str, dict]:
 
 
 def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
-    """Number of each dimension, as netCDF counts them → its name and length."""
+    """Return number of each dimension, as netCDF counts them → its name and length."""
     dimensions = {}
     for name, of_dataset in attributes.items():
         if of_dataset.get("CLASS") == "DIMENSION_SCALE" and datasets[name].shape:
@@ -194,7 +194,7 @@ def _check_layout(name: str, properties: h5py.h5p.PropDCID) -> None:
 
 
 def _type(dataset: h5py.Dataset) -> str:
-    """NumPy's name of a plain type, "str" for text of any length, "" for what is neither."""
+    """Return NumPy's name of a plain type, "str" for text of any length, "" for others."""
     kind = dataset.id.get_type()
     if isinstance(kind, h5py.h5t.TypeStringID):
         return "str" if kind.is_variable_str() else f"|S{kind.get_size()}"
@@ -205,7 +205,7 @@ def _type(dataset: h5py.Dataset) -> str:
 
 
 def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
-    """Names of a dataset's dimensions; "" for one that has none."""
+    """Return names of a dataset's dimensions; "" for one that has none."""
     name = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
     numbers = attributes.get("_Netcdf4Coordinates")
     if isinstance(numbers, list) and len(numbers) == len(dataset.shape):
@@ -216,7 +216,7 @@ def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
 
 
 def _attached(dataset: h5py.Dataset, k: int) -> str:
-    """Name of the one dimension that is attached to a dataset's dimension k, as libraries other than netCDF's do."""
+    """Return the one dimension that is attached to a dataset's dimension k, as libraries but netCDF's do."""
     names = []
     if h5py.h5ds.get_num_scales(dataset.id, k) == 1:
         h5py.h5ds.iterate(dataset.id, k, lambda scale: names.append(_text(h5py.h5i.get_name(scale))))
@@ -274,7 +274,7 @@ def _attributes(holder: Any, where: str) -> dict[str, Any]:
 
 
 def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
-    """An attribute's text; numbers as a list; "" for what is neither."""
+    """Return an attribute's text; numbers as a list; "" for others."""
     size = attribute.get_storage_size()
     if size > MAX_FILE_BYTES:
         raise _RefusedError(f"{where}: takes {size:,} bytes; allowed: at most {MAX_FILE_BYTES:,}")
@@ -292,7 +292,7 @@ def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
 
 
 def _text(value: Any) -> str:
-    """Bytes or text as text, without what follows a zero byte."""
+    """Return bytes or text as text, without what follows a zero byte."""
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
     return value.decode("utf-8", "replace").partition("\0")[0] if isinstance(value, bytes) else str(value)

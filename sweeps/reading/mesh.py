@@ -70,7 +70,7 @@ def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _parsed(file: FileBytes):
-    """In the child: an empty part, vertices and faces; or one part, why there are none."""
+    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child."""
     import trimesh
 
     try:

@@ -123,7 +123,7 @@ def _end(child: int) -> None:
 def _work_and_end(
     work: Callable[[], Iterable[bytes]], writing: int, bounds: tuple[float, float], modules: Sequence[str] = ()
 ) -> None:
-    """In the child: work, answer and end, whatever happens; the process it was copied from must not go on here."""
+    """Work, answer and end, in the child, whatever happens; the process it was copied from must not go on here."""
     try:
         faulthandler.disable()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):

@@ -61,7 +61,7 @@ class StoredValues:
         return self._box(boxes)[tuple(picked)]
 
     def _box(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
-        """The values from low to high − 1 along each dimension."""
+        """Return the values from low to high − 1 along each dimension."""
         values = np.empty([high - low for low, high in box], dtype=self.dtype)
         if not values.size:
             return values
@@ -85,7 +85,7 @@ class StoredValues:
         return np.frombuffer(self._file.read_at(address, math.prod(shape) * width), self._stored).reshape(shape)
 
     def _decoded(self, corner: tuple[int, ...]) -> np.ndarray:
-        """A whole chunk."""
+        """Return a whole chunk, decompressed."""
         if corner not in self._place:
             raise self._damaged()
         size = math.prod(self._chunk) * self._stored.itemsize
@@ -103,13 +103,13 @@ class StoredValues:
         return np.frombuffer(content, self._stored).reshape(self._chunk)
 
     def _unshuffled(self, content: bytes) -> bytes:
-        """Bytes of one value side by side again; what fills no value (a checksum from before) stays at the end."""
+        """Return the bytes with those of one value side by side again; a rest that fills no value stays at the end."""
         width = self._stored.itemsize
         whole = len(content) // width * width
         return np.frombuffer(content[:whole], np.uint8).reshape(width, -1).T.tobytes() + content[whole:]
 
     def _inflated(self, content: bytes, size: int) -> bytes:
-        """At most one byte more than a chunk should have: what swells beyond is refused."""
+        """Return at most one byte more than a chunk should have: a chunk that swells beyond is refused."""
         inflating = isal_zlib.decompressobj()
         try:
             inflated = inflating.decompress(content, size + 1)
@@ -130,7 +130,7 @@ class StoredValues:
         )
 
     def _checked(self, values: np.ndarray) -> np.ndarray:
-        """The values, where each flag has a meaning."""
+        """Return the values; refuse a flag without a meaning."""
         if self._flags is not None and values.size:
             for extreme in (values.min(), values.max()):
                 if not self._flags[0] <= extreme <= self._flags[1]:

@@ -73,7 +73,7 @@ class Source:
 
 
 def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
-    """The parts of `source.read_rows`, which runs in a child process."""
+    """Yield the parts of `source.read_rows`, which runs in a child process."""
     seconds = sandbox.SECONDS + source._file.size * SECONDS_PER_BYTE
     try:
         for part in sandbox.parts_from_child(partial(_answers, source, places), seconds):
@@ -87,7 +87,7 @@ def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray
 
 
 def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
-    """In the child: rows, each part behind eight bytes, or a refusal."""
+    """Yield rows, each part behind eight bytes, or a refusal; runs in the child."""
     try:
         for part in source.read_rows(places):
             yield bytes(8) + np.ascontiguousarray(part, "<f8").tobytes()
@@ -149,12 +149,12 @@ class _Csv(Source):
         return pd.read_csv(what, dtype=dtype, **settings, **options)
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows; see `Source`."""
+        """Return the rows; see `Source`."""
         self._read(BytesIO(b"1\n"), "f8", header=None)  # loads here what the child, which can open no file, needs
         return _rows_in_child(self, places)
 
     def _blocks(self) -> Iterator[bytes]:
-        """Whole lines below the first, some megabytes at a time."""
+        """Yield whole lines below the first, some megabytes at a time."""
         at = len(self._line(0)) + 1
         while at < self._file.size:
             block = self._file.read_at(at, min(BLOCK_BYTES + LONGEST_LINE, self._file.size - at))
@@ -167,7 +167,7 @@ class _Csv(Source):
             yield block
 
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """In the child: the rows."""
+        """Yield the rows, in the child."""
         import pandas as pd
 
         order = [str(place) for place in places]
@@ -248,7 +248,7 @@ class _Parquet(Source):
         return parquet.ParquetFile(PythonFile(self._file, "r"), pre_buffer=False)
 
     def _described(self) -> dict:
-        """In the child: names, what is no number (else ""), and how many rows there are."""
+        """Return names, types that are no numbers (else ""), and the number of rows; runs in the child."""
         from pyarrow import types
 
         try:
@@ -260,7 +260,7 @@ class _Parquet(Source):
             return {"refused": _printable(error)}
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows; see `Source`."""
+        """Yield the rows; see `Source`."""
         self._refuse_swollen(self._rows * len(places))
         left = self._rows
         for part in _rows_in_child(self, places):
@@ -270,7 +270,7 @@ class _Parquet(Source):
             yield part
 
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """In the child: the rows."""
+        """Yield the rows, in the child."""
         opened = self._opened()
         names = [opened.schema_arrow.names[k] for k in places]
         for batch in opened.iter_batches(PART_ROWS, columns=names, use_threads=False):
@@ -308,7 +308,7 @@ class _Netcdf(Source):
                 raise refusal(name, packed[0], "is an attribute that changes its numbers", "plain numbers")
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
-        """The rows; see `Source`."""
+        """Yield the rows; see `Source`."""
         variables = [self._columns[k] for k in places]
         rows = variables[0][1].shape[0]
         self._refuse_swollen(rows * len(places))
@@ -319,7 +319,7 @@ class _Netcdf(Source):
 
 
 def _unpacked(values: np.ndarray, attributes: dict) -> np.ndarray:
-    """Numbers as netCDF's conventions store them: NaN for what is missing, scaled and shifted."""
+    """Return numbers stored by netCDF's conventions: NaN for missing ones, scaled and shifted."""
     from netCDF4 import default_fillvals  # of what was never written
 
     kind = values.dtype.str[1:]
@@ -330,7 +330,7 @@ def _unpacked(values: np.ndarray, attributes: dict) -> np.ndarray:
 
 
 def _numbers(attributes: dict, name: str) -> list:
-    """The numbers of an attribute; none for one that is text."""
+    """Return the numbers of an attribute; none for one that is text."""
     return numbers if isinstance(numbers := attributes.get(name), list) else []
 
 

@@ -111,7 +111,7 @@ _NAN = re.compile(r"\.(nan|NaN|NAN)")
 
 
 def _core_scalar(text: str, where: tuple) -> Any:
-    """A plain scalar by the YAML 1.2 core schema: null, bool, int, float, else the text itself."""
+    """Return a plain scalar by the YAML 1.2 core schema: null, bool, int, float, else the text itself."""
     if _NULL.fullmatch(text):
         return None
     if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):

@@ -82,7 +82,7 @@ class Range(Strict):
         return self
 
     def _comes_near_zero(self, least: float) -> bool:
-        """Whether a value between ends of both signs is 0, but for rounding, or below `least`."""
+        """Return whether a value between ends of both signs is 0, but for rounding, or below `least`."""
         if self.num == 1 or self.start * math.copysign(1.0, self.stop) > 0:
             return False
         step = (self.stop - self.start) / (self.num - 1)
@@ -91,7 +91,7 @@ class Range(Strict):
         return bool(np.min(np.abs(self.values(nearest))) < max(least, 1e-9 * abs(step)))
 
     def _values_differ(self) -> bool:
-        """Whether the values run strictly from end to end: then what the ends may be, all may."""
+        """Return whether the values run strictly from end to end: then all are allowed where the ends are."""
         if self.num <= SPELLED_OUT:
             with np.errstate(invalid="ignore"):  # infinite neighbours, which this refuses
                 steps = np.diff(self.values(np.arange(self.num)))
@@ -105,7 +105,7 @@ class Range(Strict):
 
 
 def _monotonic(values: tuple[float, ...]) -> tuple[float, ...]:
-    """CF coordinate variables are monotonic: a list that goes up and down is sorted."""
+    """Sort a list that goes up and down: CF coordinate variables are monotonic."""
     ascending = tuple(sorted(values))
     return values if values in (ascending, ascending[::-1]) else ascending
 

@@ -206,7 +206,7 @@ def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hi
 
 
 def _model_and_key(where: tuple, root: "type[BaseModel]") -> "tuple[type[BaseModel], str]":
-    """The innermost model on the path, and the key in it."""
+    """Return the innermost model on the path, and the key in it."""
     model, key = root, ""
     for part in where:
         if isinstance(part, int):

@@ -45,7 +45,7 @@ def names() -> tuple[str, ...]:
 
 @cache
 def _brought() -> dict[str, str]:
-    """Name → module of each system that another package brings."""
+    """Return name → module of each system that another package brings."""
     from importlib.metadata import entry_points
 
     return {point.name: point.module for point in entry_points(group=GROUP)}

@@ -197,7 +197,7 @@ class Described(Dynamics):
         return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
-        """Each parameter's values at some points of a grid, from end to end."""
+        """Return each parameter's values at some points of a grid, from end to end."""
         slots = math.prod(map(len, (self.description.names, *self.numbers().values())))
         chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
@@ -239,7 +239,7 @@ def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
 
 
 def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
-    """A described parameter as a key of a definition's `grid`."""
+    """Return a described parameter as a key of a definition's `grid`."""
     item = Annotated[float, number(p.allows, p.allowed)]
     bounds = p.allowed.rpartition(", in ")[0]
     return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)
@@ -316,7 +316,7 @@ script = cache(Script)
 
 
 def _run(path: Path) -> "mechanics.System":
-    """The `system` of a Python file, which is run in a child process of bounded time."""
+    """Return the `system` of a Python file, run in a child process of bounded time."""
     try:
         (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
     except ChildError:

@@ -80,7 +80,7 @@ def is_described(system: object) -> bool:
 
 
 def _description(system) -> "mechanics.System":
-    """The description of a system: itself, of a file, or one that ships."""
+    """Return the description of a system: itself, of a file, or one that ships."""
     from sweeps import mechanics, systems
     from sweeps.systems import described
 
@@ -96,7 +96,7 @@ def _description(system) -> "mechanics.System":
 
 
 def _given(where, values, defaults, unit_of):
-    """Values in the order of their defaults, of which None is to be given."""
+    """Return values in the order of their defaults; None is a value that must be given."""
     if unknown := sorted(set(values) - set(defaults)):
         raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
     if missing := [name for name, default in defaults.items() if default is None and name not in values]:

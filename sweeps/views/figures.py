@@ -74,13 +74,13 @@ def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[n
 
 
 def _begun(frames: Callable[[], Iterator[np.ndarray]]) -> Iterator[np.ndarray]:
-    """The frames, of which the first is drawn at once."""
+    """Return the frames, of which the first is drawn at once."""
     drawn = iter(frames())
     return chain(list(islice(drawn, 1)), drawn)
 
 
 def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: Iterator | None) -> Callable:
-    """What draws, or nothing where it shows a variable that the map's definition has left out."""
+    """Return a drawing function that draws nothing where it needs a variable that the map leaves out."""
 
     def drawn(*place):
         try:
@@ -233,7 +233,7 @@ def _is_named(coordinate: "xr.DataArray") -> bool:
 
 
 def _one_line(title: object) -> str:
-    """A title as a definition may have it, however many lines a file holds."""
+    """Return a title on one line, however many lines the file's has."""
     line = " ".join(str(title).split())
     return line if len(line) <= MAX_TITLE else line[: MAX_TITLE - 1] + "…"
 
@@ -283,7 +283,7 @@ def save(figure: Figure, path: Path, kind: str) -> None:
 
 
 def _leave_logarithms(figure: Figure) -> None:
-    """Makes logarithmic axes linear where nothing drawn is positive: Matplotlib finds no ticks for them."""
+    """Make logarithmic axes linear where nothing drawn is positive: Matplotlib finds no ticks for them."""
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if axis.get_scale() == "log" and not axis.get_view_interval().min() > 0.0:
@@ -291,7 +291,7 @@ def _leave_logarithms(figure: Figure) -> None:
 
 
 def _raster(figure: Figure) -> None:
-    """Makes pixels, in pictures of vectors, of what has more parts than a program that shows it would bear."""
+    """Rasterise, in vector pictures, artists of more parts than a viewer would bear."""
     for axes in figure.axes:
         for artist in (*axes.collections, *axes.lines):
             parts = artist.get_array() if hasattr(artist, "get_array") else artist.get_xdata()

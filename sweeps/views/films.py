@@ -88,7 +88,7 @@ def _film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
 
 
 def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
-    """Opaque pictures, shape (height, width, 4), in the same 256 colours: those nearest to 32 steps of a channel."""
+    """Return opaque pictures, shape (height, width, 4), in the same 256 colours: nearest to 32 steps of a channel."""
     some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // SOME)]])
     palette = Image.fromarray(np.ascontiguousarray(some[..., :3])).quantize(256)
     steps = np.linspace(0, 255, 32).round().astype(np.uint8)

@@ -85,7 +85,7 @@ def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> 
 
 
 def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """One pass over a map: its numbers, and the columns at the points that a page can hold at most."""
+    """Read a map once: return its totals, and the columns at the points that a page can hold at most."""
     sizes = dimensions(ds)
     kept = thinned(sizes, _numeric(ds, sizes), MOST_POINTS)
     beside = [name for name in ds.coords if ds[name].ndim > 1]
@@ -100,12 +100,12 @@ def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray]
 
 
 def _numeric(ds: "xr.Dataset | PlainMap", dims) -> set[str]:
-    """Dimensions along which values of a real parameter stand."""
+    """Return dimensions along which values of a real parameter stand."""
     return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
 
 
 def _fitted(ds, part: Page, summary: Summary, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
-    """Columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
+    """Return columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
     while True:
         scales = {dim: _scale(ds, dim, indices) for dim, indices in kept.items()}
         laws = [reduced(name, values, scales, name in ds.coords) for name, values in columns.items()]
@@ -120,13 +120,13 @@ def _fitted(ds, part: Page, summary: Summary, columns, kept, limit: int) -> tupl
 
 
 def _frame(ds, part: Page, summary: Summary, columns: list[PageColumn], kept) -> int:
-    """Bytes of a page but for its columns."""
+    """Return bytes of a page but for its columns."""
     empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
     return len(_page(ds, part, summary, empty, kept).encode("utf-8"))
 
 
 def _scale(ds, dim: str, indices) -> np.ndarray | None:
-    """Magnitudes of a dimension's values, where laws may hold in them."""
+    """Return magnitudes of a dimension's values, where laws may hold in them."""
     if dim not in ds.coords or ds[dim].dtype.kind != "f":
         return None
     values = np.abs(ds[dim].values[indices])
@@ -134,7 +134,7 @@ def _scale(ds, dim: str, indices) -> np.ndarray | None:
 
 
 def _share(columns: list[PageColumn], budget: int) -> float:
-    """Share of the points that fits a budget, at the two bytes or so that a shortened number takes as text."""
+    """Return the share of the points that fits a budget, at the two bytes or so that a short number takes as text."""
     numbers = sum(column.values.size for column in columns if column.values.dtype.kind == "f")
     return min(0.9, max(0.05, 1.05 * budget / (2.6 * max(numbers, 1))))
 
@@ -171,7 +171,7 @@ def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept:
 
 
 def _look(ds) -> dict:
-    """Meanings of flags in words and colours, and symbols of parameters, as the map's system has them."""
+    """Return meanings of flags in words and colours, and symbols of parameters, of the map's system."""
     look = systems.presentation_of(ds).look
     words = {word for name in ds.variables for word in flags(ds[name]).values()}
     return {
@@ -186,7 +186,7 @@ def _coordinates(ds, kept) -> list[str]:
 
 
 def _coordinate(ds, name: str, kept) -> dict:
-    """Values and attributes of a coordinate along one dimension (or none); numbers where there is no coordinate."""
+    """Return values and attributes of a coordinate along one dimension (or none); numbers if there is no coordinate."""
     if name not in ds.coords:
         return {"dim": name, "values": kept[name].tolist(), "numeric": False, **_words({}, name)}
     variable = ds[name]
@@ -226,12 +226,12 @@ def _flag_list(variable: "xr.DataArray | PlainVariable") -> list[dict]:
 
 
 def _number(value):
-    """A number for JSON, which knows no NaN and no infinity."""
+    """Return a number for JSON, which knows no NaN and no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _start(ds, kept) -> dict:
-    """Where the page begins: as the map's system has it, else amid real numbers and at the first of others."""
+    """Return where the page begins: given by the map's system, else amid real numbers and at the first of others."""
     opening = systems.presentation_of(ds).opening(ds)
     middle = {dim: (len(values) - 1) // 2 if dim in _numeric(ds, kept) else 0 for dim, values in kept.items()}
     index = {dim: int(np.argmin(np.abs(ds[dim].values[kept[dim]] - v))) for dim, v in opening.at.items() if dim in kept}
@@ -248,7 +248,7 @@ def _asset(name: str) -> str:
 
 
 def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
-    """What a system's part of the page has of one kind of file; of sections "first", on the first screen, or others."""
+    """Return a system's files of one kind for the page; of sections "first", on the first screen, or others."""
     paths = [path for path in page.files if path.suffix == kind]
     if name is not None:
         paths = [path for path in paths if (path.stem == "first") == bool(name)]
@@ -256,12 +256,12 @@ def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
 
 
 def _hash(script: str) -> str:
-    """A script's name in the page's content security policy."""
+    """Return a script's name in the page's content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
 
 
 def _json(value) -> Markup:
-    """JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
+    """Return JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
     text = json.dumps(value, allow_nan=False, ensure_ascii=False)
     for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
         text = text.replace(sign, escape)
@@ -294,7 +294,7 @@ def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
 
 
 def _said(ds, summary: Summary, kept) -> dict:
-    """What the page says in words and tables."""
+    """Return the texts and tables of the page."""
     sizes = dimensions(ds)
     definition = str(ds.attrs.get("definition", ""))
     return {
@@ -315,7 +315,7 @@ def _said(ds, summary: Summary, kept) -> dict:
 
 
 def _about(definition: str) -> list[str]:
-    """First paragraphs of the comment with which a definition begins; not those about its own keys."""
+    """Return first paragraphs of the comment with which a definition begins; not those about its own keys."""
     lines = []
     for line in definition.splitlines():
         if not line.startswith("#"):
@@ -364,14 +364,14 @@ def _deviation(ds, deviation) -> dict:
 
 
 def _text(value) -> str:
-    """A value as people write it: whole numbers with commas, others with up to six digits."""
+    """Return a value as people write it: whole numbers with commas, others with up to six digits."""
     if isinstance(value, int):
         return f"{value:,}"
     return figure_style.number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)
 
 
 def _percent(share: float) -> str:
-    """A share in per cent, and never 100 % of what is not all."""
+    """Return a share in per cent, and never 100 % of a part."""
     if share == 1.0:
         return "100 %"
     return f"{min(share, 0.99999):.3%}".replace("%", " %")

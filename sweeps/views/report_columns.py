@@ -108,7 +108,7 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
 
 @np.errstate(over="ignore", invalid="ignore")
 def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
-    """The first slice along dimension k, in the unit of the law; None where the law does not hold."""
+    """Return the first slice along dimension k, in the unit of the law; None where the law does not hold."""
     factor = 1.0 if power == 0 else (scale**power).reshape([-1 if i == k else 1 for i in range(values.ndim)])
     first = np.take(values, [0], axis=k) * (factor if power == 0 else np.take(factor, [0], axis=k))
     for i in (-1, values.shape[k] // 2):  # most laws fail here already
@@ -156,7 +156,7 @@ def pack(column: PageColumn, bits: int = 53) -> Packed:
 
 
 def _single(values: np.ndarray, bits: int) -> tuple[np.ndarray, int]:
-    """Values in single precision with a shortened mantissa, times a power of two; doubles where they span too much."""
+    """Return values as short single-precision numbers times a power of two; doubles where they span too much."""
     finite = np.abs(values[np.isfinite(values) & (values != 0.0)])
     if finite.size == 0:
         return values.astype("f4"), 0
@@ -171,7 +171,7 @@ def _single(values: np.ndarray, bits: int) -> tuple[np.ndarray, int]:
 
 
 def _narrow(values: np.ndarray) -> np.ndarray:
-    """Whole numbers in the narrowest type that holds them: those beyond 32 bits as doubles."""
+    """Return whole numbers in the narrowest type that holds them: those beyond 32 bits as doubles."""
     values = values.astype("i1") if values.dtype.kind == "b" else values
     low, high = int(values.min()), int(values.max())
     for kind in ("i1", "i2", "i4"):

@@ -28,13 +28,13 @@ def embed(path: Path, scale: float = 1.0) -> None:
 
 
 def _used(text: str) -> set[tuple[bool, bool]]:
-    """Faces that a picture writes with."""
+    """Return faces that a picture writes with."""
     said = _FONT.findall(text)
     return {("font-weight: 700" in one or "bold" in one, "oblique" in one or "italic" in one) for one in said}
 
 
 def _rule(face: tuple[bool, bool], letters: str) -> str:
-    """A rule of CSS that holds a font of those letters."""
+    """Return a rule of CSS that holds a font of those letters."""
     import matplotlib
     from fontTools import subset
 

@@ -45,7 +45,7 @@ def draw(ds: "xr.Dataset", flag: str, fixed: dict[str, int], beside: str | None,
 
 
 def _places(values: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
-    """Where each value stands between the least (0) and the greatest (1), by ratio where that spreads them better."""
+    """Return where each value stands between the least (0) and the greatest (1), by ratio where that spreads better."""
     ends = float(values.min()), float(values.max())
     if spreads_by_ratio(values):
         values = np.log(values)

@@ -61,7 +61,7 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
 
 
 def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
-    """Points that are drawn or listed, over two of their coordinates."""
+    """Return points that are drawn or listed, over two of their coordinates."""
     look = systems.presentation_of(ds).look
     fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in ("point", beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
@@ -71,13 +71,13 @@ def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | 
 
 
 def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
-    """Flag → its character; a letter for those without one of their own."""
+    """Return flag → its character; a letter for those without one of their own."""
     marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
     return {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
 
 
 def _plane(ds: "xr.Dataset", sizes: dict[str, int]) -> tuple[str, str]:
-    """Dimensions upwards and along the bottom: names upwards, else the two longest, the first of them along."""
+    """Return dimensions upwards and along the bottom: names upwards, else the two longest, the first of them along."""
     longest = sorted(sizes, key=lambda dim: -sizes[dim])
     for names in (dim for dim in sizes if ds[dim].dtype.kind in "OU"):
         return names, next((dim for dim in longest if dim != names), "")

@@ -136,14 +136,14 @@ def _each(artist, names: Iterable[str], other: Callable) -> None:
 
 
 def _other(color, table: Mapping[str, str]):
-    """What a colour becomes, its transparency kept."""
+    """Return the theme's colour in place of a colour, its transparency kept."""
     red, green, blue, alpha = to_rgba(color)
     other = table.get(to_hex((red, green, blue)))
     return (red, green, blue, alpha) if other is None else (*to_rgba(other)[:3], alpha)
 
 
 def _recolored(colormap: Colormap, other: Callable, one_way: bool) -> Colormap:
-    """A map of colours in a theme: of a few named ones each by itself, of others what stands for missing values."""
+    """Return a colour map in a theme: of a few named ones each colour, of others the colour of missing values."""
     made = _one_way(colormap) if one_way else colormap
     if isinstance(made, style.Shades):
         return made.recolored(other)

@@ -97,7 +97,7 @@ def _listed(values: np.ndarray) -> str:
 
 
 def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Moments with those made equal that differ by rounding only: else a cube would flip, given 10^15 s."""
+    """Make moments equal that differ by rounding only: else a cube would flip, given 10^15 s."""
     near = np.diff(values) <= rounding * values[2]
     words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2", (False, True): "I2 and I3"}.get(
         tuple(near.tolist())
@@ -109,7 +109,7 @@ def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndar
 
 
 def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
-    """Unit rows with the largest entry of the first two positive, and the third their cross product."""
+    """Return unit rows with the largest entry of the first two positive, and the third their cross product."""
     first, second = (row * np.sign(row[np.abs(row).argmax()]) for row in rows[:2])
     rounded = np.array([first, second, np.cross(first, second)]) + 0.0  # no negative zeros
     return tuple(tuple(row) for row in rounded.tolist())
@@ -193,7 +193,7 @@ def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: f
 
 
 def _closed(path: str | Path):
-    """The mesh of a file, with faces that close it, notes, and the file's SHA-256."""
+    """Return the mesh of a file, with faces that close it, notes, and the file's SHA-256."""
     if wrong := unsupported(path):
         raise InertiaError(display(str(path)), *wrong)
     try:
@@ -212,7 +212,7 @@ def _closed(path: str | Path):
 
 
 def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
-    """Notes on a mesh of several closed surfaces, of which none encloses a place twice; one inside out is turned."""
+    """Turn those surfaces of a mesh outwards that look inwards; return notes. None may enclose a place twice."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -44,7 +44,7 @@ def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) 
 
 
 def _first_least(faces: np.ndarray) -> np.ndarray:
-    """Each face turned round until its least index is the first, its sense as it was."""
+    """Rotate the corners of each face until its least index is the first, its sense as it was."""
     turn = (np.arange(3) + faces.argmin(axis=1)[:, None]) % 3
     return np.take_along_axis(faces, turn, axis=1)
 

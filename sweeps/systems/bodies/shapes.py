@@ -70,7 +70,7 @@ class _Ratios:
     names, over = tuple(SHAPE_OVER), SHAPE_OVER
 
     def completed(self, values: Mapping) -> dict:
-        """The grid with I3, and I1 and I2 as ranges from end to end."""
+        """Return the grid with I3, and I1 and I2 as ranges from end to end."""
         grid = values["grid"]
         where, given = ("grid", "ratios"), grid["ratios"]
         allowed = "ratios (and I3), or moments, or bodies"
@@ -89,32 +89,32 @@ class _Ratios:
         return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
 
     def _refuse_lists(self, values: Mapping, where: tuple[str, ...], entries: Mapping) -> None:
-        """What shapes follow from is drawn whole, or not at all."""
+        """Refuse a list of shapes: shapes are drawn from ranges, or not at all."""
         many = [name for name, one in entries.items() if isinstance(one, tuple) and len(one) > 1]
         if "sample" in values and many:
             allowed = "a number, or a range, over which points are drawn"
             raise UnreadableError((*where, many[0]), display(entries[many[0]]), "is a list beside sample", allowed)
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
-        """So that points fill the triangle evenly: the square of I1/I3 is drawn evenly."""
+        """Draw the square of I1/I3 evenly, so that points fill the triangle evenly."""
         if name != "I1_over_I3" or spaced.spacing == "log":
             return spaced.drawn(share)
         return np.sqrt(spaced.start**2 + share * (spaced.stop**2 - spaced.start**2))
 
     def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
-        """I1 or I2, in the unit of I3."""
+        """Return I1 or I2, in the unit of I3."""
         ratio, greatest = values["I1_over_I3"], values["I3"]
         return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["thickness"])) * greatest
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
-        """Where one moment is above the sum of the others."""
+        """Return where one moment is above the sum of the others."""
         if not {"I1", "I2", "I3"} <= set(columns):
             return None
         return triangle_margin(*(columns[name] for name in ("I1", "I2", "I3"))) < 0
 
 
 def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1") -> tuple[float, float]:
-    """Least and greatest value of an entry, from 0 to `most`; of one that will be refused, something."""
+    """Return least and greatest value of an entry, from 0 to `most`; some value for one that will be refused."""
     if isinstance(entry, dict):
         entry = (entry.get("start"), entry.get("stop"))
     entry = entry if isinstance(entry, tuple) else (entry,)

@@ -63,7 +63,7 @@ def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
 
 
 def _volume(triangles: np.ndarray) -> float:
-    """Volume that a closed surface encloses, negative where its faces look inwards."""
+    """Return volume that a closed surface encloses, negative where its faces look inwards."""
     first, second, third = np.moveaxis(triangles - triangles.reshape(-1, 3).mean(axis=0), 1, 0)
     return float(np.einsum("ij,ij->", first, np.cross(second, third)) / 6)
 
@@ -78,7 +78,7 @@ def _whose_boxes_meet(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
 
 
 def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
-    """Of each face of the one surface, whether its middle, a little inside it, is enclosed by the other."""
+    """Return for each face of the one surface whether its middle, a little inside it, is enclosed by the other."""
     normals = np.cross(one[:, 1] - one[:, 0], one[:, 2] - one[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     sense = 1.0 if _volume(one) >= 0 else -1.0
@@ -91,7 +91,7 @@ def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
 
 
 def _windings(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """How often each point is enclosed, w(p)."""
+    """Return how often each point is enclosed, w(p)."""
     windings = np.empty(len(points))
     for part in _parts(len(points), len(triangles)):
         a, b, c = np.moveaxis(triangles[None] - points[part, None, None], 2, 0)
@@ -103,7 +103,7 @@ def _windings(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _pierces(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether an edge of the one surface runs through the inside of a triangle of the other.
+    """Return whether an edge of the one surface runs through the inside of a triangle of the other.
 
     After Moeller and Trumbore (1997), J. Graphics Tools 2, 21. What only touches does not pierce.
     """
@@ -126,6 +126,6 @@ def _pierces(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _parts(many: int, by: int) -> Iterator[slice]:
-    """Slices of so many rows that each makes a block of bounded size with so many columns."""
+    """Return slices of so many rows that each makes a block of bounded size with so many columns."""
     step = max(1, _BLOCK // max(1, by))
     return (slice(i, i + step) for i in range(0, many, step))

@@ -75,14 +75,14 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
 
 
 def _meanings(ds: "xr.Dataset", specs: Specs, role: Role) -> dict[int, str]:
-    """Number → meaning of the flag variable of a role; {} of one that the map has not."""
+    """Return number → meaning of the flag variable of a role; {} of one that the map has not."""
     name = of_role(specs, role)
     return flags(ds[name]) if name in ds.variables else {}
 
 
 @np.errstate(all="ignore")
 def _columns(ds, specs: Specs, one: Compared, box: Mapping[str, slice], sizes: Mapping[str, int]):
-    """Columns of `Agreement` and the certificate at all points of a block, in storage order."""
+    """Return columns of `Agreement` and the certificate at all points of a block, in storage order."""
     shape = [len(range(n)[box[dim]]) for dim, n in sizes.items()]
 
     def read(name: str, missing: float = math.nan) -> np.ndarray:
@@ -111,7 +111,7 @@ def _columns(ds, specs: Specs, one: Compared, box: Mapping[str, slice], sizes: M
 
 
 def _size(components: Iterable[np.ndarray]) -> np.ndarray:
-    """Root of the sum of squares; of one component its size, to the last bit."""
+    """Return the root of the sum of squares; of one component its size, to the last bit."""
     first, *others = components
     return np.hypot(first, *others) if others else np.abs(first)
 
@@ -182,7 +182,7 @@ def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def _groups(ds: "xr.Dataset", specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
-    """Name, mask, words and look of each group of points; each point that can be drawn is in one."""
+    """Return name, mask, words and look of each group of points; each point that can be drawn is in one."""
     drawable = _is_drawable(columns)
     size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))
     point = {"marker": "o", "ms": size, "mew": 0.0, "alpha": 0.5 if drawable.size > 500 else 0.85}
@@ -250,7 +250,7 @@ def draw_ratios(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray) -> None:
 
 
 def _draw_errors(ax: Axes, theory, error, at) -> None:
-    """Relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
+    """Draw relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
     at = at & np.isfinite(error) & (error > 0)
     if np.count_nonzero(at) <= MOST_ERROR_POINTS:
         look = {"ms": 6, "mew": 1.2, "color": ERROR, "zorder": 1, "gid": "error", "label": "relative error"}

@@ -56,7 +56,7 @@ def _drawn(points: int, stride: int) -> str:
 
 
 def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
-    """The part in memory, the dimension that has a panel for each value ("" for none), and the panels."""
+    """Return the part in memory, the dimension that has a panel for each value ("" for none), and the panels."""
     whole = [d for d, n in dimensions(part).items() if d != "point" and 1 < n <= MOST_PANELS]
     along = next((d for d in whole if part[d].dtype.kind in "iuOU"), next(iter(whole), ""))
     fixed = {d: (n - 1) // 2 for d, n in dimensions(part).items() if d not in ("point", along)}
@@ -65,7 +65,7 @@ def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
 
 
 def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look") -> None:
-    """The points; later ones lie above earlier ones, in the order in which they stand."""
+    """Draw the points; later ones lie above earlier ones, in the order in which they stand."""
     x = panel[names[0]].values
     y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
     tints = np.array([colored.get(int(value), colors.GREY) for value in panel[flag].values])
@@ -79,7 +79,7 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look
 
 
 def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, colored) -> None:
-    """Points by the value of a variable, those of each flag on top of the last; the outermost hundredths left out."""
+    """Draw points by the value of a variable, flags on top of each other; the outermost hundredths are left out."""
     values = panel[described.name].values
     finite = np.isfinite(values)
     if finite.any():

@@ -50,7 +50,7 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
 
 
 def _measured(name, units, long_name, unless, reduced, by, sparse=False, role=Role.NONE):
-    """A rate as measured, its scatter and error, and the same reduced."""
+    """Return the variables of a measured rate, its scatter and error, and the same reduced."""
     theory, sign = f"{name}_theory", " (negative: unstable)" if long_name == "Ω²" else ""
     of = {"theory": theory, "sparse": sparse, "zero_is_none": bool(unless)}
     return (

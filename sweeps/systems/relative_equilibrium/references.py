@@ -105,7 +105,7 @@ class Linearised:
         )
 
     def _free(self, parameters, x, sizes):
-        """Directions that leave what is conserved as it is, in units of the sizes."""
+        """Return the directions that leave the conserved quantities as they are, in units of the sizes."""
         conserved = self._written[2]
         if conserved is None:
             return np.eye(x.size)
@@ -135,7 +135,7 @@ def _of_map(matrix, duration):
 
 
 def _solved(values_and_vectors, S, error):
-    """Eigenvalues in a map's order, with condition numbers; NaN where the order hangs on what is not known."""
+    """Return eigenvalues in a map's order, with condition numbers; NaN where the order depends on their errors."""
     values, right = values_and_vectors
     order = np.argsort(values.imag)
     values, right = values[order].astype(complex), right[:, order]
@@ -153,13 +153,13 @@ def _solved(values_and_vectors, S, error):
 
 
 def _off(solved: Solved, number: int) -> float:
-    """How far the way may be from the truth, s-1: what disturbs the matrix, times the condition or by its root."""
+    """Return a bound of this way's error, s-1: the matrix's, times the condition or by its root."""
     n = solved.values.size
     return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
 
 
 def _eigenvalue(equations: Linearised, part: str, which: int) -> tuple[Callable, Callable]:
-    """One eigenvalue's part by one of the two ways, and what is allowed."""
+    """Return one eigenvalue's part by one of the two ways, and the allowed deviation."""
 
     def value(point, _):
         eigenvalue = equations.at(point)[which].values[int(point["eigenvalue"]) - 1]
@@ -169,7 +169,7 @@ def _eigenvalue(equations: Linearised, part: str, which: int) -> tuple[Callable,
 
 
 def _growth(equations: Linearised, which: int) -> tuple[Callable, Callable]:
-    """The largest real part by one of the two ways, and what is allowed."""
+    """Return the largest real part by one of the two ways, and the allowed deviation."""
 
     def allowed(point, _):
         solved = equations.at(point)[which]
@@ -179,7 +179,7 @@ def _growth(equations: Linearised, which: int) -> tuple[Callable, Callable]:
 
 
 def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
-    """S, D or S² - 4D of a differenced Jacobian, and what is allowed."""
+    """Return S, D or S² - 4D of a differenced Jacobian, and the allowed deviation."""
 
     def value(point, _):
         values = equations.at(point)[0].values

@@ -96,7 +96,7 @@ def _chosen(body: SpunBody, spun: Mapping[str, float], axis: int | None) -> list
 
 
 def _thrown(body: SpunBody, spun: Mapping[str, float], axis: int) -> str:
-    """The twist of this throw; nothing about the handle, whose direction then stays near L."""
+    """Return the twist of this throw; nothing about the handle, whose direction then stays near L."""
     twist = twist_of(body.moments, axis, spun)
     if twist is None:
         return ""

@@ -129,7 +129,7 @@ def periods(ds: "xr.Dataset") -> list[Period]:
 
 
 def _observations(ds: "xr.Dataset") -> Iterator[Period]:
-    """What the definition that a map carries says was observed: plain values, of which any may be of any kind."""
+    """Yield the observations in a map's definition: plain values, of which any may be of any type."""
     from pydantic import ValidationError
 
     from sweeps.systems.rigid_body.definition import Observed

@@ -68,7 +68,7 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
 
 
 def _space_rate(regime: str, spin: float, rate: float) -> float:
-    """Rate at which the axis goes round the angular momentum, rad s-1; 0 where it does not."""
+    """Return the rate at which the axis precesses about the angular momentum, rad s-1; 0 where it does not."""
     if rate == 0 or not regime.startswith("stable"):
         return 0.0
     return spin + rate if regime == "stable_major" else abs(spin - rate)

@@ -71,7 +71,7 @@ class RigidBody(FreeBody):
 
 
 def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
-    """What kernels are told of a run: rotations, samples in one, tolerance."""
+    """Return the settings of the kernels for a run: rotations, samples in one, tolerance."""
     return integration.rotations, integration.samples_per_rotation, integration.tolerance
 
 

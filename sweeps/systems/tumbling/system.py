@@ -50,7 +50,7 @@ class TumblingDefinition(FollowedDefinition):
         return self
 
     def _energy_problems(self) -> list[Problem]:
-        """Energies that no body of the sweep can have."""
+        """Return the problems of energies that no body of the sweep can have."""
         if self.bodies:
             most = max(max(body.moments) / min(body.moments) for body in self.bodies)
         else:

@@ -101,7 +101,7 @@ class Uncertainty(Strict):
 
 
 def _uncertainty(value: Any) -> Any:
-    """A bare share stands for the moments, or the tensor where that is given."""
+    """Return an uncertainty; a bare share stands for the moments, or the tensor where that is given."""
     return value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)}
 
 

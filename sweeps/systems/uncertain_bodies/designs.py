@@ -166,7 +166,7 @@ def sobol_indices(
 
 
 def _saltelli(A: np.ndarray, B: np.ndarray, groups: tuple[tuple[int, ...], ...]) -> Iterator[np.ndarray]:
-    """A, B, and A with the columns of one group after the other from B."""
+    """Yield A, B, and A with the columns of one group after the other from B."""
     yield A
     yield B
     for group in groups:
@@ -180,7 +180,7 @@ def _by_replicate(values: np.ndarray, count: int, size: int) -> np.ndarray:
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ratio of two means over replicates and its standard error, to first order."""
+    """Return ratio of two means over replicates and its standard error, to first order."""
     with np.errstate(invalid="ignore", divide="ignore"):
         value = above.mean(axis=0) / below.mean(axis=0)
         error = (above - value * below).std(axis=0, ddof=1) / (below.mean(axis=0) * math.sqrt(len(above)))

@@ -111,7 +111,7 @@ class Known:
         return rate, size, phase + turned
 
     def _scattered(self, name: str, z: Mapping[str, np.ndarray]) -> np.ndarray | float:
-        """Factors of mean 1 and the relative standard deviation asked for, log-normal: they keep their sign."""
+        """Return factors of mean 1 and the requested relative standard deviation, log-normal: they keep their sign."""
         if name not in z:
             return 1.0
         variance = math.log1p(self.spin[name] ** 2)

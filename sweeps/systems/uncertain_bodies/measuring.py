@@ -96,7 +96,7 @@ def _part(values: np.ndarray | None, part) -> np.ndarray | None:
 
 
 def _bodies(known: Known, normals: np.ndarray, run: Callable):
-    """Moments, which draws were no body, and rotations (or None): see `Known.inertia`; columns lie together."""
+    """Return moments, which draws are impossible, and rotations or None (see `Known.inertia`), columns contiguous."""
     size = len(normals)
     moments, impossible = np.empty((3, size)).T, np.empty(size, bool)
     turned = np.empty((3, 3, size)).transpose(2, 0, 1) if known.is_tilted else None
@@ -111,7 +111,7 @@ def _bodies(known: Known, normals: np.ndarray, run: Callable):
 
 
 def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
-    """Points of the kernels: a spin that starts along the body's own axis, perturbed, as the draw's axes see it."""
+    """Return points of the kernels: a spin about the body's own axis, perturbed, in the draw's principal axes."""
     rate, size, phase = known.spun(normals, spin.omega0, spin.epsilon, spin.phase)
     if turned is not None:
         a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3
@@ -145,14 +145,14 @@ def _rates(points: Mapping[str, np.ndarray], integration: Integration) -> dict[s
 
 
 def _followed(shape: tuple[int, int]) -> np.ndarray:
-    """Numbers of the draws that are followed to their flips: the first of each replicate, a power of two of them."""
+    """Return numbers of the draws that are followed to their flips: the first of each replicate, a power of two."""
     count, size = shape
     size_followed = min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1))))
     return (np.arange(count)[:, None] * size + np.arange(size_followed)).reshape(-1)
 
 
 def _flips(points, draws, followed, integration: Integration, run: Callable) -> dict[str, np.ndarray]:
-    """Flip period (infinite where the spin keeps its sign) and largest tilt of points, measured."""
+    """Return flip period (infinite where the spin keeps its sign) and largest tilt of points, measured."""
     from kernels import survey
 
     spin = points["omega0"]
@@ -171,7 +171,7 @@ def _flips(points, draws, followed, integration: Integration, run: Callable) -> 
 
 
 def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
-    """Size of the twist of points, rad, measured: of each about its own axis of least moment, from where it starts."""
+    """Return the measured twist of points, rad: of each about its own axis of least moment, from its start."""
     from kernels import twist
 
     moments = np.stack([points[name] for name in MOMENTS], axis=-1)
@@ -191,7 +191,7 @@ def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
 
 
 def _starts(points) -> np.ndarray:
-    """Directions of the angular velocity that points start with, shape (n, 3)."""
+    """Return directions of the angular velocity that points start with, shape (n, 3)."""
     omega, rows = np.empty((len(points["axis"]), 3)), np.arange(len(points["axis"]))
     sizes = (1.0, points["epsilon"] * np.cos(points["phase"]), points["epsilon"] * np.sin(points["phase"]))
     for k, size in enumerate(sizes):
@@ -248,7 +248,7 @@ def _quantiles(name: str, values: np.ndarray) -> dict:
 
 
 def _moments(known: Known, moments, shape, axis: int) -> dict:
-    """Mean and spread of the moment about an axis, as asked for and as drawn."""
+    """Return mean and spread of the moment about an axis, as requested and as drawn."""
     drawn = moments[:, axis - 1].reshape(shape)
     middle, error = designs.mean(drawn.mean(axis=1))
     if known.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
@@ -267,7 +267,7 @@ def _moments(known: Known, moments, shape, axis: int) -> dict:
 
 
 def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integration, run: Callable) -> dict:
-    """Sobol indices of the signed rate² over the body's inputs."""
+    """Return Sobol indices of the signed rate² over the body's inputs."""
     if not known.groups:
         return {f"sensitivity_{kind}": np.empty(0) for kind in ("first", "first_error", "total", "total_error")}
 

@@ -115,7 +115,7 @@ def _drawn(model, point, runs, q, times):
 
 
 def _settings(model, point):
-    """The point in words: what is varied or matters, with units."""
+    """Return the point in words: its varied and relevant parameters, with units."""
     return ",  ".join(
         style.with_unit(f"{p.name.replace('_', ' ')} {style.number(point[p.name], 3)}", p.unit)
         for p in model.system.parameters.values()
@@ -123,12 +123,12 @@ def _settings(model, point):
 
 
 def _lines(ax, runs, **look):
-    """One animated line a motion, in its colour."""
+    """Draw one animated line a motion, in its colour."""
     return [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
 
 
 def _parts(model, point):
-    """Kind of each part of the picture, whether it stands still, and a function from states to places.
+    """Return kind of each part of the picture, whether it stands still, and a function from states to places.
 
     The function takes (…, n) to (…, points, 2).
     """
@@ -145,7 +145,7 @@ def _parts(model, point):
 
 
 def _scene(ax, model, point, runs, q):
-    """The picture, each run's part that moves in its colour, with where it rests; masses have trails."""
+    """Draw the picture, each run's moving part in its colour, and its equilibrium; masses have trails."""
     moving, reach = [], 0.0
     for kind, is_still, places in _parts(model, point):
         reach = max(reach, float(np.abs(places(q)).max()))
@@ -175,7 +175,7 @@ def _scene(ax, model, point, runs, q):
 
 
 def _valley(ax, model, point, runs):
-    """V over one turn of the angle, in units of half its height."""
+    """Return V over one turn of the angle, in units of half its height."""
     height = _potential(model, point)
     theta = np.linspace(*WINDOW, 361)
     unit = 0.5 * np.ptp(height(theta[:, None])) or 1.0
@@ -187,7 +187,7 @@ def _valley(ax, model, point, runs):
 
 
 def _surface(ax, model, point, runs):
-    """Lines of equal V over both angles."""
+    """Draw lines of equal V over both angles."""
     height = _potential(model, point)
     angle = np.linspace(*WINDOW, 121)
     grid = np.stack(np.meshgrid(angle, angle), axis=-1)
@@ -206,7 +206,7 @@ def _surface(ax, model, point, runs):
 
 
 def _along(ax, runs, seen):
-    """What moves dots with trails on a curve, broken where an angle goes round."""
+    """Return a function that moves dots with trails on a curve, broken where an angle is periodic."""
     trails, dots = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=7)
 
     def move(q):
@@ -221,12 +221,12 @@ def _along(ax, runs, seen):
 
 
 def _shown(angle):
-    """An angle within the window."""
+    """Return an angle within the window."""
     return WINDOW[0] + np.mod(angle - WINDOW[0], 2.0 * math.pi)
 
 
 def _potential(model, point):
-    """V of places, shape (…, n), from the description."""
+    """Return V of places, shape (…, n), from the description."""
     values = {p.symbol: point[p.name] for p in model.system.parameters.values()}
     V = sp.lambdify(list(model.equations.q), model.equations.V.subs(values), "numpy")
     return lambda q: V(*np.moveaxis(q, -1, 0))

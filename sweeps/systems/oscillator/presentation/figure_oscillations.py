@@ -75,7 +75,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _panels(part):
-    """Titles and contents of the panels, equal ones once, and a line on modes that are marginal everywhere."""
+    """Return titles and contents of the panels, equal ones once, and a line on modes that are marginal everywhere."""
     every = [{"equilibrium": e, "mode": m} for e in part["equilibrium"].values for m in part["mode"].values]
     panels = planes.once(((_name(part, *at.values()), part.sel(at)) for at in every), ("measured", "regime"))
     still = [(one["regime"].values == REGIMES.index("marginal") - 1).all() and len(panels) > 1 for _, one in panels]
@@ -99,7 +99,7 @@ def _name(part, equilibrium, mode):
 
 
 def _map(ax, one, x, y, most):
-    """Measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
+    """Draw measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
     palette = matplotlib.colormaps["RdBu"].with_extremes(bad=MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
@@ -115,7 +115,7 @@ def _map(ax, one, x, y, most):
 
 
 def _moves(place, x):
-    """Whether an equilibrium is elsewhere for another x, so that a picture of places says more than its name."""
+    """Return whether an equilibrium moves with x, so that a picture of places says more than its name."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of equilibria that are nowhere
         span = (place.max(x) - place.min(x)).max()
@@ -123,14 +123,14 @@ def _moves(place, x):
 
 
 def _is_level(one, name):
-    """Whether ω² in units of its scale does not depend on a parameter, so that curves say more than colours."""
+    """Return whether ω² over its scale does not depend on a parameter, so that curves say more than colours."""
     values = one["measured"].values
     span = np.nan_to_num((one["measured"].max(name) - one["measured"].min(name)).values)
     return bool(np.isfinite(values).any() and span.max() <= LEVEL * np.nanmax(np.abs(values)))
 
 
 def _steepest(one, x, y):
-    """Both parameters, first y where the rate of theory hardly changes over x."""
+    """Return both parameters, first y where theory's rate hardly changes over x."""
     with np.errstate(all="ignore"):
         rates = np.log(np.abs(one["omega_squared_theory"]))
         spans = [float((rates.max(name) - rates.min(name)).max()) for name in (x, y)]
@@ -138,7 +138,7 @@ def _steepest(one, x, y):
 
 
 def _law(ax, one, x, y):
-    """The measured rate as dots on theory's lines over x, at a few values of y that stand beside their ends."""
+    """Draw the measured rate as dots on theory's lines over x, at a few values of y that stand beside their ends."""
     some = np.unique(np.linspace(0, one.sizes[y] - 1, MOST_CURVES).round().astype(int))
     every = style.few(one.sizes[x], 24)
     rates = np.sqrt(np.abs(one["omega_squared_theory"].isel({y: some}).transpose(y, x).values))
@@ -166,14 +166,14 @@ def _law(ax, one, x, y):
 
 
 def _few_dots(rows, columns):
-    """Places of at most some `MOST_DOTS` dots: all, or those on every k-th row and column."""
+    """Return places of at most some `MOST_DOTS` dots: all, or those on every k-th row and column."""
     every = math.ceil(math.sqrt(rows.size / MOST_DOTS)) if rows.size > MOST_DOTS else 1
     kept = (rows % every == 0) & (columns % every == 0)
     return rows[kept], columns[kept]
 
 
 def _lines(ax, one, x):
-    """Measured signed ω² as dots on theory's line, where one parameter varies."""
+    """Draw measured signed ω² as dots on theory's line, where one parameter varies."""
     at = one[x].values
     theory, measured, regime = (one[name].values.ravel() for name in ("theory", "measured", "regime"))
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
@@ -184,7 +184,7 @@ def _lines(ax, one, x):
 
 
 def _places(ax, part, name, x, y):
-    """Where the equilibria are, over x in the middle of y: stable ones in one colour, unstable ones in another."""
+    """Draw the equilibria over x in the middle of y: stable ones in one colour, unstable ones in another."""
     row = part.isel({y: part.sizes[y] // 2}) if y else part
     row = row.isel(mode=0)
     line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
@@ -206,7 +206,7 @@ def _places(ax, part, name, x, y):
 
 
 def _forked(x, place):
-    """A branch of equilibria, back to where it leaves place 0 as a root does, if that is less than a step before it."""
+    """Return a branch of equilibria, extended back to where it leaves place 0 as a root, if within one step."""
     first = np.flatnonzero(np.isfinite(place))[:2]
     if first.size < 2 or first[0] == 0:
         return x, place
@@ -220,7 +220,7 @@ def _forked(x, place):
 
 
 def _missing(figure, part):
-    """What stands for cells without a value, where there are any."""
+    """Return the legend's entry for cells without a value, where there are any."""
     meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
     if any(np.ma.getmaskarray(mesh.get_array()).any() for mesh in meshes):
         codes = np.unique(part["status"].values[np.isnan(part["measured"].values)])

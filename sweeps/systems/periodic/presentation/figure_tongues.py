@@ -77,7 +77,7 @@ def ends(one: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _margins(ds: xr.Dataset) -> list[str]:
-    """Names of what linear theory decides stability by, smooth where it can be."""
+    """Return names of the variables by which linear theory decides stability, smooth where it can be."""
     two = [f"{name}_theory" for name in (*BOUNDS, "trace") if f"{name}_theory" in ds]
     return ["growth_per_period_theory", *two]
 

@@ -63,7 +63,7 @@ def facts(system: "System") -> dict | None:
 
 
 def _trees(expressions: list, word: str) -> tuple[list, list]:
-    """Name and tree of what stands in several expressions, and trees of these."""
+    """Return name and tree of each common subexpression, and trees of the expressions."""
     import sympy as sp
 
     shared, reduced = sp.cse(expressions, symbols=sp.numbered_symbols(f"{word} "))
@@ -87,7 +87,7 @@ def picture(system: "System", equations: "Equations") -> list:
 
 
 def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
-    """Places of the masses in a plane: upright through a vertical axis, turning with what turns."""
+    """Return places of the masses in a plane: upright through a vertical axis, turning with a turning system."""
     import sympy as sp
 
     still = {c.symbol: 0 for c in system.coordinates.values() if c.momentum is not None} | {system.time: 0}
@@ -96,7 +96,7 @@ def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
 
 
 def _rods(system: "System", places: list) -> list[tuple[int, int]]:
-    """Pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
+    """Return pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
     import sympy as sp
 
     moving = {c.symbol for c in system.coordinates.values()}
@@ -111,7 +111,7 @@ def _rods(system: "System", places: list) -> list[tuple[int, int]]:
 
 
 def _size(coordinate) -> "sp.Expr":
-    """Size of a perturbation of 1 in a picture: as described, a radian, or an eighth of the bounds."""
+    """Return size of a perturbation of 1 in a picture: as described, a radian, or an eighth of the bounds."""
     import sympy as sp
 
     if coordinate.size is not None:

@@ -111,7 +111,7 @@ def _drawn(point, times, momenta):
 
 
 def _ball(ax, place):
-    """The body's sphere of directions: outline, equator, spin axis and the whole path, pale; the line of the trail."""
+    """Draw the sphere of directions with outline, equator, spin axis and the pale path; return the trail's line."""
     turn = np.linspace(0.0, 2.0 * math.pi, 121)
     ax.plot(np.cos(turn), np.sin(turn), color=colors.QUIET, lw=0.8)
     equator = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)

@@ -48,7 +48,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _panels(ds, part, third, top):
-    """Titles and contents of the panels: equal ones once, those of one colour in words where others have more."""
+    """Return titles and contents of the panels: equal ones once, those of one colour in words."""
     titled = []
     for e in part["equilibrium"].values:
         for z in part[third].values if third else [None]:
@@ -79,7 +79,7 @@ def _thinned(ds, x, y, third):
 
 
 def _frequencies(ax, one, x, y):
-    """Measured frequencies in colours, for what grows and decays nowhere."""
+    """Draw measured frequencies in colours, of points that grow and decay nowhere."""
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
     palette = matplotlib.colormaps["cividis"].with_extremes(bad=MISSING)
@@ -89,7 +89,7 @@ def _frequencies(ax, one, x, y):
 
 
 def _map(ax, one, x, y, regimes):
-    """Measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
+    """Draw measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(..., y, x)
     regimes.paint(ax, *(one[name].values for name in (x, y, "regime", "relative", "status")))
     for margin in _margins(one):
@@ -99,7 +99,7 @@ def _map(ax, one, x, y, regimes):
 
 
 def _margins(one):
-    """Numbers of theory that change sign where it stops being stable, smooth where single eigenvalues are not.
+    """Return numbers of theory that change sign where it stops being stable, smooth where single eigenvalues are not.
 
     One is the product of all eigenvalues. The other is that of the sums of two of them (Orlando's formula); where they
     come in pairs ±λ it is the discriminant of λ², a determinant of power sums.
@@ -120,7 +120,7 @@ def _margins(one):
 
 
 def _lines(ax, one, x):
-    """The measured growth rate as dots on theory's line, where one parameter varies."""
+    """Draw the measured growth rate as dots on theory's line, where one parameter varies."""
     at = one[x].values
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, lw=0.9, gid="theory", label="theory")

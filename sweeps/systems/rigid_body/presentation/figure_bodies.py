@@ -51,7 +51,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _selected(ds: xr.Dataset) -> xr.Dataset:
-    """At most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
+    """Return at most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
     few = {"body": style.few(ds.sizes["body"], MOST_BODIES)}
@@ -71,7 +71,7 @@ def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
 
 
 def _rates(ax: Axes, part: xr.Dataset) -> None:
-    """Numbered markers at the measured rates over ticks at theory's; rates of zero stand in a column of their own."""
+    """Draw numbered markers at the measured rates over ticks at theory's; rates of zero have their own column."""
     rates, theory = part["rate"].values, part["rate_theory"].values
     trusted = ~np.isin(part["regime"].values, (3, 4))
     positive = rates[trusted & (rates > 0)]
@@ -94,7 +94,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _histogram(ax: Axes, ds: xr.Dataset) -> None:
-    """How the measured rates of all bodies are distributed, about each axis."""
+    """Draw how the measured rates of all bodies are distributed, about each axis."""
     part = ds[["omega_squared"]].isel(cut_at(ds)).load()
     rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
     finite = rate.values[np.isfinite(rate.values)]
@@ -130,7 +130,7 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None:
-    """A text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
+    """Write a text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
     at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
     shift = (72 * inches, 4 if row is None else 0)
     style.note(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **look)
@@ -154,7 +154,7 @@ def _marker(word: str) -> dict:
 
 
 def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
-    """Separates the column of zero rates, and rows from each other."""
+    """Separate the column of zero rates, and rows from each other."""
     exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
     style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
     ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
@@ -165,7 +165,7 @@ def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
-    """Measured and observed periods as pairs on one axis of days, each with its note in a row of so many inches."""
+    """Draw measured and observed periods as pairs on an axis of days, each with its note in a row of some inches."""
     days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
     wide = ax.figure.get_size_inches()[0]
     room = max(6.0, (max(days) / min(days)) ** 0.35) ** (12.0 / wide)  # for the numbers beside the outermost marks

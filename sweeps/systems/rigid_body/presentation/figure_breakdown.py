@@ -78,7 +78,7 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
 
 
 def _highlighted(fits: xr.Dataset) -> list[int]:
-    """Numbers of the bodies in colours: some of those with most fitted exponents, far from each other in the list."""
+    """Return numbers of the bodies in colours: some of those with most fitted exponents, far from each other."""
     fitted = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
     best = np.flatnonzero(fitted == fitted.max())
     return best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
@@ -102,7 +102,7 @@ def _panel(ax: Axes, fits: xr.Dataset, belongs: xr.DataArray, lit: list[int]) ->
 
 
 def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
-    """One body about one axis: at full strength where the deviation stands above its floor."""
+    """Draw one body about one axis: at full strength where the deviation stands above its floor."""
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
     above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
@@ -114,7 +114,7 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
 
 
 def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
-    """A line of slope 2 below the curves, named."""
+    """Draw a line of slope 2 below the curves, named."""
     with np.errstate(invalid="ignore"):
         above = fits["deviation"].where(fits["deviation"] >= fits["floor"]) / fits["epsilon"] ** 2
     ratios = above.where(fits["slope"].notnull()).median("epsilon").values
@@ -126,7 +126,7 @@ def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
 
 
 def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:
-    """The fitted exponents, one row a body and one column an axis, coloured by what theory says."""
+    """Draw the fitted exponents, one row a body and one column an axis, coloured by theory's regime."""
     ax.set_axis_off()
     axes, rows = fits["axis"].values.tolist(), fits.sizes["body"]
     ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))

@@ -90,7 +90,7 @@ def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.n
 
 
 def _upright(L: np.ndarray) -> np.ndarray:
-    """A rotation that takes a vector onto the z axis."""
+    """Return a rotation that takes a vector onto the z axis."""
     z = L / np.linalg.norm(L)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
@@ -138,21 +138,21 @@ def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
 
 
 def _moving(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Angular velocities at the frames, and attitudes `FINER` times as many; None where doubles cannot hold them."""
+    """Return angular velocities at the frames, and attitudes `FINER` times as many; None where doubles overflow."""
     fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
     omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
     return (omegas, turned) if np.isfinite(omegas).all() and np.isfinite(turned).all() else None
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
-    """Times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
+    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
     flip = _flip(moments, omega, axis, period)
     length = min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
     return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
 
 
 def _flip(moments, omega, axis: int, period: float) -> float:
-    """When in one flip period the spin changes sign, or is least; to some 1e-5 of the period, s."""
+    """Return when in one flip period the spin changes sign, or is least; to some 1e-5 of the period, s."""
     low, high = 0.0, period
     for _ in range(2):
         times = np.linspace(low, high, 321)
@@ -173,7 +173,7 @@ class _Shown(NamedTuple):
 
 
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
-    """The pictures; attitudes `FINER` times as many."""
+    """Yield the pictures; attitudes `FINER` times as many."""
     wide = style.film.get().across is not None
     figure = animation.stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
     place = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
@@ -260,7 +260,7 @@ class _Solid:
         self.veils = np.array([face.veil for face in faces], float)
 
     def turn(self, matrix: np.ndarray) -> None:
-        """Shows the body in an attitude."""
+        """Show the body in an attitude."""
         outward = self.normals @ matrix.T
         front = np.flatnonzero(outward @ TOWARDS > 0.0)
         depth = self.corners[front].mean(axis=1) @ (matrix.T @ TOWARDS)

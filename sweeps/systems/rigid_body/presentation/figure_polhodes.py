@@ -135,7 +135,7 @@ def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
 
 
 def _some_moments(ds: "xr.Dataset") -> np.ndarray:
-    """Moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
+    """Return moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
     dims, columns = moments_over(ds), []
     for name in MOMENTS:
         values = along(ds[name], dims)
@@ -185,7 +185,7 @@ def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
 
 
 def _angles(scene: Scene, begin: float) -> np.ndarray:
-    """Eccentric angles from one axis towards the separatrix, at equal arcs of some `SPACING`, both ends left out."""
+    """Return eccentric angles from one axis to the separatrix, at equal arcs of some `SPACING`, without both ends."""
     angles = np.linspace(begin, scene.crossing(), 2001)
     arc = np.hypot(np.diff(scene.semi[0] * np.cos(angles)), np.diff(scene.semi[2] * np.sin(angles))).cumsum()
     parts = int(np.clip(round(arc[-1] / (SPACING * scene.size)), LEAST_CURVES, MOST_CURVES))
@@ -193,14 +193,14 @@ def _angles(scene: Scene, begin: float) -> np.ndarray:
 
 
 def _separatrix(scene: Scene) -> list[np.ndarray]:
-    """Its two branches, plane ellipses that cross at the ends of the middle axis."""
+    """Return its two branches, plane ellipses that cross at the ends of the middle axis."""
     turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
     x, z = scene.semi[0] * np.cos(at), scene.semi[2] * np.sin(at)
     return [np.column_stack([x * np.cos(turn), np.sin(turn), side * z * np.cos(turn)]) for side in (1.0, -1.0)]
 
 
 def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
-    """One curve, its far side faint; an arrow where it comes nearest to the reader."""
+    """Draw one curve, its far side faint, with an arrow where it comes nearest to the reader."""
     facing = scene.facing(curve)
     seen = facing >= 0.0
     right, up, depth = scene.view @ curve.T
@@ -216,7 +216,7 @@ def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
 
 
 def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size: float) -> None:
-    """An arrow's head on a curve, in the direction of motion."""
+    """Draw an arrow's head on a curve, in the direction of motion."""
     ahead = (at + 1) % (len(right) - 1)
     middle, along = np.array([right[at], up[at]]), np.array([right[ahead] - right[at], up[ahead] - up[at]])
     along *= size / np.hypot(*along)
@@ -230,7 +230,7 @@ def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size
 
 
 def _surface(ax: Axes, scene: Scene) -> None:
-    """The near side of the ellipsoid, shaded, tinted by the regime of each point's polhode, with its outline."""
+    """Draw the near side of the ellipsoid, shaded, tinted by the regime of each point's polhode, with its outline."""
     form, shadow, half = scene.form(), scene.shadow(), scene.half()
     pixels = np.linspace(-1.0, 1.0, PIXELS)
     right, up = np.meshgrid(half[0] * pixels, half[1] * pixels)
@@ -246,7 +246,7 @@ def _surface(ax: Axes, scene: Scene) -> None:
 
 
 def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """Colours of points of the ellipsoid, shape (…, 3): soft daylight on paper, in the regime's tint."""
+    """Return colours of points of the ellipsoid, shape (…, 3): soft daylight on paper, in the regime's tint."""
     normal = (points * scene.moments) @ scene.view.T
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     light = np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)[..., None]
@@ -257,7 +257,7 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
 
 
 def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
-    """Each axis from its far end, faint inside, to an arrow beyond the outline, with its name and moment."""
+    """Draw each axis from its far end, faint inside, to an arrow beyond the outline, with its name and moment."""
     rank = {axis: WORDS[i] for i, axis in enumerate(np.argsort(body.moments).tolist())}
     line = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
@@ -274,7 +274,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
 
 
 def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: bool) -> None:
-    """A text at an arrow's tip: to its right where it points up, else beyond it where the page has room, or below."""
+    """Write a text at an arrow's tip: right of it where it points up, else beyond it where there is room, or below."""
     if abs(along[0]) < 0.3 * abs(along[1]):
         place, offset = {"ha": "left", "va": "center"}, (7, -2)
     elif tall:

@@ -75,7 +75,7 @@ def _middle(values: np.ndarray) -> float:
 
 
 def _most_telling(ds: "xr.Dataset", sides: tuple[str, str], third: str) -> float:
-    """Value of the third moment at which the rarest regime about any axis has the largest share of the bodies."""
+    """Return the third moment at which the rarest regime about any axis has the largest share of the bodies."""
     values = np.sort(ds[third].values)
     thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
     candidates = values[style.few(values.size, MOST_COMPARED)]
@@ -138,7 +138,7 @@ def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
 
 
 def _slice(ds: "xr.Dataset", axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
-    """The plane (or line) of a picture, thinned to `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
+    """Return the plane (or line) of a picture, at most `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     at |= {name: slice(None, None, -(-ds.sizes[name] // MOST_CELLS)) for name in sides}
@@ -186,7 +186,7 @@ def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], sides, x, y) -> None:
 
 
 def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None:
-    """Hatches what cannot exist, up to the line on which one moment is the sum of both others.
+    """Hatch impossible bodies, up to the line on which one moment is the sum of both others.
 
     Of two moments p and q and a third, r: q below |p − r|, and q above p + r.
     """
@@ -210,7 +210,7 @@ def _between(scale: str, low: float, high: float) -> np.ndarray:
 
 
 def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
-    """The region between two curves."""
+    """Return the region between two curves."""
     corners = np.column_stack([np.append(at, at[::-1]), np.append(low, high[::-1])])
     return Outline(np.vstack([corners, corners[:1]]), closed=True)
 
@@ -236,7 +236,7 @@ def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -
 
 
 def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], third: float) -> list:
-    """Marks real bodies by name, each as large as has the third moment: for the rate in units of the spin, no matter.
+    """Mark real bodies by name, each scaled to the third moment: rates in units of the spin do not change by that.
 
     Returns:
         Where in the frame something is written now, as fractions.
@@ -280,7 +280,7 @@ def _pair_text(pair: tuple[str, str]) -> str:
 
 
 def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
-    """Draws each boundary with its name: a diagonal's along it, the others' where they leave the frame."""
+    """Draw each boundary with its name: a diagonal's along it, the others' where they leave the frame."""
     for pair, line in lines.items():
         upright, level = sides[1] not in line, sides[0] not in line
         xs, ys = _course(ax, line, sides)
@@ -303,7 +303,7 @@ class _Along(Annotation):
         self._line = np.column_stack([xs, ys])
 
     def get_rotation(self) -> float:
-        """Degrees."""
+        """Return the label's angle on the screen in degrees."""
         if self.axes is None:
             return 0.0
         (x, y), (u, v) = self.axes.transData.transform(self._line)
@@ -311,7 +311,7 @@ class _Along(Annotation):
 
 
 def _clear_of(diagonal: np.ndarray, others) -> int:
-    """Where along a slanting boundary its name stands: near the end, unless another boundary crosses there."""
+    """Return where on a slanting boundary its name stands: near the end, unless another boundary crosses there."""
     crossings = [int(np.searchsorted(diagonal, next(iter(other.values()))[0])) for other in others]
     return 176 if all(abs(at - 176) > 40 for at in crossings) else 80
 
@@ -321,7 +321,7 @@ def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
 
 
 def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mapping, taken: list) -> None:
-    """Writes each regime's name where its region has most room, if there is enough."""
+    """Write each regime's name where its region has most room, if there is enough."""
     keep = [style.few(part[name].size, 40) for name in sides]
     points = _fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
     regimes = part["regime"][np.ix_(*reversed(keep))]
@@ -346,19 +346,19 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -
 
 
 def _fractions(ax: Axes, x, y) -> np.ndarray:
-    """Places as fractions of the frame, shape (n, 2)."""
+    """Return places as fractions of the frame, shape (n, 2)."""
     places = np.column_stack([np.ravel(x), np.ravel(y)])
     return ax.transAxes.inverted().transform(ax.transData.transform(places))
 
 
 def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]:
-    """Points of a boundary: from end to end of the frame where it is upright or level."""
+    """Return points of a boundary: from end to end of the frame where it is upright or level."""
     ends = (ax.get_xlim(), ax.get_ylim())
     return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(sides, ends, strict=True)]
 
 
 def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """How many times a box around each point can grow until it meets another point or the frame."""
+    """Return how many times a box around each point can grow until it meets another point or the frame."""
     frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
     apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
     return np.minimum(frame, apart.min(axis=1, initial=np.inf))

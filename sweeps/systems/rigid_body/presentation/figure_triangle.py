@@ -63,7 +63,7 @@ def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | N
 
 
 def _is_on_triangle(ds: "xr.Dataset") -> bool:
-    """Whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
+    """Return whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
     if "axis" not in ds.dims or is_of_shapes(ds):
         return is_of_shapes(ds)
     names = {"I1", "I2", "I3", "omega_squared", "omega0"}
@@ -105,13 +105,13 @@ def cell_numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.nda
 
 
 def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
-    """A variable of a grid of shapes about an axis, over (I1_over_I3, thickness)."""
+    """Return a variable of a grid of shapes about an axis, over (I1_over_I3, thickness)."""
     at = fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
     return along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
 
 
 def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
-    """Signed rate in each cell of the triangle: that of the point of a grid of shapes whose cell holds its middle."""
+    """Return the signed rate in each cell of the triangle: of the shape whose grid cell holds its middle."""
     middle = 0.5 * (edges[1:] + edges[:-1])
     i, j = cell_numbers(ds, middle[None, :], middle[:, None])
     rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
@@ -119,7 +119,7 @@ def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
-    """I1/I3, I2/I3 and, about an axis, the signed rate, of some points after others."""
+    """Yield I1/I3, I2/I3 and, about an axis, the signed rate, block after block of points."""
     fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
     for first in range(0, ds.sizes["point"], BLOCK_POINTS):
         part = ds.isel(fixed | {"point": slice(first, first + BLOCK_POINTS)})
@@ -129,7 +129,7 @@ def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np
 
 
 def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
-    """Mean signed rate in each cell of the triangle, NaN in those without a point."""
+    """Return mean signed rate in each cell of the triangle, NaN in those without a point."""
     total = count = 0.0
     for x, y, rate in _blocks(ds, axis):
         finite = np.isfinite(rate)

@@ -51,7 +51,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def _tops(ds: xr.Dataset) -> list[float]:
-    """The ratios nearest to those to be shown, of bodies that exist: at most one long and one flat."""
+    """Return the ratios nearest to those to be drawn, of possible bodies: at most one long and one flat."""
     ratios = ds["ratio"].values
     sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
     near = zip(sides, SHOWN, strict=True)
@@ -59,12 +59,12 @@ def _tops(ds: xr.Dataset) -> list[float]:
 
 
 def _seen(points: np.ndarray) -> np.ndarray:
-    """Points (n, 3) of space, x towards the side to which the figure axis leans, z along L, on the screen (n, 2)."""
+    """Project points (n, 3) onto the screen (n, 2): x towards the side to which the figure axis leans, z along L."""
     return np.column_stack([points[:, 0], TOWARDS[0] * points[:, 2] + TOWARDS[1] * points[:, 1]])
 
 
 def _rim(tilt: float, opening: float) -> np.ndarray:
-    """The rim of a cone whose axis leans by `tilt` from L, of slant height one."""
+    """Return the rim of a cone whose axis leans by `tilt` from L, of slant height one."""
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     axis = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
     across = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])

@@ -49,7 +49,7 @@ def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
 
 
 def _rates(ax: Axes, part: xr.Dataset) -> None:
-    """Measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
+    """Draw measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
     ratio = part["ratio"].values
     low, high = (float(end) for end in style.edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
@@ -72,7 +72,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _deviations(ax: Axes, part: xr.Dataset) -> None:
-    """The largest relative deviation of the rate at each half-angle, and the tolerance; single ones are rounding."""
+    """Draw the rate's largest relative deviation at each half-angle, and the tolerance; single ones are rounding."""
     angle = part["half_angle"].values
     deviation = part["deviation"].transpose("half_angle", "ratio", "omega3").values.reshape(angle.size, -1)
     drawn = np.maximum(deviation, LEAST_DRAWN)

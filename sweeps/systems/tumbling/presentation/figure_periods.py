@@ -66,7 +66,7 @@ def _plane(ax, part: xr.Dataset):
 
 
 def _closed_form(part, energies):
-    """Energies and period ratios of a body, dense on both sides of the separatrix, where the ratio goes to infinity."""
+    """Return energies and period ratios of a body, dense on both sides of the separatrix, where the ratio diverges."""
     low, high, at = energies.min(), energies.max(), float(part["I3"] / part["I2"])
     away = np.geomspace(1e-6, 1.0, STEPS)
     some = np.concatenate([at - (at - low) * away[::-1], [at], at + (high - at) * away])

@@ -111,7 +111,7 @@ def _twist(part: xr.Dataset) -> str:
 
 
 def _bodies(ds: xr.Dataset) -> xr.Dataset:
-    """Bodies that can exist with three different moments along one dimension, over chi, at the first of all else."""
+    """Return possible bodies of three different moments along one dimension, over chi, at the first of all else."""
     names = [_twist(ds), "growth", "twist_defect_theory", "triangle_margin"]
     part = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
     over = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in part[name].dims))

@@ -20,13 +20,13 @@ IN_TABLE = "★ marks the usual spin axis of a body."
 
 
 def _box(mass: float, *sides: float) -> list[float]:
-    """Moments of a uniform box, kg m2, from its mass, kg, and sides, m, the longest first."""
+    """Return moments of a uniform box, kg m2, from its mass, kg, and sides, m, the longest first."""
     a, b, c = sides
     return [mass / 12 * (b * b + c * c), mass / 12 * (a * a + c * c), mass / 12 * (a * a + b * b)]
 
 
 def _rod(mass: float, radius: float, length: float) -> list[float]:
-    """Moments of a uniform cylinder, kg m2, axis 1 along it."""
+    """Return moments of a uniform cylinder, kg m2, axis 1 along it."""
     across = mass / 12 * (3 * radius**2 + length**2)
     return [mass / 2 * radius**2, across, across]
 

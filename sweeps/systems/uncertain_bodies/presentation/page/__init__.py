@@ -55,12 +55,12 @@ def facts(ds: "xr.Dataset") -> dict:
 
 
 def _shown(bodies: int, numbers: int) -> int:
-    """Draws of each body that a page holds, where each takes so many numbers."""
+    """Return how many draws of each body a page holds, where each takes so many numbers."""
     return min(MOST_SHOWN, MOST_TOLD // max(1, bodies * numbers))
 
 
 def _packed(values: np.ndarray) -> dict:
-    """Numbers in single precision as base64, and what they are to be multiplied by."""
+    """Return numbers in single precision as base64, and their common factor."""
     finite = np.abs(values[np.isfinite(values)])
     scale = float(finite.max(initial=0.0)) or 1.0
     text = base64.b64encode((values / scale).astype("<f4").tobytes()).decode("ascii")
@@ -72,7 +72,7 @@ def _packed(values: np.ndarray) -> dict:
 
 
 def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
-    """Draws of each body and what was measured of them in each spin."""
+    """Return draws of each body and their measured values in each spin."""
     measured = [name for name in KEPT if name in ds.data_vars and name not in MOMENTS]
     if "body" not in points or any(name not in ds.data_vars for name in MOMENTS):
         return {}
@@ -96,7 +96,7 @@ def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
 
 
 def _rows(values: np.ndarray) -> np.ndarray:
-    """Rows along the last dimension, one at each of the page's points or spins of a body, in order."""
+    """Return rows along the last dimension, one at each of the page's points or spins of a body, in order."""
     return np.asarray(values, "f8").reshape(-1, values.shape[-1])
 
 
@@ -113,7 +113,7 @@ def _described(ds: "xr.Dataset", name: str) -> dict:
 
 
 def _again(ds: "xr.Dataset") -> dict:
-    """Bodies drawn as the map's definition says, where nothing else is needed to draw them."""
+    """Return bodies drawn again from the map's definition, where nothing else is needed to draw them."""
     if "body" not in ds.dims:
         return {}
     most = _shown(ds.sizes["body"], len(MOMENTS))
@@ -131,7 +131,7 @@ def _again(ds: "xr.Dataset") -> dict:
 
 
 def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
-    """Number of each body → how it is known and drawn, by the definition that the map carries; no file is read."""
+    """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
     from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
@@ -154,7 +154,7 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
 
 
 def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
-    """A body as the definition has it; of one from a mesh, the moments that the map carries."""
+    """Return a body of the definition; one from a mesh with the moments that the map carries."""
     if "mesh" not in body:
         return body
     moments = {name: float(ds[name].isel(body=number, missing_dims="ignore").values) for name in ("I1", "I2", "I3")}
@@ -166,7 +166,7 @@ def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
 
 
 def _spread(ds: "xr.Dataset", points: dict[str, int]) -> dict:
-    """Quantiles and sensitivities, and their errors: a row at each point, in the order of the page's points."""
+    """Return quantiles and sensitivities, and their errors: a row at each point, in the order of the page's points."""
     names = [name for name, spec in (VARIABLES | TWISTS).items() if spec.over and name in ds.data_vars]
     size = sum(math.prod(points.values()) * ds.sizes[(VARIABLES | TWISTS)[name].over[0]] for name in names)
     if not names or size > MOST_NUMBERS:
@@ -178,6 +178,6 @@ def _spread(ds: "xr.Dataset", points: dict[str, int]) -> dict:
 
 
 def _numbers(values: np.ndarray) -> list:
-    """Rows as JSON has them: None for what is no number."""
+    """Return rows as JSON has them: None for NaN and infinity."""
     rows = _rows(values).tolist()
     return [[float(f"{value:.6g}") if math.isfinite(value) else None for value in row] for row in rows]
