@@ -139,6 +139,7 @@ class Model:
             "steps_per_sample": np.nan_to_num(steps).astype(np.int32),
             "status": measured["status"],
             "equilibria_certified": theory["certified"],
+            "family_dimension": theory["dimension"],
             **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.equations.places)},
         }
 

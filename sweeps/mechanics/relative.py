@@ -239,9 +239,11 @@ def _columns(model, theory, measured):
     slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
     pairs = theory["paired"]
     exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
+    family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
     columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
+    columns["regime_theory"] = _on_family(columns["regime_theory"], family, true.real, true.imag, slack, slack)
     smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
-    columns["regime"] = regimes(re, im, e_re, e_im, smooth, pairs)
+    columns["regime"] = _on_family(regimes(re, im, e_re, e_im, smooth, pairs), family, re, im, e_re, e_im)
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):
@@ -412,6 +414,20 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         if invariants is not None:
             regime = np.where(pairs, _by_pairs(*invariants), regime)
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
+
+
+def _on_family(regime, dimension, re, im, re_error, im_error):
+    """Return the regimes, stable where an equilibrium lies in a family whose dimension is the number of zeros.
+
+    Each direction along a family of equilibria has an eigenvalue 0. Where as many as the dimension are 0 within their
+    errors, these are the family's own; where all others decay, a motion nearby ends at a member (Aulbach, J. Math.
+    Anal. Appl. 101 (1984) 543).
+    """
+    from kernels import flows as kernel
+
+    zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
+    attracts = (dimension > 0) & (zero.sum(1) == dimension) & (zero | decays).all(1)
+    return np.where(attracts, kernel.STABLE, regime).astype(np.int8)
 
 
 def _told_apart(re, im, errors):

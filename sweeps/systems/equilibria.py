@@ -22,9 +22,17 @@ CERTIFIED = Variable(
     "where the bounds are too large to be searched to the end, and where equilibria form a family",
 )
 
+FAMILY_DIMENSION = Variable(
+    "family_dimension",
+    "1",
+    "dimension of the family of equilibria that the equilibrium lies in; 0 for one that is isolated",
+    "i1",
+    comment="each direction along the family has an eigenvalue 0 of its own",
+)
+
 
 def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
-    """Return the rows of each run: bound on rates, window, steps, status, and whether all equilibria are found.
+    """Return the rows of each run: bound on rates, window, steps, status, and what is known of the equilibria.
 
     Args:
         terms: what the bound on rates comes from.
@@ -36,7 +44,7 @@ def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
     samples_used  1  i4  number of samples inside the measurement window{which}
     window_end    s  time of the last sample inside the measurement window
     """
-    return measured, STEPS, status(), CERTIFIED
+    return measured, STEPS, status(), CERTIFIED, FAMILY_DIMENSION
 
 
 def layout(

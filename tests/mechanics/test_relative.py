@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 import relative
+import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
@@ -424,3 +425,36 @@ def test_regimes_say_what_errors_let_them():
     im[0, 2:] = [1 + 1e-9, -1 - 1e-9]  # they may have met
     assert REGIMES[regimes(re, im, error, error)[0] + 1] == "marginal"
     assert regimes(re * np.nan, im, error, error)[0] == -1
+
+
+@functools.cache
+def pendulum_on_a_cart():
+    """A pendulum on a cart that rubs: where it stands is a family of equilibria."""
+    system = System("Pendulum on a cart")
+    friction = system.parameter("friction", "kg s-1", default=0.2, least=0.0)
+    x, q = system.coordinate("x", "m", bounds=(-2, 2)), system.coordinate("theta", "rad", bounds=(-4, 4))
+    v, w = system.velocity(x), system.velocity(q)
+    system.kinetic_energy((2 * v**2 + (v + sp.cos(q) * w) ** 2 + (sp.sin(q) * w) ** 2) / 2)
+    system.potential(-sp.cos(q))
+    system.dissipation(friction * v**2 / 2)
+    system.equilibrium("hanging", {x: 0, q: 0})
+    system.equilibrium("upright", {x: 0, q: sp.pi})
+    return Model(system)
+
+
+def test_zero_eigenvalues_of_a_family_are_its_own():
+    """A cart that rubs stops somewhere; one that does not rolls on from the least push, which is a second zero."""
+    points = {"friction": np.array([0.2, 0.2, 0.0]), "equilibrium": np.array([0, 1, 0])}
+    points = {name: np.repeat(values, 4) for name, values in points.items()}
+    columns = pendulum_on_a_cart().survey(
+        points | {"epsilon": np.full(12, 1e-6), "eigenvalue": np.tile([1, 2, 3, 4], 3)}
+    )
+    assert (columns["family_dimension"] == 1).all()
+    expected = np.repeat(["stable", "unstable", "marginal"], 4).tolist()
+    assert [REGIMES[k + 1] for k in columns["regime"]] == expected
+    assert [REGIMES[k + 1] for k in columns["regime_theory"]] == expected
+
+
+def test_a_free_balls_equilibria_have_four_dimensions():
+    """Every spin about the vertical, wherever the body's axes point: three for the vertical, one for the spin."""
+    assert at("sleeping_top", I3=1.0, moment_of_weight=0.0)["dimension"] == 4
