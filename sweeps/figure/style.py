@@ -279,9 +279,10 @@ def label_of(ds, name: str, symbols: Mapping = {}) -> str:
     return with_unit(text, ds[name].attrs.get("units", "1"), "  ({})")
 
 
-def fixed_at(ds, name: str, value: float) -> str:
+def fixed_at(ds, name: str, value: float, symbols: Mapping = {}) -> str:
     """Return the value at which a coordinate of a map is fixed: "spin rate = 2 rad s⁻¹"."""
     text = _as_formulas(f" {name}").strip().replace("_", " " if "_" in name else "_")
+    text = symbols[name].tex if name in symbols else text
     return with_unit(f"{text} = {number(float(value), 4)}", ds[name].attrs.get("units", "1"))
 
 

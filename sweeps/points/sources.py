@@ -25,7 +25,8 @@ FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
     """Return the sweep of what `sweeps.survey` was given."""
     keys = {name: value for name, value in keywords.items() if name in KEYS}
-    grid = {name: value for name, value in keywords.items() if name not in KEYS}
+    given = {name: value for name, value in keywords.items() if name not in KEYS}
+    grid = {name: _values(one) if _is_of("xarray", "DataArray", one) else one for name, one in given.items()}
     if _is_of("xarray", "Dataset", definition):
         definition = _of_dataset(definition)
     folder = ""

@@ -21,6 +21,7 @@ def test_every_form_of_a_grid_gives_the_same_map():
     turns = xr.Dataset(coords={**GRID, "omega0": ((), 0.5, {"units": "turn s-1"}), "axis": [2]})
     forms = [sweeps.survey(axes=[2], **GRID), sweeps.survey({"axes": [2]}, **GRID), sweeps.survey(spun)]
     forms += [sweeps.survey(axes=[2], **GRID | {"omega0": "30 rpm"}), sweeps.survey(turns), sweeps.survey(forms[0])]
+    forms += [sweeps.survey(axes=[2], **GRID | {"I2": spun.I2, "omega0": turns.omega0})]
     assert [form.content_hash for form in forms] == [expected] * len(forms)
 
 

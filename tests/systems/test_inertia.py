@@ -122,6 +122,16 @@ def test_an_open_mesh_says_how_open(tmp_path):
     assert "is not watertight: 3 of its 18 edges" in said
 
 
+def test_solids_that_share_an_edge_are_named_as_such(tmp_path):
+    beside = trimesh.creation.box(EDGES)
+    beside.apply_translation([3.0, 2.0, 0.0])
+    mesh = trimesh.util.concatenate([trimesh.creation.box(EDGES), beside])
+    mesh.export(tmp_path / "touching.stl")
+    said = refused(lambda: inertia.solid(tmp_path / "touching.stl", mass=1.0))
+    assert "1 of its 35 edges" in said
+    assert "solids that share no edge" in said
+
+
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [

@@ -207,8 +207,11 @@ def _closed(path: str | Path):
         return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = int(np.count_nonzero(uses != 2))
-    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges do not join two faces"
-    raise InertiaError(display(str(path)), wrong, "a closed surface (repair it in your modeller, or with trimesh)")
+    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
+    allowed = "a closed surface (repair it in your modeller, or with trimesh)"
+    if np.all(uses % 2 == 0):
+        allowed = "solids that share no edge (unite them, or move one aside by a hundredth of its size)"
+    raise InertiaError(display(str(path)), wrong, allowed)
 
 
 def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
@@ -227,7 +230,7 @@ def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     if parts.twice:
         involved = len({k for pair in parts.twice for k in pair})
         wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
-        allowed = "solids apart or united, hollows with their faces turned inwards"
+        allowed = "solids apart or united (in your modeller), hollows with their faces turned inwards"
         raise InertiaError(display(str(path)), wrong, allowed)
     notes = ()
     if any(parts.turned):

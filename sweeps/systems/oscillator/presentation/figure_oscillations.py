@@ -211,9 +211,11 @@ def _forked(x, place):
     if first.size < 2 or first[0] == 0:
         return x, place
     near, far = place[first] ** 2
-    start = x[first[0]] - near * (x[first[1]] - x[first[0]]) / (far - near) if far > near else -np.inf
-    if not x[first[0] - 1] <= start < x[first[0]]:
+    step = x[first[1]] - x[first[0]]
+    start = x[first[0]] - near * step / (far - near) if far > near else -np.inf
+    if start < x[first[0] - 1] - step / 2:  # half a step: the square is no straight line
         return x, place
+    start = max(start, x[first[0] - 1])
     root = np.sign(place[first[0]]) * np.sqrt(near) * np.linspace(0.0, 1.0, 20)
     along = start + (x[first[0]] - start) * np.linspace(0.0, 1.0, 20) ** 2
     return np.concatenate([along, x[first[0] :]]), np.concatenate([root, place[first[0] :]])

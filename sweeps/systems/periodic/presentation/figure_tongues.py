@@ -17,7 +17,6 @@ from sweeps.systems.presentation.regimes import Regimes
 
 DEEPEST = 1.0  # growth in a period that has the full colour
 MOST_PANELS = 4
-ROOM = (2.6, 1.9)  # inches along both sides for the names of their parameters
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
 
@@ -63,9 +62,7 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         for number, pair in enumerate(pairs):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
-        labels = [
-            style.wrapped(style.label_of(ds, name, look.symbols), room) for name, room in zip((x, y), ROOM, strict=True)
-        ]
+        labels = [style.label_of(ds, name, look.symbols) for name in (x, y)]
         place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes[: len(values)], "growth per period")
     return figure

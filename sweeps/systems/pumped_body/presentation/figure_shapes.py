@@ -28,7 +28,7 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     """
     at = fixed_at(ds)
     fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
-    words = ", ".join(style.fixed_at(ds, name, value) for name, value in fixed.items() if value)
+    words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
     axes = ds["axis"].values.tolist()
     rows, columns, size = style.arranged(len(axes), (4.2, 4.2))
     figure = style.canvas(*size, ds.attrs.get("title", ""), words, ax=ax)
@@ -49,6 +49,6 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
             artist.set_clip_path(Polygon([(0, 1), (1, 0), (1, 1)], transform=place.transData))
         frame(place, axis, True)
         place.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
-    more = [Patch(facecolor=MISSING, label="no body can do that: Ia > Ib + Ic for a part of the period")]
+    more = [Patch(facecolor=MISSING, label="physically impossible for a part of the period")]
     regimes.explain(figure, places, "growth per period", more)
     return figure

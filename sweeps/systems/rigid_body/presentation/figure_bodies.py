@@ -23,7 +23,7 @@ NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
 OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": "white", "mec": colors.INK, "mew": 1.3}
 HOLLOW = ("sphere", "undetermined")  # regimes
-OFFSETS = {1: -0.24, 2: 0.0, 3: 0.24}
+OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -32,7 +32,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     all_periods = periods(ds.sel(body=part["body"].values))
     observed = [all_periods[i] for i in style.few(len(all_periods), MOST_PERIODS)]
     rows = part.sizes["body"]
-    height = 2.0 + max(0.46 * rows, PERIOD_INCHES * len(observed), 1.0)
+    row = 0.84 if style.is_narrow() else 0.46  # inches: marks of three axes, one above the other
+    height = 2.0 + max(row * rows, PERIOD_INCHES * len(observed), 1.0)
     many = ds.sizes["body"] > MOST_BODIES
     panels = 2 if observed or many else 1
     lines, columns, size = style.arranged(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))

@@ -88,10 +88,15 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.set(xscale="log", yscale="log", xlim=ends)
     ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
     if few and "body" in part.coords:
-        heights = style.spread(ax, x[0], best, NAME_ROOM)
+        heights, order = np.sort(style.spread(ax, x[0], best, NAME_ROOM)), np.argsort(x)  # no leader crosses a name
         look = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
-        for *place, name in zip(x, heights, part["body"].values, strict=True):
+        leader = {
+            "textcoords": ("data", "axes fraction"),
+            "arrowprops": {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7},
+        }
+        for *place, at, name in zip(x[order], heights, best[order], part["body"].values[order], strict=True):
             style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **look)
+            ax.annotate("", (place[0], at), place, **leader)
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)
     style.grid(ax)
