@@ -181,7 +181,8 @@ def _tell_errors(S, number, rounded, whole):
         rate = math.sqrt(abs(reduced))
         steps, growth = S[lanes.STEPS + lane], S[lanes.LARGEST + lane] / S[lanes.START + lane]
         Ia, Ib, Ic = S[lanes.MA + lane], S[lanes.MB + lane], S[lanes.MC + lane]
-        bound = max(abs(Ib - Ic) / Ia, max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane])))
+        bend = max(abs(S[lanes.CB + lane]), abs(S[lanes.CC + lane]))
+        bound = max(abs(Ib - Ic) / Ia, bend)
         epsilon = S[lanes.EPSILON + lane]
         size, x = epsilon * math.sqrt(S[lanes.LARGEST + lane]), bound * spacing * math.sqrt(1.0 + epsilon * epsilon)
         cubic = direct.left_by_nearest(x, size, used) if kind == 2 else math.inf
@@ -196,7 +197,7 @@ def _tell_errors(S, number, rounded, whole):
             left = uncertainty.amplitude(reduced, part, S[lanes.WANDER + lane], spacing, per, bound)
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
         S[MORE.rate + lane] = rate
-        rounding = uncertainty.rounding(rate, samples, used) + moved
+        rounding = uncertainty.rounding(rate, samples, used, bend) + moved
         shift = rate2 - reduced
         amplitude = abs(shift) + left
         error = scatter + integration + rounding

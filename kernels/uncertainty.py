@@ -60,8 +60,11 @@ Time is in radians of spin, rates² in spin². h is the spacing of the samples, 
   :math:`|\Omega^2| + c^2`, for no rate exceeds c: the amplitude does not allow to decide, and the point is marginal.
   Where the reduction stopped at the first order, because no spin can wander by more than a w of its own, the term is
   p w.
-* **rounding**, :math:`8u|\Omega^2| + 6u\sqrt{|\Omega^2|}/h + 0.4\,u/(h^2\sqrt{n-2})`: of the Euler coefficients and the
-  step; of the state once a sample, all in one sense; and of the samples over h², at random.
+* **rounding**, :math:`8u|\Omega^2| + u(6\sqrt{|\Omega^2|} + c_t)/h + u\max(0.4/\sqrt m, 2/m)/h^2`, m = n - 2: of the
+  Euler coefficients and the step; of the state once a sample, all in one sense; and of the samples over h², at random.
+  Of a component that hardly changes, the roundings of the samples leave only the first and the last, at most 2u, of
+  the sum over m second differences; and where one coefficient is far above the other, a rounding of its component,
+  :math:`u\gamma`, bends the other by :math:`c_t h` of that a sample, :math:`c_t = \max(|c_b|, |c_c|)`.
 
 A decaying perturbation ends in the growing one that rounding has put beside it, and whose two components know nothing
 of each other. The window closes where the size is below 10⁻⁶ of the start: squared, as it weighs in the sums, that is
@@ -162,10 +165,11 @@ def well_within_a_turn(rate2, wander, intervals):
 
 
 @formula
-def rounding(rate, samples, used):
-    """Return the rounding of coefficients, steps and samples, from √|Ω²| and 1/h."""
-    of_steps = rate * (8.0 * rate + 6.0 * samples)
-    return UNIT * (of_steps + 0.4 * samples * samples / math.sqrt(max(used - 2.0, 1.0)))
+def rounding(rate, samples, used, bend):
+    """Return the rounding of coefficients, steps and samples, from √|Ω²|, 1/h and the larger of |c_b| and |c_c|."""
+    of_steps = rate * (8.0 * rate + 6.0 * samples) + bend * samples
+    left = max(used - 2.0, 1.0)
+    return UNIT * (of_steps + max(0.4 * math.sqrt(left), 2.0) / left * samples * samples)
 
 
 @formula

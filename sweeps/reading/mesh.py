@@ -70,15 +70,25 @@ def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _parsed(file: FileBytes):
-    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child."""
+    """Return an empty part, vertices and faces, or one part, why there are none; runs in the child.
+
+    Vertices closer than some 1e-10 of the mesh's size become one: trimesh would merge those within 1e-8 of the file's
+    unit, whatever the mesh's size, and keep apart what differs in normals or texture.
+    """
     import trimesh
 
     try:
         file.seek(0)
         with np.errstate(all="ignore"):
             # of a stream, without a path: textures and materials that the file names are not looked for
-            mesh = trimesh.load_mesh(file, file_type=Path(file.path).suffix[1:].lower(), skip_materials=True)
-        return [b"", np.array(mesh.vertices, "f8").tobytes(), np.array(mesh.faces, "i8").tobytes()]
+            kind, options = Path(file.path).suffix[1:].lower(), {"skip_materials": True, "process": False}
+            mesh = trimesh.load_mesh(file, file_type=kind, **options)
+            vertices = np.array(mesh.vertices, "f8")
+            size = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
+            unit = 2.0 ** np.floor(np.log2(size) - 6)  # products with it are exact
+            mesh = trimesh.Trimesh(vertices / unit, mesh.faces, process=False)
+            mesh.merge_vertices()
+        return [b"", (mesh.vertices * unit).tobytes(), np.array(mesh.faces, "i8").tobytes()]
     except MemoryError:
         raise
     except Exception as error:  # its readers let errors of every class through

@@ -82,11 +82,11 @@ class Range(Strict):
         return self
 
     def _comes_near_zero(self, least: float) -> bool:
-        """Return whether a value between ends of both signs is 0, but for rounding, or below `least`."""
-        if self.num == 1 or self.start * math.copysign(1.0, self.stop) > 0:
+        """Return whether a value between ends of both signs, ends apart, is 0, but for rounding, or below `least`."""
+        if self.num <= 2 or self.start * math.copysign(1.0, self.stop) > 0:
             return False
         step = (self.stop - self.start) / (self.num - 1)
-        nearest = np.clip(round(-self.start / step) + np.arange(-1, 2), 0, self.num - 1)
+        nearest = np.clip(round(-self.start / step) + np.arange(-1, 2), 1, self.num - 2)
         # What should be zero can come out as a few 1e-17 of a step: no value anybody meant.
         return bool(np.min(np.abs(self.values(nearest))) < max(least, 1e-9 * abs(step)))
 

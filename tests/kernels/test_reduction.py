@@ -42,6 +42,22 @@ def test_three_samples_of_a_linear_motion_obey_the_identity():
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("samples", [7, 10, 20])
+def test_errors_cover_the_roundings_of_a_short_run_that_hardly_moves(samples):
+    """Two moments so near each other that Ω² drowns in the roundings of the samples, which do not average out."""
+    rng, n = np.random.default_rng(3), 20_000
+    Ia, phase = rng.uniform(0.5, 1.0, n), np.where(rng.random(n) < 0.5, 0.0, rng.uniform(0.0, 7.0, n))
+    Ib = Ia * (1.0 + 10.0 ** rng.uniform(-14, -9, n) * rng.choice([-1, 1], n))
+    points = {"I1": Ia, "I2": Ib, "I3": Ia * rng.uniform(0.01, 1.9, n), "axis": 1, "omega0": 1.0}
+    points |= {"epsilon": 10.0 ** rng.uniform(-12, -6, n), "phase": phase}
+    for each in (16, 84):
+        columns = survey.survey(points, (samples - 1) / each, each, 1e-12)
+        for name in ("omega_squared", "omega_squared_reduced"):
+            off = np.abs(columns[name] - columns["omega_squared_theory"])
+            assert (off <= columns[f"{name}_error"]).all()
+
+
+@pytest.mark.compiled
 @pytest.mark.parametrize("epsilon", [1e-2, 1e-1])
 def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
     rng = np.random.default_rng(3)

@@ -120,6 +120,12 @@ def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
     np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
 
 
+def test_spins_of_either_sense_and_any_size_stand_in_one_table(tmp_path):
+    """The least and the greatest of a column are its own values, not ends of a range that passes 0."""
+    path = write(tmp_path, "I1,I2,omega0\n1.0,1.2,-1e134\n1.0,1.2,8e27\n")
+    assert points(path)[:, 2].tolist() == [-1e134, 8e27]
+
+
 def test_the_hash_of_the_file_stands_beside_its_name(tmp_path):
     path = write(tmp_path, text())
     before = read(path).definition.inputs

@@ -184,6 +184,28 @@ def test_lengths_in_another_unit_are_doubted(tmp_path, edges, given, unit, note)
     assert notes == ((note,) if note else ())
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-7, 1.0, 1e12])
+@pytest.mark.parametrize("suffix", ["stl", "obj"])
+def test_a_mesh_of_any_size_is_read(tmp_path, size, suffix):
+    ball = trimesh.creation.icosphere(3, 1.0)
+    wanted = inertia.principal(ball.moment_inertia / ball.volume).moments  # of unit mass
+    ball.apply_scale(size)
+    ball.export(tmp_path / f"ball.{suffix}", **({"digits": 17} if suffix == "obj" else {}))
+    found = inertia.solid(tmp_path / f"ball.{suffix}", mass=1.0).principal.moments
+    # coordinates in STL files are single precision
+    np.testing.assert_allclose(np.array(found) / size**2, wanted, rtol=1e-6)
+
+
+def test_corners_that_differ_in_their_normals_are_one(tmp_path):
+    """As programs write the flat sides of a box in OBJ: each corner thrice, with the normal of each side."""
+    box = trimesh.creation.box(EDGES)
+    places = [f"v {x} {y} {z}" for x, y, z in box.vertices[box.faces].reshape(-1, 3)]
+    normals = [f"vn {x} {y} {z}" for x, y, z in box.face_normals]
+    faces = [f"f {3 * k + 1}//{k + 1} {3 * k + 2}//{k + 1} {3 * k + 3}//{k + 1}" for k in range(len(box.faces))]
+    (tmp_path / "box.obj").write_text("\n".join([*places, *normals, *faces]))
+    np.testing.assert_allclose(inertia.solid(tmp_path / "box.obj", mass=1.0).principal.moments, BRICK, rtol=1e-12)
+
+
 def test_a_missing_and_a_truncated_mesh_are_refused(tmp_path):
     brick(tmp_path / "brick.stl")
     (tmp_path / "cut.stl").write_bytes((tmp_path / "brick.stl").read_bytes()[:300])
