@@ -50,7 +50,7 @@ import numpy as np
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.rigid_body import checked_times, unit_quaternion
+from kernels.rigid_body import checked_times, relabel, unit_quaternion
 from kernels.straight import formula
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
@@ -293,7 +293,7 @@ def prepare(moments, start, rungs, rungs1):
     turned = -1.0 if w_d < 0.0 else 1.0
     w = (w_s, turned * w_c, turned * w_d) if on_j else (turned * w_s, w_c, turned * w_d)
     turning = constants(solution.by_role(s, c, d, I1, I2, I3), w, top.p, top.m, top.m1)
-    I_d, I_j, I_k = oriented(d, I1, I2, I3)
+    I_d, I_j, I_k = relabel(I1, I2, I3, d)
     w_d, w_j, w_k = (w[2], w[0], w[1]) if on_j else (w[2], w[1], w[0])
     g = I_d / turning.L, I_j / turning.L, I_k / turning.L
     motion = solution.Motion(top.p, top.m, top.m1, top.axes, top.c, w, unit)
@@ -403,16 +403,6 @@ def short_turn(delta, m, A_d, a, mean):
     )
 
 
-@njit(**INLINE)
-def oriented(d, x1, x2, x3):
-    """Return the values of the axes 1, 2, 3 in the cyclic order (d, j, k)."""
-    return (
-        x1 if d == 1 else (x2 if d == 2 else x3),
-        x2 if d == 1 else (x3 if d == 2 else x1),
-        x3 if d == 1 else (x1 if d == 2 else x2),
-    )
-
-
 class Steps(NamedTuple):
     """Constants of the exact attitude step of one length.
 
@@ -445,7 +435,7 @@ def short_step_constants(moments, omega, h):
     L, a = turning.L, turning.a
     delta = 0.5 * p * h
     sn, cn, dn = jacobi_short(delta, m)
-    I_d, I_j, I_k = oriented(d, *moments)
+    I_d, I_j, I_k = relabel(*moments, d)
     half = h * short_turn(delta, m, a * L / I_d, a, turning.T2 / L)
     turned = -1.0 if w_d < 0.0 else 1.0
     S = sn / p if p > 0.0 else 0.5 * h

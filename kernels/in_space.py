@@ -60,10 +60,10 @@ def _load(S, lane, moments, omega, h, steps):
     S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = 1.0, 0.0, 0.0, 0.0
     S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane] = ca * step, cb * step, cc * step, 0.5 * step
     d, turned, g, x, y = attitude.short_step_constants(moments, omega, h)
-    q = attitude.oriented(d, *exact.short_step_constants(moments, omega, h))
+    q = rigid_body.relabel(*exact.short_step_constants(moments, omega, h), d)
     S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.of_direction(q, g)
     g_d, g_j, g_k = g
-    w_d, w_j, w_k = attitude.oriented(d, a, b, c)
+    w_d, w_j, w_k = rigid_body.relabel(a, b, c, d)
     m_d, m_j, m_k = g_d * (turned * w_d), g_j * w_j, g_k * (turned * w_k)
     S[MD + lane], S[MJ + lane], S[MK + lane] = m_d, m_j, m_k
     S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane] = x

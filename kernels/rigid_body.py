@@ -76,13 +76,13 @@ def cyclic(axis):
 
 
 @njit(**INLINE)
-def relabel(I1, I2, I3, axis):
-    """Return the moments (I_a, I_b, I_c) as seen from spin axis ``axis`` (1, 2 or 3); scalars in, scalars out."""
-    if axis == 1:
-        return I1, I2, I3
-    if axis == 2:
-        return I2, I3, I1
-    return I3, I1, I2
+def relabel(x1, x2, x3, axis):
+    """Return the values of the axes 1, 2, 3 in cyclic order from ``axis`` on: (I_a, I_b, I_c) of a spin axis."""
+    return (
+        x1 if axis == 1 else (x2 if axis == 2 else x3),
+        x2 if axis == 1 else (x3 if axis == 2 else x1),
+        x3 if axis == 1 else (x1 if axis == 2 else x2),
+    )
 
 
 @formula

@@ -20,18 +20,18 @@ from kernels import (
     collapse,
     columns,
     direct,
-    findings,
+    estimates,
     flips,
-    foretold,
     lanes,
     linear,
     measure,
+    predictions,
     reduction,
     rigid_body,
     solution,
 )
 from kernels.blocks import W, cut, scratch
-from kernels.findings import COLUMNS, MEASURED
+from kernels.estimates import COLUMNS, MEASURED
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
@@ -149,7 +149,7 @@ def _gather(S, T, points, steps):
         for row in range(GATHERED):
             S[row * W + lane] = T[np.uint64(row * PITCH) + i]
     for lane in range(W):
-        S[findings.MORE.spin_rate + lane], S[lanes.STEPS + lane] = S[lanes.COSINE + lane], steps
+        S[estimates.MORE.spin_rate + lane], S[lanes.STEPS + lane] = S[lanes.COSINE + lane], steps
         S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
 
 
@@ -158,7 +158,7 @@ def _keep(S, rows, out):
     """Copy some columns of a block, whole rows of lanes at once."""
     whole_vectors()
     for k in range(rows.size):
-        first = (findings.FIRST + rows[k]) * W
+        first = (estimates.FIRST + rows[k]) * W
         row, out_row = S[first : first + W], out[k]
         for lane in range(W):
             out_row[lane] = row[lane]
@@ -175,14 +175,14 @@ def _run(T, keys, blocks, run, work, out):
     rows, blocks_out, at = out
     _, intervals, tolerance, exactly, rounded = run
     reducing = work[3]
-    S = scratch(findings.ROWS)
+    S = scratch(estimates.ROWS)
     for j in range(starts.size - 1):
         points = order[starts[j] : starts[j + 1]]
         taken, steps, depth = _work(keys[points[0]], exactly)
         depth = depth if reducing or depth == lanes.WHOLE else lanes.NONE
         _gather(S, T, points, steps)
         lanes.follow(S, taken, steps, intervals, work, depth)
-        findings.tell(S, work, depth, taken, rounded, tolerance)
+        estimates.fill(S, work, depth, taken, rounded, tolerance)
         _keep(S, rows, blocks_out[j])
         for lane in range(points.size):
             at[points[lane]] = j * blocks_out.shape[1] * W + lane
@@ -270,10 +270,10 @@ def measured(
     rows = np.array([MEASURED.index(column.name) for column in requested], dtype=np.int64)
     tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
-    rated = bool(work & {findings.RATES, findings.LOG_SLOPE})
-    certified = propagator == "direct" and (rated or bool(work & {findings.CERTIFICATE, findings.ERRORS}))
-    reducing = rated or bool(work & {findings.REDUCTION, findings.ERRORS})
-    done = lanes.Work(certified, findings.INVARIANTS in work, findings.LOG_SLOPE in work, reducing, rated)
+    rated = bool(work & {estimates.RATES, estimates.LOG_SLOPE})
+    certified = propagator == "direct" and (rated or bool(work & {estimates.CERTIFICATE, estimates.ERRORS}))
+    reducing = rated or bool(work & {estimates.REDUCTION, estimates.ERRORS})
+    done = lanes.Work(certified, estimates.INVARIANTS in work, estimates.LOG_SLOPE in work, reducing, rated)
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
     run = RunSettings(spacing, intervals, tolerance, propagator == "exact", rounded)
     _measure(points, run, tuple(done), rows, tables)
@@ -338,7 +338,7 @@ def theory(points):
         dict of str to numpy.ndarray, shape (n,): omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory
             (rad s-1), growing_fraction, triangle_margin (1), regime_theory, shape, encircles (int8).
     """
-    return foretold.columns_of(rigid_body.points_of(points))
+    return predictions.columns_of(rigid_body.points_of(points))
 
 
 def motions(points):
@@ -393,5 +393,5 @@ def survey(points, *settings, collapse=False, **options):
     """
     measure = collapsed if collapse else measured
     measurement = measure(points, *settings, **options)
-    foretells = any(name in options.get("wanted", foretold.NAMES) for name in foretold.NAMES)
-    return theory(points) | measurement if foretells else measurement
+    predicts = any(name in options.get("wanted", predictions.NAMES) for name in predictions.NAMES)
+    return theory(points) | measurement if predicts else measurement

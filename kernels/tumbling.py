@@ -403,34 +403,15 @@ def _solve(I1, I2, I3, ratio, short):
 
 @njit(nogil=True, **OPTIONS)
 def fill_inverse(I1, I2, I3, ratio, out):
-    """Fill energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give bodies their ratio of periods; NaN where none."""
+    """Fill energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give bodies their ratio of periods; NaN where none.
+
+    Rows 4 and 5 are the least ratio of each mode.
+    """
     for i in range(I1.size):
         low, middle = I1[i] / I3[i], I2[i] / I3[i]
         out[2, i], out[0, i] = _solve(low, middle, 1.0, ratio[i], True)
         out[3, i], out[1, i] = _solve(low, middle, 1.0, ratio[i], False)
-
-
-@njit(nogil=True, **OPTIONS)
-def fill_least_ratio(I1, I2, I3, out):
-    """Fill the least ratio of periods of bodies, rows SAM and LAM."""
-    for i in range(I1.size):
-        low, middle = I1[i] / I3[i], I2[i] / I3[i]
-        out[0, i], out[1, i] = _limit(low, middle, 1.0, True), _limit(low, middle, 1.0, False)
-
-
-def least_ratio(I1, I2, I3):
-    """Return the least ratio P_psi/P_phi (long axis) of each mode, that of the vanishing wobble.
-
-    Args:
-        I1, I2, I3 (array_like): Ascending moments in a common unit.
-
-    Returns:
-        numpy.ndarray, shape (2, n): Rows SAM and LAM, as :func:`inverse`; infinite where the body has no such mode.
-    """
-    I1, I2, I3 = arrays(I1, I2, I3)
-    out = np.empty((2, I1.size))
-    fill_least_ratio(I1, I2, I3, out)
-    return out
+        out[4, i], out[5, i] = _limit(low, middle, 1.0, True), _limit(low, middle, 1.0, False)
 
 
 def inverse(I1, I2, I3, ratio):
@@ -444,13 +425,14 @@ def inverse(I1, I2, I3, ratio):
         ratio (array_like): P_psi/P_phi, > 0; broadcast with the moments.
 
     Returns:
-        dict of str to numpy.ndarray, shape (2, n): energy (2T I3/L^2) and m, rows SAM and LAM; NaN where the ratio is
-            below what the mode can have.
+        dict of str to numpy.ndarray, shape (2, n): energy (2T I3/L^2) and m, rows SAM and LAM, NaN where the ratio is
+            below what the mode can have; least_ratio, that of the vanishing wobble, infinite where the body has no such
+            mode.
     """
     I1, I2, I3, ratio = arrays(I1, I2, I3, ratio)
-    out = np.empty((4, ratio.size))
+    out = np.empty((6, ratio.size))
     fill_inverse(I1, I2, I3, ratio, out)
-    return {"energy": out[:2], "m": out[2:]}
+    return {"energy": out[:2], "m": out[2:4], "least_ratio": out[4:]}
 
 
 @njit(nogil=True, **OPTIONS)

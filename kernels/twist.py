@@ -41,6 +41,7 @@ from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS
 from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -201,9 +202,9 @@ def _azimuth(q, n, m, frame):
         v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
         return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * m1)
     d, turned = frame.d, frame.turned
-    qd, qj, qk = attitude.oriented(d, q1, q2, q3)
-    n_d, n_j, n_k = attitude.oriented(d, n1, n2, n3)
-    m_d, m_j, m_k = attitude.oriented(d, m1, m2, m3)
+    qd, qj, qk = relabel(q1, q2, q3, d)
+    n_d, n_j, n_k = relabel(n1, n2, n3, d)
+    m_d, m_j, m_k = relabel(m1, m2, m3, d)
     n_d, n_k, m_d, m_k = turned * n_d, turned * n_k, turned * m_d, turned * m_k
     x, y = attitude.heading((q0, turned * qd, qj, turned * qk), (n_d, n_j, n_k), (m_d, m_j, m_k))
     psi = 2.0 * math.atan2(y, x)

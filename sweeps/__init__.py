@@ -217,18 +217,18 @@ def motion(
     from sweeps.maps import motion
     from sweeps.points import catalogue
     from sweeps.systems import trajectories
-    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.rigid_body import prediction
     from sweeps.systems.rigid_body.motion import from_start, spin_of
 
     if hasattr(system, "data_vars"):
         return motion.of_point(system, times, tolerance)
     is_name = isinstance(system, str) and not trajectories.is_described(system)
-    names = asked.bodies(catalogue.load("bodies"), "bodies") if is_name else ()
+    names = prediction.bodies(catalogue.load("bodies"), "bodies") if is_name else ()
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
         return trajectories.trajectories(
             system, start or {}, [] if times is None else times, parameters or {}, tolerance
         )
-    chosen_body, spun = asked.body_of(system, "bodies", spin_of(start), catalogue.load)
+    chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load)
     return from_start(chosen_body, spun, start, times, tolerance)
 
 
@@ -263,7 +263,7 @@ def uncertainty(
         >>> bool(ds.probability_unstable.sel(axis=3).item() > 0.1)
         True
     """
-    from sweeps.systems.uncertain_bodies.asked import definition_of
+    from sweeps.systems.uncertain_bodies.prediction import definition_of
 
     return survey(definition_of(bodies, uncertainty, omega0, more), chunks=chunks, threads=threads)
 

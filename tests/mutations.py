@@ -65,7 +65,7 @@ ASKED = {  # whether kernels are plain: the tests that may be asked
 OTHERS = {  # of what runs when a module is imported: tests of who uses it, beside those of its own name
     "kernels/circular": ["tests/kernels/test_attitude.py"],
     "kernels/enclosures": ["tests/mechanics/test_roots.py"],
-    "kernels/findings": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
+    "kernels/estimates": ["tests/kernels/test_lanes.py", "tests/kernels/test_survey.py"],
     "kernels/lanes": ["tests/kernels/test_survey.py"],
     "kernels/roots": ["tests/mechanics/test_roots.py"],
     "kernels/solution": ["tests/kernels/test_exact.py"],

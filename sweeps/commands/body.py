@@ -49,11 +49,11 @@ def _run(args):
     from sweeps.figure import printing
     from sweeps.points import catalogue
     from sweeps.systems.bodies.presentation import one_body
-    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.rigid_body import prediction
 
     body = parser.body(args)
     if body is None:
-        names = list(asked.bodies(catalogue.load(args.definition), args.definition))
+        names = list(prediction.bodies(catalogue.load(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*one_body.SPIN, *one_body.SAMPLING, "uncertainty")}

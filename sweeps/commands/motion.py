@@ -33,7 +33,7 @@ def _run(args):
     from sweeps.pipeline import waiting
     from sweeps.points import catalogue
     from sweeps.schema.refusals import DefinitionError
-    from sweeps.systems.rigid_body import asked
+    from sweeps.systems.rigid_body import prediction
     from sweeps.systems.rigid_body.motion import RATES, SPIN, from_start, spin_of
     from sweeps.views import films
 
@@ -47,7 +47,7 @@ def _run(args):
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
-    chosen_body, spun = asked.body_of(body, args.definition, spin_of(start), catalogue.load)
+    chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load)
     with waiting.said("computing the motion; the first time on a machine its kernels are compiled"):
         moved = from_start(chosen_body, spun, start, args.duration, 1e-12, args.samples)
     if kind in motion.FORMATS:

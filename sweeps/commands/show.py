@@ -25,7 +25,7 @@ def _run(args):
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         totals = summary.summarise(ds)
-        chosen = {dim: place for dim, place in places.items() if place.asked is not None}
+        chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
             printing.print_json(_facts(ds, totals))
         else:

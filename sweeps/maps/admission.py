@@ -17,7 +17,7 @@ from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
 from sweeps.schema.carried import CONTRACT_VERSION, is_readable
-from sweeps.schema.layout import Layout, telling, wrong
+from sweeps.schema.layout import Layout, extremes, wrong
 from sweeps.schema.refusals import MapError, shortened
 from sweeps.schema.variables import POINT, Variable
 from sweeps.shards import contract
@@ -357,7 +357,7 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
         return
     if not np.isfinite(values).all():
         raise _UnlikeError(f"{name}: holds a value that is not finite; allowed: finite numbers")
-    for value in telling(values):
+    for value in extremes(values):
         if allowed := wrong(parts.layout.values.get(name), value):
             raise _UnlikeError(f"{name}: holds {value!r}; allowed: {allowed}")
     spec = parts.specs[name]

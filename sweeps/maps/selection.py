@@ -31,10 +31,10 @@ class Place:
     dim: str  #: the dimension
     index: int  #: its number, from 0
     value: float | int | str  #: the grid's value there
-    asked: float | str | None  #: what a person asked for; None where the dimension has that value alone
+    requested: float | str | None  #: the value requested; None where the dimension has that value alone
     units: str  #: UDUNITS text
-    outside: bool = False  #: whether what was asked lies beyond the grid's ends
-    #: of a place that was chosen by coordinates that are no dimension, what was asked of these, in words; "" for
+    outside: bool = False  #: whether the requested value lies beyond the grid's ends
+    #: of a place that was chosen by coordinates that are no dimension, the values requested of these, in words; "" for
     #: others.
     by: str = ""
 
@@ -43,9 +43,9 @@ class Place:
         text = f"{self.dim} = {in_words(self.value)}{unit}"
         if self.by:
             return f"{text} (nearest to {self.by})"
-        if self.asked is None or self.asked == self.value:
+        if self.requested is None or self.requested == self.value:
             return text
-        return f"{text} (nearest to {in_words(self.asked)}{', which is outside the grid' if self.outside else ''})"
+        return f"{text} (nearest to {in_words(self.requested)}{', which is outside the grid' if self.outside else ''})"
 
 
 def in_words(value: float | int | str) -> str:

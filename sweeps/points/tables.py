@@ -24,7 +24,7 @@ from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import refusal
 from sweeps.schema import units
-from sweeps.schema.layout import telling, wrong
+from sweeps.schema.layout import extremes, wrong
 from sweeps.schema.parameters import Derived, GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
@@ -234,7 +234,7 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
         row = int(np.argmin(np.isfinite(values)))
         raise refusal(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
     item = column.parameter.quantity.item
-    if any(wrong(item, end) for end in telling(values)):
+    if any(wrong(item, end) for end in extremes(values)):
         row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
         raise refusal(column.name, value, "is out of range", what)

@@ -28,10 +28,10 @@ MOST_NAMES = 100_000  # items of text along one dimension
 MOST_NAMES_BYTES = 2**24
 MOST_CHUNK_BYTES = 2**26
 DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
-TOLD = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
-TOLD += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter, and of a table's columns:
-TOLD += ("_FillValue", "missing_value", "scale_factor", "add_offset")
-TOLD += ("_Unsigned", "valid_min", "valid_max", "valid_range")
+KEPT = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
+KEPT += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter, and of a table's columns:
+KEPT += ("_FillValue", "missing_value", "scale_factor", "add_offset")
+KEPT += ("_Unsigned", "valid_min", "valid_max", "valid_range")
 MOST_DEFLATED = 1040  # how many times deflated bytes can swell
 SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version → places of a size's length, and the end
 
@@ -267,7 +267,7 @@ def _attributes(holder: Any, where: str) -> dict[str, Any]:
     for k in range(number):
         attribute = h5py.h5a.open(holder.id, index=k)
         name = _text(attribute.name)
-        if where and name not in TOLD:
+        if where and name not in KEPT:
             continue
         values[name] = _attribute(attribute, where + name)
     return values

@@ -40,7 +40,7 @@ def wrong(item: Any, value: float | str) -> str:
     return ""
 
 
-def telling(values: np.ndarray) -> list[float | int]:
+def extremes(values: np.ndarray) -> list[float | int]:
     """Return the ends of values, and those nearest to zero on both sides: what holds of these holds of all."""
     ends = [values.min().item(), values.max().item()] if values.size else []
     if not ends or ends[0] > 0 or ends[1] < 0:

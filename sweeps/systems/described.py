@@ -57,7 +57,7 @@ class Described(Dynamics):
     """
 
     library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
-    asked: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
+    base_model: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
     #: name of a variable or coordinate by which a map of this kind is known; "" for a map of no other kind.
     marker: ClassVar[str] = ""
     literature: ClassVar[str]  #: where the theory stands, if the description does not say it
@@ -137,10 +137,10 @@ class Described(Dynamics):
         grid = grid_model("DescribedGrid", self.parameters, __name__)
         return type(
             "SystemDefinition",
-            (self.asked,),
+            (self.base_model,),
             {
                 "__module__": __name__,
-                "__doc__": self.asked.__doc__,
+                "__doc__": self.base_model.__doc__,
                 "__annotations__": {"grid": grid} | dict.fromkeys(self.constants(), ClassVar),
                 "grid": Field(grid(), description="what is varied: a mapping with " + keys_of(grid)),
                 **self.constants(),

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from scipy.special import ellipj, ellipk, elliprf, elliprj
 
-from kernels import attitude, exact, tumbling
+from kernels import attitude, exact, rigid_body, tumbling
 from kernels.blocks import W
 from kernels.jit import OPTIONS
 
@@ -62,8 +62,8 @@ def prepared():
     """The array of both loops."""
     d, turned, g, x, y = attitude.short_step_constants(MOMENTS, START, STEP)
     q = exact.short_step_constants(MOMENTS, START, STEP)
-    c = attitude.of_direction(attitude.oriented(d, *q), g)
-    m = np.array(attitude.oriented(d, *START)) * [turned, 1.0, turned] * g
+    c = attitude.of_direction(rigid_body.relabel(*q, d), g)
+    m = np.array(rigid_body.relabel(*START, d)) * [turned, 1.0, turned] * g
     r = attitude.lifted(tuple(m), 1.0, 0.0)
     return np.repeat(np.array([*m, *c, *r, 0.5, *x, *y, *r]), W)
 

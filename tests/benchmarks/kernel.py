@@ -14,22 +14,22 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from kernels import findings, foretold, survey
+from kernels import estimates, predictions, survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.process import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
-UNCERTIFIED = (*foretold.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
+UNCERTIFIED = (*predictions.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
 FREE_OF_ERRORS = (  # neither errors nor what stands on them: regimes, rates, the log slope
-    *foretold.NAMES,
-    *(c.name for c in findings.COLUMNS if c.work in ("", findings.CERTIFICATE, findings.INVARIANTS)),
+    *predictions.NAMES,
+    *(c.name for c in estimates.COLUMNS if c.work in ("", estimates.CERTIFICATE, estimates.INVARIANTS)),
 )
-WITH_ERRORS = (*foretold.NAMES, *(c.name for c in findings.COLUMNS if c.work != findings.LOG_SLOPE))
+WITH_ERRORS = (*predictions.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.LOG_SLOPE))
 WITHOUT_ERRORS = tuple(  # errors and their terms; the certificate is not one
     name for name in WITH_ERRORS if "_error" not in name or name == "propagation_error"
 )
-WITHOUT_DRIFTS = (*foretold.NAMES, *(c.name for c in findings.COLUMNS if c.work != findings.INVARIANTS))
+WITHOUT_DRIFTS = (*predictions.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.INVARIANTS))
 BLOCK = 2**15
 
 

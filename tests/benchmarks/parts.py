@@ -15,7 +15,7 @@ import contenders
 import numpy as np
 from numba import njit
 
-from kernels import findings, lanes, rigid_body, survey
+from kernels import estimates, lanes, rigid_body, survey
 from kernels.blocks import W, cut, scratch
 
 
@@ -35,7 +35,7 @@ def steps_and_samples(S):
 @njit(error_model="numpy")
 def told(S):
     """Columns from sums, without errors."""
-    findings.tell(S, (False, False, False, False, False), lanes.NONE, True, False, 1e-10)
+    estimates.fill(S, (False, False, False, False, False), lanes.NONE, True, False, 1e-10)
 
 
 @njit(error_model="numpy")
@@ -54,10 +54,10 @@ def stored(S, rows, kept):
 
 def filled(body):
     """A block whose lanes all follow one body."""
-    S = scratch(findings.ROWS)
+    S = scratch(estimates.ROWS)
     for row, value in enumerate(contenders._row(body, 1)):
         S[W * row : W * (row + 1)] = value
-    S[findings.MORE.spin_rate : findings.MORE.spin_rate + W] = 1.0
+    S[estimates.MORE.spin_rate : estimates.MORE.spin_rate + W] = 1.0
     lanes.follow(S, lanes.RECURRENCE, 1, task.SAMPLES, (False,) * 5, lanes.NONE)
     return S
 
@@ -82,7 +82,7 @@ def parts(count):
     S, size, blocks = filled(bodies[:1]), len(few), math.ceil(len(few) / W)
     T, keys, plan = laid_out(few)
     order, _ = cut(keys, survey.LEVELS)
-    rows = np.flatnonzero([name in contenders.WANTED for name in findings.MEASURED])
+    rows = np.flatnonzero([name in contenders.WANTED for name in estimates.MEASURED])
     kept, at = np.empty((blocks, rows.size | 1, W)), np.arange(size, dtype=np.uint32)
     out = np.empty((rows.size, size))
     loops = {

@@ -9,7 +9,7 @@ import repeated
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from kernels import attitude, direct, elliptic, exact
+from kernels import attitude, direct, elliptic, exact, rigid_body
 from kernels import taylor as steps_of
 
 ULP = 2.0**-52
@@ -282,10 +282,10 @@ def stepped(moments, start, h):
     d, f = top.frame.d, top.frame.turned
     given = tuple(moments), tuple(start), h
     steps = attitude.short_step_constants(*given)
-    q = attitude.of_direction(attitude.oriented(d, *exact.short_step_constants(*given)), steps.g)
+    q = attitude.of_direction(rigid_body.relabel(*exact.short_step_constants(*given), d), steps.g)
     (q0, *q_), m = attitude.at(0.0, top)
-    m_d, m_j, m_k = attitude.oriented(d, *(f * x for x in m))
-    qd, qj, qk = attitude.oriented(d, *(f * x for x in q_))
+    m_d, m_j, m_k = rigid_body.relabel(*(f * x for x in m), d)
+    qd, qj, qk = rigid_body.relabel(*(f * x for x in q_), d)
     m, R, size, out = (m_d, f * m_j, m_k), None, 0.5 / (1.0 + m_d), [(q0, *q_)]
     R = attitude.product((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
     # along the unstable axis each rounding grows as e^{pt}

@@ -16,11 +16,12 @@ import numba
 import numpy as np
 import pytest
 import repeated
+from naive import jacobi
 from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.spatial import cKDTree
 
-from kernels import elliptic, exact, solution
+from kernels import exact, solution
 from kernels.fingerprint import sources
 
 BITS = 220
@@ -133,7 +134,7 @@ def perturbed(axis, omega0, epsilon, phi):
 def step_constants(top, h):
     """Coefficients of the exact step of any length below 0.9 K."""
     h *= top.unit
-    at_half = elliptic.jacobi(0.5 * top.p * h, top.m, top.m1)
+    at_half = jacobi(0.5 * top.p * h, top.m, top.m1)
     return tuple(q / top.unit for q in solution.by_axis(top.axes, *exact.step_coefficients(top.c, top.p, h, *at_half)))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from kernels import direct, exact, findings, lanes, linear, measure, rigid_body, statuses, survey, taylor
+from kernels import direct, estimates, exact, lanes, linear, measure, rigid_body, statuses, survey, taylor
 from kernels.blocks import W
 
 ROOT = Path(survey.__file__).parents[1]
@@ -162,16 +162,16 @@ def test_work_that_nobody_asked_for_changes_no_other_column():
 
 def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
     """Every other lane turns more than a motion may between two samples; each has its own square and slope."""
-    rng, S = np.random.default_rng(7), np.full(findings.ROWS * W, math.nan)
+    rng, S = np.random.default_rng(7), np.full(estimates.ROWS * W, math.nan)
     for row in (lanes.GUESS, lanes.RX, lanes.XX, lanes.SX, lanes.SW, lanes.SPACING):
         S[row : row + W] = rng.uniform(0.5, 1.0, W)
     wanted = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
     S[lanes.GUESS : lanes.GUESS + W] = wanted + 0.5 * S[lanes.RX : lanes.RX + W] / S[lanes.XX : lanes.XX + W]
-    assert findings._squares(S, True)
-    findings._squares_beyond(S)
+    assert estimates._squares(S, True)
+    estimates._squares_beyond(S)
     for lane in range(W):
-        turns = findings._turn(S, lane), findings._reduced_turn(S, lane)
-        rows = (findings.MORE.rate2, findings.MORE.slope), (findings.MORE.reduced, findings.MORE.reduced_slope)
+        turns = estimates._turn(S, lane), estimates._reduced_turn(S, lane)
+        rows = (estimates.MORE.rate2, estimates.MORE.slope), (estimates.MORE.reduced, estimates.MORE.reduced_slope)
         for D, row in zip(turns, rows, strict=True):
             told = S[row[0] + lane], S[row[1] + lane]
             assert told == pytest.approx(measure.rate_squared(D, S[lanes.SPACING + lane]), rel=1e-13)

@@ -24,7 +24,7 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.reading import files, hdf5, sandbox
-from sweeps.schema.layout import telling
+from sweeps.schema.layout import extremes
 from sweeps.shards import content
 
 TRIED = 45  # damages of each system's map; `python tests/damages.py` tries them all
@@ -338,5 +338,5 @@ def test_one_chunk_of_another_size_than_the_others_is_refused(filters):
 
 def test_values_that_tell_of_all_are_the_ends_on_both_sides_of_zero():
     values = np.array([-2.0, -0.5, -1.0, 0.0, 3.0, 0.25, 1.0])
-    assert {*telling(values)} == {-2.0, -0.5, 0.0, 0.25, 3.0}
-    assert {*telling(np.array([4, 7, 5]))} == {4, 7}
+    assert {*extremes(values)} == {-2.0, -0.5, 0.0, 0.25, 3.0}
+    assert {*extremes(np.array([4, 7, 5]))} == {4, 7}

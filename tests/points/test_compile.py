@@ -66,7 +66,7 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
     monkeypatch.setattr(compile, "stamp", stamp)
     missing = {kernel.module for kernel in compile.missing(kernels)}
     assert "survey" in missing
-    assert not missing & {"lanes", "findings", "oscillations", "flows", "tumbling", "symmetric_top"}
+    assert not missing & {"lanes", "estimates", "oscillations", "flows", "tumbling", "symmetric_top"}
 
 
 def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, monkeypatch):
@@ -196,8 +196,8 @@ def test_a_bar_on_a_terminal_or_in_a_notebook_counts_pieces(monkeypatch):
 def test_types_in_the_table_are_those_that_kernels_are_called_by():
     code = "import sys; from sweeps import systems; from sweeps.points import compiler\n"
     code += "for k in systems.resolve('rigid_body').kernels_of(): compiler.compile_kernel(*k.call)\n"
-    code += "from kernels import lanes, findings, survey\n"
-    code += "for m in (lanes, findings, survey):\n"
+    code += "from kernels import lanes, estimates, survey\n"
+    code += "for m in (lanes, estimates, survey):\n"
     code += "    for n, f in vars(m).items():\n"
     code += (
         "        if hasattr(f, 'signatures') and f.__module__ == m.__name__ and n not in ('_sort_back', '_expanded'):\n"

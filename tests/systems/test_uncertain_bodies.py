@@ -20,7 +20,7 @@ from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
-from sweeps.systems.uncertain_bodies.known import Known, relative
+from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
 SHARES = (0.01, 0.02, 0.05, 0.10)
@@ -44,14 +44,14 @@ def box(name):
 
 def of_moments(moments, shares, **spin):
     moments = np.array(moments, dtype=float)
-    return Known(moments, np.eye(3), moments, relative(moments, shares), spin)
+    return Distribution(moments, np.eye(3), moments, relative(moments, shares), spin)
 
 
 def of_tensor(covariance, **spin):
     values, vectors = np.linalg.eigh(TENSOR)
     rows = vectors.T.copy()
     rows[2] = np.cross(rows[0], rows[1])
-    return Known(values, rows, SIX, covariance, spin)
+    return Distribution(values, rows, SIX, covariance, spin)
 
 
 def drawn(known, draws, seed=1, method="sobol"):
@@ -155,7 +155,7 @@ def test_what_keeps_second_moments_positive_is_smooth_and_rises():
 def test_moments_of_the_draws_are_those_asked_for():
     moments = np.array([1.0, 1.3, 1.6])
     covariance = 1e-4 * np.array([[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]])
-    known = Known(moments, np.eye(3), moments, covariance, {})
+    known = Distribution(moments, np.eye(3), moments, covariance, {})
     assert known.inputs == ("I1+I2+I3",)
     _, (found, impossible, _) = drawn(known, 2**14)
     assert not impossible.any()
@@ -239,8 +239,8 @@ def measured():
     """The 6U CubeSat at 10 %, about its axes 2 and 3."""
     known = of_moments(box("6U"), 0.1, phase="any")
     spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
-    asked = measuring.Asked(draws=1024, seed=5)
-    return known, asked, spins, list(measuring.measured(known, spins, asked, UncertainIntegration()))
+    sampling = measuring.Sampling(draws=1024, seed=5)
+    return known, sampling, spins, list(measuring.measured(known, spins, sampling, UncertainIntegration()))
 
 
 def test_rates_of_draws_are_linear_theorys_far_better_than_their_draws_scatter(measured):
@@ -277,9 +277,10 @@ def test_quantiles_are_those_of_the_draws(measured):
 
 
 def test_flips_of_draws_are_the_closed_forms(measured):
-    known, asked, _, found = measured
+    known, sampling, _, found = measured
     draws = found[0][1]
-    normals = designs.normals(asked.method, known.dimension, asked.draws, asked.seed).reshape(-1, known.dimension)
+    normals = designs.normals(sampling.method, known.dimension, sampling.draws, sampling.seed)
+    normals = normals.reshape(-1, known.dimension)
     phase = 0.6 + 2 * math.pi * scipy.stats.norm.cdf(normals[:, 3])
     start = -2.0 * np.stack([1e-3 * np.sin(phase), np.ones_like(phase), 1e-3 * np.cos(phase)], axis=1)
     flipping = np.flatnonzero(np.isfinite(draws["flip_period"]))
@@ -291,8 +292,8 @@ def test_flips_of_draws_are_the_closed_forms(measured):
 
 
 def test_threads_and_neighbours_change_no_bit(measured):
-    known, asked, spins, found = measured
-    alone = next(measuring.measured(known, spins[1:], asked, UncertainIntegration(), threads=3))[0]
+    known, sampling, spins, found = measured
+    alone = next(measuring.measured(known, spins[1:], sampling, UncertainIntegration(), threads=3))[0]
     for name, value in found[1][0].items():
         assert np.asarray(value).tobytes() == np.asarray(alone[name]).tobytes(), name
 
@@ -300,7 +301,7 @@ def test_threads_and_neighbours_change_no_bit(measured):
 def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
     known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
     ((summary, draws),) = measuring.measured(
-        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.Asked(128), Integration()
+        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.Sampling(128), Integration()
     )
     assert known.inputs == ("Ixy", "Ixz", "Iyz")
     assert np.isfinite(draws["max_tilt"]).all()

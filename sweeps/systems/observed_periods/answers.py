@@ -71,7 +71,7 @@ def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
 
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
     row_columns = columns({name: np.array([value]) for name, value in point.items()})
-    least = tumbling.least_ratio(*(np.array([moment]) for moment in moments))
+    least = tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"]
     rows = []
     for mode, k in MODES.items():
         sigma, energy = (float(row_columns[f"{name}_{mode}"][0]) for name in ("exclusion", "energy"))

@@ -37,7 +37,7 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     for mode, k in MODES.items():
         energy = solved["energy"][k]
         has = np.isfinite(energy)
-        result[f"exclusion_{mode}"] = exclusion(tumbling.least_ratio(*moments)[k], *seen)
+        result[f"exclusion_{mode}"] = exclusion(solved["least_ratio"][k], *seen)
         result[f"energy_{mode}"] = energy
         result[f"energy_{mode}_stderr"] = np.where(
             has, np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy)), np.nan

@@ -50,7 +50,6 @@ class ObservedPeriods(MeasuredOnce):
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
-        Kernel("tumbling", "least_ratio", example=(1.0, 2.0, 3.0)),
         Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
     )
     tables = variables

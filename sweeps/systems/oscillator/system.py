@@ -37,7 +37,7 @@ class Oscillator(Described):
         Kernel("enclosures", seconds=3.0),
     )
     library = MECHANICS / "library"
-    asked = OscillatorDefinition
+    base_model = OscillatorDefinition
     tables = tables
     literature = "Landau and Lifshitz, Mechanics, section 23"
     shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"

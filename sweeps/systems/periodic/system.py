@@ -36,7 +36,7 @@ class Periodic(Described):
     kernels = ("floquet", "jacobians", "monodromy", "paths", "runs", "statuses", "straight", "variational")
     compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)
     library = MECHANICS / "library" / "periodic"
-    asked = PeriodicDefinition
+    base_model = PeriodicDefinition
     tables = tables
     marker = "phase_residual"
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"

@@ -47,7 +47,7 @@ class RelativeEquilibrium(Described):
         Kernel("enclosures", seconds=3.0),
     )
     library = MECHANICS / "library" / "relative"
-    asked = FlowDefinition
+    base_model = FlowDefinition
     tables = tables
     marker = "eigenvalue"
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"

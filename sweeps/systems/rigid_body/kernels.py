@@ -7,7 +7,7 @@ RUN = (1.0, 16, 1e-9)
 ROW, NUMBERS, WORK = "float64[::1]", "int64[::1]", "UniTuple(boolean, 5)"
 LANES = "float64[:, :, ::1]"
 SURVEY = (  # first what `_run` links
-    Kernel("findings", "tell", f"{ROW}, {WORK}, int64, int64, boolean, float64", seconds=2.5),
+    Kernel("estimates", "fill", f"{ROW}, {WORK}, int64, int64, boolean, float64", seconds=2.5),
     Kernel("lanes", "advance", f"{ROW}, int64, int64", seconds=2.0),
     Kernel("lanes", "sample", f"{ROW}, int64, int64", seconds=1.0),
     Kernel("lanes", "begin_exact", f"{ROW},", seconds=1.0),
@@ -37,7 +37,7 @@ SURVEY = (  # first what `_run` links
         for kind in ("float64", "int32", "int8")
     ),
 )
-FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda asked: asked.integration.flips)
-COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda asked: asked.integration.collapse)
-IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda asked: asked.integration.attitude)
+FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda sweep: sweep.integration.flips)
+COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda sweep: sweep.integration.collapse)
+IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda sweep: sweep.integration.attitude)
 KERNELS = (*SURVEY, FLIPS, IN_SPACE, COLLAPSED)

@@ -1,1 +1,1 @@
-"""Bodies as they are known: moments with an uncertainty, drawn, measured draw by draw, and told as probabilities."""
+"""Uncertain bodies: moments with an uncertainty, sampled, measured draw by draw, and reported as probabilities."""

@@ -1,4 +1,4 @@
-"""What a definition of uncertain bodies may say: how well each body is known, and how it is drawn."""
+"""What a definition of uncertain bodies may say: the uncertainty of each body, and how it is sampled."""
 
 from functools import cached_property
 from typing import Annotated, Any
@@ -14,8 +14,8 @@ from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
-from sweeps.systems.uncertain_bodies import designs, known
-from sweeps.systems.uncertain_bodies.measuring import Asked
+from sweeps.systems.uncertain_bodies import designs, distribution
+from sweeps.systems.uncertain_bodies.measuring import Sampling
 
 SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
@@ -53,9 +53,9 @@ def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
 
 
 def _phase(value: Any) -> float | str:
-    if value == known.ANY:
+    if value == distribution.ANY:
         return value
-    allowed = f"a standard deviation ≥ 0 in rad, or {known.ANY}"
+    allowed = f"a standard deviation ≥ 0 in rad, or {distribution.ANY}"
     amount = finite(converted(value, "rad"), allowed)
     if amount < 0:
         raise refusal("is negative", allowed)
@@ -63,7 +63,7 @@ def _phase(value: Any) -> float | str:
 
 
 class Uncertainty(Strict):
-    """How well a body and its spin are known: standard deviations."""
+    """Standard deviations of a body and its spin."""
 
     moments: Annotated[tuple[float, ...], _shares(3)] = Field(
         default=None, description=f"of I1, I2 and I3 independently, relative: {SHARE}, or a list of three"
@@ -79,7 +79,7 @@ class Uncertainty(Strict):
     omega0: Share = Field(default=None, description=f"of the spin rate, relative: {SHARE}")
     epsilon: Share = Field(default=None, description=f"of the size of the perturbation, relative: {SHARE}")
     phase: Annotated[float | str, BeforeValidator(_phase)] = Field(
-        default=None, description=f"of the direction of the perturbation, rad: ≥ 0, or {known.ANY}"
+        default=None, description=f"of the direction of the perturbation, rad: ≥ 0, or {distribution.ANY}"
     )
     inertia: Share = Field(default=None, description=f"of the moments, or of the tensor where that is given: {SHARE}")
 
@@ -96,7 +96,7 @@ class Uncertainty(Strict):
     @property
     def spin(self) -> dict[str, float | str]:
         """Of omega0, epsilon and phase what is uncertain."""
-        values = {name: getattr(self, name) for name in known.SPIN}
+        values = {name: getattr(self, name) for name in distribution.SPIN}
         return {name: value for name, value in values.items() if value not in (None, 0)}
 
 
@@ -106,7 +106,9 @@ def _uncertainty(value: Any) -> Any:
 
 
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
-Known = Annotated[Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)]
+GivenUncertainty = Annotated[
+    Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)
+]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
 Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
@@ -115,7 +117,7 @@ Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 class UncertainBody(SpunBody):
     """One body and the uncertainty of its moments."""
 
-    uncertainty: Known = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
+    uncertainty: GivenUncertainty = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
     draws: Draws = Field(default=None, description="number of draws of this body")
 
 
@@ -126,7 +128,7 @@ class UncertainIntegration(Integration):
 
 
 class UncertainDefinition(NearAxisDefinition):
-    """A sweep of bodies that are not known exactly."""
+    """A sweep of uncertain bodies."""
 
     bodies: list_of(UncertainBody) = Field(
         default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
@@ -135,7 +137,7 @@ class UncertainDefinition(NearAxisDefinition):
         UncertainIntegration.model_construct(),
         description="how each draw is measured: a mapping with " + keys_of(UncertainIntegration),
     )
-    uncertainty: Known = Field(default=None, description=f"of all bodies without their own: {UNCERTAIN}")
+    uncertainty: GivenUncertainty = Field(default=None, description=f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = Field(10_000, description="least number of draws of each body")
     seed: Seed = Field(1, description="seed of the draws: whole, ≥ 0")
     method: Annotated[str, choice(designs.METHODS)] = Field(
@@ -150,7 +152,7 @@ class UncertainDefinition(NearAxisDefinition):
     @property
     def remarks(self) -> list[tuple[str, str]]:
         """The sampling of the bodies, besides their principal axes."""
-        made = sorted({designs.made(self.asked(body).draws) for body in self.bodies})
+        made = sorted({designs.made(self.sampling(body).draws) for body in self.bodies})
         counts = f"{made[0]:,}" if len(made) == 1 else f"{made[0]:,} to {made[-1]:,}"
         line = f"{counts} draws a body ({self.method}, seed {self.seed}) over {', '.join(self.inputs_of_draws)}"
         return [("draws", line), *super().remarks]
@@ -158,20 +160,20 @@ class UncertainDefinition(NearAxisDefinition):
     @cached_property
     def inputs_of_draws(self) -> tuple[str, ...]:
         """Inputs of all bodies, each once, in the order of the first body that has it."""
-        names = dict.fromkeys(name for known in self.known.values() for name in known.inputs)
+        names = dict.fromkeys(name for one in self.distributions.values() for name in one.inputs)
         return tuple(names) or ("(none)",)
 
-    def asked(self, body: UncertainBody) -> Asked:
+    def sampling(self, body: UncertainBody) -> Sampling:
         """Return the sampling of a body."""
-        return Asked(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
+        return Sampling(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
 
     @cached_property
-    def known(self) -> dict[str, known.Known]:
+    def distributions(self) -> dict[str, distribution.Distribution]:
         """Name → body with its uncertainty."""
-        return {body.name: _known(body, body.uncertainty or self.uncertainty) for body in self.bodies}
+        return {body.name: _distribution(body, body.uncertainty or self.uncertainty) for body in self.bodies}
 
     @model_validator(mode="after")
-    def _check_known(self) -> "UncertainDefinition":
+    def _check_uncertainty(self) -> "UncertainDefinition":
         if not self.bodies:
             raise refusals([Problem(("bodies",), "", "is missing", "a list of bodies, each with its moments")])
         wrong = []
@@ -182,7 +184,7 @@ class UncertainDefinition(NearAxisDefinition):
                 wrong.append(Problem(where, "", "is missing", f"{UNCERTAIN}, here or for all bodies"))
                 continue
             try:
-                _known(body, given)
+                _distribution(body, given)
             except InertiaError as error:
                 wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
         if wrong:
@@ -190,7 +192,7 @@ class UncertainDefinition(NearAxisDefinition):
         return self
 
 
-def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
+def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distribution:
     moments = np.array(body.moments)
     if broken := shapes.violation(body.moments):
         value = ", ".join(f"{moment:.6g}" for moment in moments)
@@ -202,18 +204,18 @@ def _known(body: UncertainBody, given: Uncertainty) -> known.Known:
         allowed = f"uncertainty of its moments, or a tensor of {body.name}"
         raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
     use_tensor = wants_tensor or (given.inertia is not None and tensor is not None)
-    symmetric = [(tensor[i, j] + tensor[j, i]) / 2 for i, j in known.possible.ENTRIES] if use_tensor else moments
+    symmetric = [(tensor[i, j] + tensor[j, i]) / 2 for i, j in distribution.possible.ENTRIES] if use_tensor else moments
     entries = np.array(symmetric)
     if use_tensor and given.tensor is not None and len(set(given.tensor)) > 1:
-        for name, entry, share in zip(known.ENTRIES, entries, given.tensor, strict=True):
+        for name, entry, share in zip(distribution.ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
                 wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
                 raise InertiaError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
-        covariance = known.checked_covariance(np.array(given.covariance), entries)
+        covariance = distribution.checked_covariance(np.array(given.covariance), entries)
     else:
         shares = given.tensor if use_tensor else given.moments
         shares = (given.inertia or 0.0) if shares is None else np.array(shares)
-        covariance = known.relative(entries, shares)
+        covariance = distribution.relative(entries, shares)
     frame = axes if use_tensor else np.eye(3)
-    return known.Known(moments, frame, entries, covariance, given.spin)
+    return distribution.Distribution(moments, frame, entries, covariance, given.spin)

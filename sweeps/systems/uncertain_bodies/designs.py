@@ -40,7 +40,7 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
     Args:
         method: one of `METHODS`.
         dimension: columns, ≥ 1.
-        draws: how many are asked for.
+        draws: how many are requested.
         seed: whole, ≥ 0.
         stream: which of several independent sets of this seed.
         threads: that make replicates side by side.

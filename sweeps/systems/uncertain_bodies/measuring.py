@@ -13,7 +13,7 @@ import numpy as np
 from sweeps.schema.definition import Integration
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import designs, possible
-from sweeps.systems.uncertain_bodies.known import Known
+from sweeps.systems.uncertain_bodies.distribution import Distribution
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 FOLLOWED = 2**15  # draws of a body that are followed on to their flips, at most
@@ -24,12 +24,11 @@ DRAW_BYTES = 450  # of memory that a draw takes while its body is measured
 RATE_NUDGE = 1e-6  # rates belong to small nudges: where a tilt makes a larger one, the rate is that of this
 STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the stability is certain
-RATES = ("omega_squared_reduced", "growth_rate_reduced", "frequency_reduced")
-COLUMNS = dict.fromkeys(RATES, np.float64) | {"regime": np.int8, "status": np.int8}  # of a draw, with their types
+COLUMNS = {"omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status"}  # of a draw
 
 
 @dataclass(frozen=True)
-class Asked:
+class Sampling:
     """How draws are made."""
 
     draws: int = 10_000  #: how many, at least
@@ -50,7 +49,7 @@ class Spun:
 
 
 def measured(
-    known: Known, spins: Iterable[Spun], asked: Asked, integration: Integration, threads: int = 1
+    distribution: Distribution, spins: Iterable[Spun], sampling: Sampling, integration: Integration, threads: int = 1
 ) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
     """Yield (variables, draws) of each spin of a body.
 
@@ -58,61 +57,187 @@ def measured(
     shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not
     followed.
     """
-    normals = designs.normals(asked.method, max(known.dimension, 1), asked.draws, asked.seed, threads=threads)
-    count, size, _ = normals.shape
-    flat = normals.reshape(count * size, -1)
+    given = sampling.method, max(distribution.dimension, 1), sampling.draws, sampling.seed
+    normals = designs.normals(*given, threads=threads)
     with ThreadPoolExecutor(threads) as pool:
-        run = pool.map if threads > 1 else map
-        bodies = _bodies(known, flat, run)
+        body = _Body(distribution, normals, sampling, integration, pool.map if threads > 1 else map)
         for spin in spins:
-            yield _one(known, bodies, flat, (count, size), spin, asked, integration, run)
+            yield body.spun(spin)
 
 
-def _one(known, bodies, normals, shape, spin: Spun, asked: Asked, integration, run):
-    moments, impossible, turned = bodies
-    draws = _all_rates(known, moments, turned, normals, spin, integration, run)
-    followed = _followed(shape)
-    thrown = _points(known, moments[followed], _part(turned, followed), normals[followed], spin)
-    nonlinear = _flips(thrown, draws, followed, integration, run)
-    if asked.twist:
-        nonlinear["twist"] = _twists(thrown, integration, run)
-    summary = _summary(shape, moments, impossible, draws, spin, run)
-    summary |= _flip_summary((shape[0], followed.size // shape[0]), nonlinear, thrown["omega0"], asked)
-    summary |= _moments(known, moments, shape, spin.axis)
-    summary |= _sensitivities(known, spin, asked, integration, run)
-    summary["probability_middle_theory"] = known.middle_theory(spin.axis)
-    return summary, _kept(moments, draws, nonlinear, followed)
+class _Body:
+    """Draws of one body, each measured.
+
+    Args:
+        distribution: of its moments and spin.
+        normals: shape (replicates, size, dimension), of which draws are made.
+        sampling: how these were made.
+        integration: how each draw is measured.
+        run: `map`, or one that calls a function side by side. Where tiles of draws end does not depend on threads.
+    """
+
+    def __init__(self, distribution: Distribution, normals, sampling: Sampling, integration: Integration, run):
+        self.distribution, self.sampling, self.integration, self.run = distribution, sampling, integration, run
+        self.shape = normals.shape[:2]
+        self.normals = normals.reshape(-1, normals.shape[2])
+        drawn = self._tiled(lambda part: distribution.inertia(self.normals[part]), len(self.normals))
+        self.moments, self.impossible, self.turned = drawn if distribution.is_tilted else (*drawn, None)
+
+    def spun(self, spin: Spun) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Measure one spin; see `measured`."""
+        rates = self._tiled(lambda part: self._rates(self._points(part, spin)), len(self.normals))
+        followed = _followed(self.shape)
+        thrown = self._points(followed, spin)
+        nonlinear = self._flips(thrown, rates["omega_squared_reduced"][followed])
+        if self.sampling.twist:
+            nonlinear["twist"] = self._twists(thrown)
+        summary = self._linear_summary(rates, spin)
+        summary |= self._flip_summary(nonlinear, thrown["omega0"])
+        summary |= self._moment_summary(spin.axis)
+        summary |= self._sensitivities(spin)
+        summary["probability_middle_theory"] = self.distribution.middle_theory(spin.axis)
+        return summary, self._kept(rates, nonlinear, followed)
+
+    # -- through the kernels, a tile after the other or side by side
+
+    def _tiled(self, work: Callable, size: int, tile: int = TILE):
+        """Join the columns, named or not, that a function returns of each tile."""
+        parts = list(self.run(work, [slice(low, low + tile) for low in range(0, size, tile)]))
+        if isinstance(parts[0], dict):
+            return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return [np.concatenate(columns) for columns in zip(*parts, strict=True) if columns[0] is not None]
+
+    def _points(self, part, spin: Spun) -> dict[str, np.ndarray]:
+        """Return points of the kernels for some draws."""
+        turned = None if self.turned is None else self.turned[part]
+        return _points(self.distribution, self.moments[part], turned, self.normals[part], spin)
+
+    def _rates(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        from kernels import survey
+
+        integration = self.integration
+        settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+        points = dict(points, epsilon=np.minimum(points["epsilon"], RATE_NUDGE))
+        return survey.measured(points, *settings, wanted=COLUMNS)
+
+    def _flips(self, points, squares: np.ndarray) -> dict[str, np.ndarray]:
+        """Return flip period (infinite where the spin keeps its sign) and largest tilt of points, measured."""
+        from kernels import survey
+
+        spin = points["omega0"]
+        order = np.argsort(np.abs(squares / spin / spin))  # of like duration together
+        ordered, tolerance = {name: values[order] for name, values in points.items()}, self.integration.tolerance
+
+        def follow(part):
+            return survey.flipped({name: values[part] for name, values in ordered.items()}, tolerance)
+
+        back = np.argsort(order)
+        columns = {name: values[back] for name, values in self._tiled(follow, order.size, 1024).items()}
+        period, tilt_exact, tilt = columns["flip_period"], columns["max_tilt_exact"], columns["max_tilt"]
+        given_up = np.isnan(tilt)  # so near the separatrix that the closed form has to stand in
+        keeps = np.where(given_up, tilt_exact <= math.pi / 2, np.isnan(period))
+        period = np.where(keeps, np.inf, np.where(np.isnan(period), columns["flip_period_exact"], period))
+        return {"flip_period": period, "max_tilt": np.where(given_up, tilt_exact, tilt)}
+
+    def _twists(self, points) -> np.ndarray:
+        """Return the size of the twist of points, rad, measured, each about its own axis of least moment."""
+        from kernels import twist
+
+        moments = np.stack([points[name] for name in MOMENTS], axis=-1)
+        momentum = moments * _starts(points)
+        order = np.argsort(moments, axis=1, kind="stable")
+        along, second, third = np.take_along_axis(momentum, order, axis=1).T
+        angles = {"chi": np.arctan2(third, second), "theta": np.arctan2(np.hypot(second, third), along)}
+        columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
+
+        def follow(part):
+            tile = {name: values[part] for name, values in columns.items()}
+            return twist.survey(tile, self.integration.tolerance)
+
+        twists = self._tiled(follow, len(moments))
+        sizes = np.abs(np.where(np.isnan(twists["twist"]), twists["twist_exact"], twists["twist"]))
+        return np.where(np.isnan(sizes), np.inf, sizes)  # along the handle, which then has no azimuth
+
+    # -- reduced
+
+    def _linear_summary(self, rates: Mapping[str, np.ndarray], spin: Spun) -> dict:
+        a = spin.axis - 1
+        others = [self.moments[:, axis] for axis in range(3) if axis != a]
+        middle = (self.moments[:, a] > others[0]) != (self.moments[:, a] > others[1])
+        unstable = rates["regime"] == UNSTABLE
+        decided = (unstable | np.isin(rates["regime"], STABLE)) & (rates["status"] == 0)
+        found = {}
+        for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
+            found |= _share(name, holds.reshape(self.shape))
+
+        def spread(name):
+            return _quantiles(f"{name}_quantile", np.nan_to_num(rates[f"{name}_reduced"], nan=0.0).reshape(self.shape))
+
+        for quantiles in self.run(spread, ("growth_rate", "frequency")):
+            found |= quantiles
+        likely = float(found["probability_unstable"])
+        undecided = 1.0 - float(np.mean(decided))
+        return found | {
+            "impossible_naive": float(np.mean(self.impossible)),
+            "undecided": undecided,
+            "draws": math.prod(self.shape),
+            "stability": 0 if likely < CLEAR else 2 if likely > 1 - CLEAR else 1,
+            "status": 0 if undecided < CLEAR else 1,
+        }
+
+    def _flip_summary(self, nonlinear: Mapping[str, np.ndarray], rate: np.ndarray) -> dict:
+        shape = self.shape[0], rate.size // self.shape[0]
+        turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
+        found = _share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
+        for name in nonlinear:
+            found |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+        return found | {"draws_followed": rate.size}
+
+    def _moment_summary(self, axis: int) -> dict:
+        """Return mean and spread of the moment about an axis, as requested and as drawn."""
+        distribution = self.distribution
+        drawn = self.moments[:, axis - 1].reshape(self.shape)
+        middle, error = designs.mean(drawn.mean(axis=1))
+        variance = distribution.covariance[axis - 1, axis - 1]
+        if distribution.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
+            direction = distribution.axes[axis - 1]
+            weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
+            variance = max(weights @ distribution.covariance @ weights, 0.0)
+        return {
+            "moment_mean_requested": float(distribution.moments[axis - 1]),
+            "moment_mean": float(middle),
+            "moment_mean_error": float(error),
+            "moment_spread_requested": math.sqrt(float(variance)),
+            "moment_spread": float(drawn.std()),
+        }
+
+    def _sensitivities(self, spin: Spun) -> dict:
+        """Return Sobol indices of the signed rate² over the body's inputs."""
+        distribution, sampling = self.distribution, self.sampling
+        if not distribution.groups:
+            return {f"sensitivity_{kind}": np.empty(0) for kind in ("first", "first_error", "total", "total_error")}
+
+        def rate2(normals):
+            moments, _, turned = distribution.inertia(normals)
+            found = self._rates(_points(distribution, moments, turned, normals, spin))
+            return np.nan_to_num(found["omega_squared_reduced"] / spin.omega0**2)
+
+        half = max(designs.LEAST, min(sampling.draws // SHARE_SENSITIVE, SENSITIVE))
+        found = designs.sobol_indices(rate2, distribution.groups, half, sampling.seed, sampling.method, self.run)
+        return {f"sensitivity_{kind}": values for kind, values in found.items()}
+
+    def _kept(self, rates, nonlinear, followed) -> dict[str, np.ndarray]:
+        kept = dict(zip(MOMENTS, self.moments.T, strict=True)) | {"regime": rates["regime"]}
+        kept |= {name: rates[f"{name}_reduced"] for name in ("growth_rate", "frequency")}
+        for name, values in nonlinear.items():
+            kept[name] = np.full(len(self.moments), np.nan)
+            kept[name][followed] = np.where(np.isfinite(values), values, np.nan)
+        return kept
 
 
-# -- through the kernels, a tile after the other or side by side; where tiles end does not depend on threads
-
-
-def _tiles(size: int, tile: int = TILE) -> list[slice]:
-    return [slice(low, low + tile) for low in range(0, size, tile)]
-
-
-def _part(values: np.ndarray | None, part) -> np.ndarray | None:
-    return None if values is None else values[part]
-
-
-def _bodies(known: Known, normals: np.ndarray, run: Callable):
-    """Return moments, which draws are impossible, and rotations or None (see `Known.inertia`), columns contiguous."""
-    size = len(normals)
-    moments, impossible = np.empty((3, size)).T, np.empty(size, bool)
-    turned = np.empty((3, 3, size)).transpose(2, 0, 1) if known.is_tilted else None
-
-    def fill(part):
-        moments[part], impossible[part], rotations = known.inertia(normals[part])
-        if rotations is not None:
-            turned[part] = rotations
-
-    list(run(fill, _tiles(size)))
-    return moments, impossible, turned
-
-
-def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
-    """Return points of the kernels: a spin about the body's own axis, perturbed, in the draw's principal axes."""
-    rate, size, phase = known.spun(normals, spin.omega0, spin.epsilon, spin.phase)
+def _points(distribution: Distribution, moments, turned, normals, spin: Spun) -> dict[str, np.ndarray]:
+    """Return points of the kernels: a perturbed spin along the body's own axis, in components along the draw's axes."""
+    rate, size, phase = distribution.spun(normals, spin.omega0, spin.epsilon, spin.phase)
     if turned is not None:
         a, b, c = spin.axis - 1, spin.axis % 3, (spin.axis + 1) % 3
         along, across = size * np.cos(phase), size * np.sin(phase)
@@ -124,70 +249,11 @@ def _points(known: Known, moments, turned, normals, spin: Spun) -> dict[str, np.
     return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
 
 
-def _all_rates(known: Known, moments, turned, normals, spin: Spun, integration: Integration, run: Callable):
-    columns = {name: np.empty(len(moments), dtype) for name, dtype in COLUMNS.items()}
-
-    def fill(part):
-        points = _points(known, moments[part], _part(turned, part), normals[part], spin)
-        for name, values in _rates(points, integration).items():
-            columns[name][part] = values
-
-    list(run(fill, _tiles(len(moments))))
-    return columns
-
-
-def _rates(points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
-    from kernels import survey
-
-    settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    points = dict(points, epsilon=np.minimum(points["epsilon"], RATE_NUDGE))
-    return survey.measured(points, *settings, wanted=set(COLUMNS))
-
-
 def _followed(shape: tuple[int, int]) -> np.ndarray:
-    """Return numbers of the draws that are followed to their flips: the first of each replicate, a power of two."""
+    """Return numbers of the draws that are followed to their flips: of each replicate the first, a power of two."""
     count, size = shape
     size_followed = min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1))))
     return (np.arange(count)[:, None] * size + np.arange(size_followed)).reshape(-1)
-
-
-def _flips(points, draws, followed, integration: Integration, run: Callable) -> dict[str, np.ndarray]:
-    """Return flip period (infinite where the spin keeps its sign) and largest tilt of points, measured."""
-    from kernels import survey
-
-    spin = points["omega0"]
-    order = np.argsort(np.abs(draws["omega_squared_reduced"][followed] / spin / spin))  # of like duration together
-
-    def follow(numbers):
-        return survey.flipped({name: values[numbers] for name, values in points.items()}, integration.tolerance)
-
-    parts = list(run(lambda part: follow(order[part]), _tiles(order.size, 1024)))
-    back, names = np.argsort(order), ("flip_period", "flip_period_exact", "max_tilt", "max_tilt_exact")
-    period, period_exact, tilt, tilt_exact = (np.concatenate([part[name] for part in parts])[back] for name in names)
-    given_up = np.isnan(tilt)  # so near the separatrix that the closed form has to stand in
-    keeps = np.where(given_up, tilt_exact <= math.pi / 2, np.isnan(period))
-    period = np.where(keeps, np.inf, np.where(np.isnan(period), period_exact, period))
-    return {"flip_period": period, "max_tilt": np.where(given_up, tilt_exact, tilt)}
-
-
-def _twists(points, integration: Integration, run: Callable) -> np.ndarray:
-    """Return the measured twist of points, rad: of each about its own axis of least moment, from its start."""
-    from kernels import twist
-
-    moments = np.stack([points[name] for name in MOMENTS], axis=-1)
-    momentum = moments * _starts(points)
-    order = np.argsort(moments, axis=1, kind="stable")
-    along, second, third = np.take_along_axis(momentum, order, axis=1).T
-    angles = {"chi": np.arctan2(third, second), "theta": np.arctan2(np.hypot(second, third), along)}
-    columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
-
-    def follow(*values):
-        throws = twist.survey(dict(zip(columns, values, strict=True)), integration.tolerance)
-        return np.where(np.isnan(throws["twist"]), throws["twist_exact"], throws["twist"])
-
-    parts = run(lambda part: follow(*(values[part] for values in columns.values())), _tiles(len(moments)))
-    sizes = np.abs(np.concatenate(list(parts)))
-    return np.where(np.isnan(sizes), np.inf, sizes)  # along the handle, which then has no azimuth
 
 
 def _starts(points) -> np.ndarray:
@@ -199,93 +265,12 @@ def _starts(points) -> np.ndarray:
     return omega
 
 
-# -- reduced
-
-
-def _summary(shape, moments, impossible, draws, spin: Spun, run: Callable) -> dict:
-    a = spin.axis - 1
-    others = [moments[:, axis] for axis in range(3) if axis != a]
-    middle = (moments[:, a] > others[0]) != (moments[:, a] > others[1])
-    unstable = draws["regime"] == UNSTABLE
-    decided = (unstable | np.isin(draws["regime"], STABLE)) & (draws["status"] == 0)
-    summary = {}
-    for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
-        summary |= _share(name, holds.reshape(shape))
-
-    def spread(name):
-        return _quantiles(f"{name}_quantile", np.nan_to_num(draws[f"{name}_reduced"], nan=0.0).reshape(shape))
-
-    for quantiles in run(spread, ("growth_rate", "frequency")):
-        summary |= quantiles
-    likely = float(summary["probability_unstable"])
-    undecided = 1.0 - float(np.mean(decided))
-    return summary | {
-        "impossible_naive": float(np.mean(impossible)),
-        "undecided": undecided,
-        "draws": math.prod(shape),
-        "stability": 0 if likely < CLEAR else 2 if likely > 1 - CLEAR else 1,
-        "status": 0 if undecided < CLEAR else 1,
-    }
-
-
-def _flip_summary(shape, nonlinear, rate, asked: Asked) -> dict:
-    turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
-    summary = _share("probability_flip", (turns <= asked.turns).reshape(shape))
-    for name in nonlinear:
-        summary |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
-    return summary | {"draws_followed": math.prod(shape)}
-
-
 def _share(name: str, holds: np.ndarray) -> dict:
     value, error = designs.share(holds.mean(axis=1), holds.size)
     return {name: float(value), f"{name}_error": float(error)}
 
 
 def _quantiles(name: str, values: np.ndarray) -> dict:
-    quantiles, error = designs.quantiles(values, QUANTILES)
-    finite = np.isfinite(quantiles)  # "never" is missing
-    return {name: np.where(finite, quantiles, np.nan), f"{name}_error": np.where(finite, error, np.nan)}
-
-
-def _moments(known: Known, moments, shape, axis: int) -> dict:
-    """Return mean and spread of the moment about an axis, as requested and as drawn."""
-    drawn = moments[:, axis - 1].reshape(shape)
-    middle, error = designs.mean(drawn.mean(axis=1))
-    if known.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
-        direction = known.axes[axis - 1]
-        weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
-        spread = math.sqrt(max(float(weights @ known.covariance @ weights), 0.0))
-    else:
-        spread = math.sqrt(float(known.covariance[axis - 1, axis - 1]))
-    return {
-        "moment_mean_requested": float(known.moments[axis - 1]),
-        "moment_mean": float(middle),
-        "moment_mean_error": float(error),
-        "moment_spread_requested": spread,
-        "moment_spread": float(drawn.std()),
-    }
-
-
-def _sensitivities(known: Known, spin: Spun, asked: Asked, integration: Integration, run: Callable) -> dict:
-    """Return Sobol indices of the signed rate² over the body's inputs."""
-    if not known.groups:
-        return {f"sensitivity_{kind}": np.empty(0) for kind in ("first", "first_error", "total", "total_error")}
-
-    def rate2(normals):
-        moments, _, turned = known.inertia(normals)
-        estimate = _rates(_points(known, moments, turned, normals, spin), integration)
-        return np.nan_to_num(estimate["omega_squared_reduced"] / spin.omega0**2)
-
-    half = max(designs.LEAST, min(asked.draws // SHARE_SENSITIVE, SENSITIVE))
-    estimate = designs.sobol_indices(rate2, known.groups, half, asked.seed, asked.method, run)
-    return {f"sensitivity_{kind}": values for kind, values in estimate.items()}
-
-
-def _kept(moments, draws, nonlinear, followed) -> dict[str, np.ndarray]:
-    columns = dict(zip(MOMENTS, moments.T, strict=True))
-    columns |= {"growth_rate": draws["growth_rate_reduced"], "frequency": draws["frequency_reduced"]}
-    columns["regime"] = draws["regime"]
-    for name, values in nonlinear.items():
-        columns[name] = np.full(len(moments), np.nan)
-        columns[name][followed] = np.where(np.isfinite(values), values, np.nan)
-    return columns
+    found, error = designs.quantiles(values, QUANTILES)
+    finite = np.isfinite(found)  # "never" is missing
+    return {name: np.where(finite, found, np.nan), f"{name}_error": np.where(finite, error, np.nan)}

@@ -1,4 +1,4 @@
-"""Bodies as they are known, drawn and measured: their definition and columns."""
+"""Uncertain bodies, sampled and measured: their columns."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -79,10 +79,10 @@ class UncertainBodies(FreeBody):
             per_body.setdefault(str(name), []).append((number, spin))
         bodies = {body.name: body for body in definition.bodies}
         for name, numbered in per_body.items():
-            known, asked = definition.known[name], definition.asked(bodies[name])
-            measured = measuring.measured(known, (spin for _, spin in numbered), asked, integration)
+            distribution, sampling = definition.distributions[name], definition.sampling(bodies[name])
+            measured = measuring.measured(distribution, (spin for _, spin in numbered), sampling, integration)
             for (number, _), (summary, draws) in zip(numbered, measured, strict=True):
-                _put(columns, number, summary, draws, [list(further["input"]).index(i) for i in known.inputs])
+                _put(columns, number, summary, draws, [list(further["input"]).index(i) for i in distribution.inputs])
         return columns
 
     def method(self, definition: UncertainDefinition) -> str:
@@ -96,18 +96,18 @@ class UncertainBodies(FreeBody):
             return None
 
         def normal(point, integration) -> float:
-            return definition.known[str(point["body"])].middle_theory(int(point["axis"]))
+            return definition.distributions[str(point["body"])].middle_theory(int(point["axis"]))
 
         def allowed(point, integration) -> float:
             body = next(body for body in definition.bodies if body.name == str(point["body"]))
-            p, draws = normal(point, integration), designs.made(definition.asked(body).draws)
+            p, draws = normal(point, integration), designs.made(definition.sampling(body).draws)
             return 6 * np.sqrt(p * (1 - p) / draws) + 6 / draws  # of plain draws, which scatter more
 
         return Reference("probability_middle", {"normal distribution": normal}, allowed)
 
 
 def _most(definition: UncertainDefinition) -> int:
-    return max(designs.made(definition.asked(body).draws) for body in definition.bodies)
+    return max(designs.made(definition.sampling(body).draws) for body in definition.bodies)
 
 
 def _missing(variable: Variable, size: int, inner: tuple[int, ...]) -> np.ndarray:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from sweeps.process import memory, processors
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.rigid_body import asked
+from sweeps.systems.rigid_body import prediction
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-SPIN = tuple(asked.DEFAULTS)
+SPIN = tuple(prediction.DEFAULTS)
 SAMPLING = ("draws", "seed", "method", "turns")
 
 
@@ -52,7 +52,7 @@ class BodyAnswer:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
         from sweeps.figure import style
         from sweeps.process.files import replaced
-        from sweeps.systems.uncertain_bodies import asked as uncertain
+        from sweeps.systems.uncertain_bodies import prediction as uncertain
         from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
         if self._sampled is None:
@@ -73,12 +73,15 @@ def answer(
     is_sampled = given["uncertainty"] is not None
     if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
-    chosen, spun = asked.body_of(body, source, given, load)
-    axis = asked.axis_of(axis)
-    facts, (lines, rows, more) = asked.facts(chosen, spun, axis, twist), asked.answer(chosen, spun, axis, twist)
+    chosen, spun = prediction.body_of(body, source, given, load)
+    axis = prediction.axis_of(axis)
+    facts, (lines, rows, more) = (
+        prediction.facts(chosen, spun, axis, twist),
+        prediction.answer(chosen, spun, axis, twist),
+    )
     if not is_sampled:
         return BodyAnswer(chosen.name, facts, lines, rows, more)
-    from sweeps.systems.uncertain_bodies import asked as uncertain
+    from sweeps.systems.uncertain_bodies import prediction as uncertain
 
     entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
     read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)

@@ -23,8 +23,8 @@ from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.systems.uncertain_bodies.known import Known
-    from sweeps.systems.uncertain_bodies.measuring import Asked
+    from sweeps.systems.uncertain_bodies.distribution import Distribution
+    from sweeps.systems.uncertain_bodies.measuring import Sampling
 
 SHARED = tuple(path for path in OF_RIGID_BODIES if path.stem in ("bodies", "triangle"))
 _OWN = ("first.html", "spread.html", "drawn.css", "drawn.js", "spread.js", "part.js")
@@ -120,17 +120,19 @@ def _again(ds: "xr.Dataset") -> dict:
     if most < LEAST_SHOWN:
         return {}
     bodies = {}
-    for number, (known, asked) in _meant(ds).items():
-        normals = designs.normals(asked.method, max(known.dimension, 1), min(asked.draws, most), asked.seed)
-        moments, _, _ = known.inertia(normals.reshape(-1, normals.shape[-1])[:most])
+    for number, (distribution, sampling) in _meant(ds).items():
+        normals = designs.normals(
+            sampling.method, max(distribution.dimension, 1), min(sampling.draws, most), sampling.seed
+        )
+        moments, _, _ = distribution.inertia(normals.reshape(-1, normals.shape[-1])[:most])
         columns = {name: [_packed(row)] for name, row in zip(MOMENTS, moments.T, strict=True)}
-        entry = {"of": designs.made(asked.draws), "shown": len(moments), "numbers": [], "columns": columns}
+        entry = {"of": designs.made(sampling.draws), "shown": len(moments), "numbers": [], "columns": columns}
         bodies[str(ds["body"].values[number])] = entry
     columns = [_described(ds, name) for name in MOMENTS]
     return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
 
 
-def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
+def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, Sampling]]":
     """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
@@ -149,7 +151,7 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Known, Asked]]":
             definition = UncertainDefinition.model_validate({"title": name} | values | {"bodies": (body,)})
         except (ValidationError, DefinitionError, ValueError, KeyError):  # what is shown beside is the map's own
             continue
-        meant[number] = definition.known[name], definition.asked(definition.bodies[0])
+        meant[number] = definition.distributions[name], definition.sampling(definition.bodies[0])
     return meant
 
 

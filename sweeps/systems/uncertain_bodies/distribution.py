@@ -20,7 +20,7 @@ RANGE = "standard deviations from 1e-140 to 1e140 kg m2 (as ratios of the moment
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class Distribution:
     """One uncertain body."""
 
     moments: np.ndarray  #: principal moments, in the order of the axes 1, 2, 3

@@ -1,4 +1,4 @@
-"""What a person asks of one body that is not known exactly: `polhode body … --uncertainty 5%`."""
+"""The answer for one uncertain body, sampled and measured: `polhode body … --uncertainty 5%`."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +14,7 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
-from sweeps.systems.uncertain_bodies.known import ENTRIES, Known
+from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
 from sweeps.systems.uncertain_bodies.variables import STABILITIES
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
@@ -25,8 +25,8 @@ class Answer:
     """One body, drawn and measured."""
 
     body: SpunBody  #: as it was given
-    known: Known  #: as it is known
-    asked: measuring.Asked  #: how it was drawn
+    distribution: Distribution  #: of its moments and its spin
+    sampling: measuring.Sampling  #: how it was sampled
     spun: Mapping[str, float]  #: spin rate and perturbation
     #: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     axes: dict[int, tuple[dict, dict]]
@@ -80,16 +80,20 @@ def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
     """Sample and measure the one body of a definition."""
     body = of_body.bodies[0]
     spun = {name: getattr(body, name) for name in ("omega0", "epsilon", "phase")}
-    known, asked = of_body.known[body.name], of_body.asked(body)
+    distribution, sampling = of_body.distributions[body.name], of_body.sampling(body)
     spins = [measuring.Spun(axis, **spun) for axis in of_body.axes]
-    measured = measuring.measured(known, spins, asked, of_body.integration, threads)
-    return Answer(body, known, asked, spun, dict(zip(of_body.axes, measured, strict=True)))
+    measured = measuring.measured(distribution, spins, sampling, of_body.integration, threads)
+    return Answer(body, distribution, sampling, spun, dict(zip(of_body.axes, measured, strict=True)))
 
 
 def facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
-    how = {"draws": designs.made(result.asked.draws), "seed": result.asked.seed, "method": result.asked.method}
-    how |= {"turns": result.asked.turns, "quantile": list(measuring.QUANTILES), "input": list(result.known.inputs)}
+    how = {"draws": designs.made(result.sampling.draws), "seed": result.sampling.seed, "method": result.sampling.method}
+    how |= {
+        "turns": result.sampling.turns,
+        "quantile": list(measuring.QUANTILES),
+        "input": list(result.distribution.inputs),
+    }
     how["impossible_naive"] = next(iter(result.axes.values()))[0]["impossible_naive"]
     return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in result.axes.items()}}
 
@@ -115,7 +119,9 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
             if fast[number] > 0:
                 time = wording.duration(1 / fast[number])
                 text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
-    text += f"; P(flips within {result.asked.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
+    text += (
+        f"; P(flips within {result.sampling.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
+    )
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", median time between flips {wording.duration(sooner[2])}"
@@ -124,7 +130,7 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
         thrown = f"; thrown with ε = {result.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
         text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
-    return text + _matters(summary, result.known)
+    return text + _matters(summary, result.distribution)
 
 
 def _probability(summary: Mapping, what: str, draws: int) -> str:
@@ -138,21 +144,21 @@ def _probability(summary: Mapping, what: str, draws: int) -> str:
     return f"= {value:.{digits}f} ± {error:.{digits}f}"
 
 
-def _matters(summary: Mapping, known: Known) -> str:
+def _matters(summary: Mapping, distribution: Distribution) -> str:
     shares = np.nan_to_num(summary["sensitivity_total"])
     if not shares.size or shares.max() <= 0:
         return ""
     most = int(shares.argmax())
-    return f"; most of the variance of Ω² comes from {known.inputs[most]} (total Sobol index {shares[most]:.2f})"
+    return f"; most of the variance of Ω² comes from {distribution.inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def lines(result: Answer) -> Iterator[str]:
     """Yield lines on the sampling and the draws."""
-    made = designs.made(result.asked.draws)
-    what = ", ".join(result.known.inputs)
-    yield f"{made:,} bodies drawn ({result.asked.method}, seed {result.asked.seed}); uncertain: {what or 'nothing'}"
-    zero = [name for name, entry in zip(ENTRIES, result.known.entries, strict=False) if entry == 0]
-    if exact := [name for name in zero if not any(name in each.split("+") for each in result.known.inputs)]:
+    sampling, inputs = result.sampling, result.distribution.inputs
+    how = f"{sampling.method}, seed {sampling.seed}"
+    yield f"{designs.made(sampling.draws):,} bodies drawn ({how}); uncertain: {', '.join(inputs) or 'nothing'}"
+    zero = [name for name, entry in zip(ENTRIES, result.distribution.entries, strict=False) if entry == 0]
+    if exact := [name for name in zero if not any(name in each.split("+") for each in inputs)]:
         yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"
     first = next(iter(result.axes.values()))[0]
     if first["impossible_naive"] > 0:

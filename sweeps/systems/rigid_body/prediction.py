@@ -1,4 +1,4 @@
-"""What a person asks of one body, `polhode body`: the body that was given, and what becomes of its three spins."""
+"""The answer for one body, `polhode body`: the body as given, and the outcome of its three spins."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping

@@ -4,12 +4,12 @@ import pytest
 
 from sweeps.points import catalogue
 from sweeps.points.loading import load
-from sweeps.systems.rigid_body import asked
+from sweeps.systems.rigid_body import prediction
 
 
 def test_angles_are_told_to_machines_in_rad():
     path = catalogue.resolve("bodies")
-    body = next(body for name, body in asked.bodies(load(path), path).items() if "acket" in name)
-    tilts = [axis["max_tilt"] for axis in asked.facts(body, asked.setting(body, body))["axes"]]
+    body = next(body for name, body in prediction.bodies(load(path), path).items() if "acket" in name)
+    tilts = [axis["max_tilt"] for axis in prediction.facts(body, prediction.setting(body, body))["axes"]]
     assert tilts[1] == pytest.approx(math.pi, rel=1e-5)  # it flips
     assert max(tilts[0], tilts[2]) < 1e-5

@@ -1,4 +1,4 @@
-r"""Findings: from the sums of W lanes to their columns, in units, side by side.
+r"""Estimates: from the sums of W lanes to their columns, in units, side by side.
 
 What :mod:`kernels.lanes` has summed up becomes rates, errors and statuses here, in rows of the same scratch array, by
 selection where a case differs, so that the loop over lanes stays packed: square roots and divisions cost a lane what
@@ -117,7 +117,7 @@ def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
 
 
 @njit(**OPTIONS)
-def _tell_square(S, certified, tolerance):
+def _fill_square(S, certified, tolerance):
     """Write the measured Ω² and its basis; fewer than three samples give none.
 
     The certificate may reach the tolerance, and what rounding at the start grows to: 2e-15 e^{λt}, which is left to
@@ -160,7 +160,7 @@ def _forgive_growth(S, tolerance):
 
 
 @njit(**OPTIONS)
-def _tell_errors(S, number, rounded, whole):
+def _fill_errors(S, number, rounded, whole):
     """Write the reduced Ω², the terms of both errors and the regime, which follows from the reduced one.
 
     ``number`` is that of the step, as :func:`kernels.lanes.follow` takes it; ``rounded``: the moments are ratios,
@@ -243,8 +243,8 @@ def _rates_of(reduced):
         (AT.frequency_reduced, AT.frequency_reduced_error) if reduced else (AT.frequency, AT.frequency_error)
     )
 
-    @njit(name="tell_reduced_rates" if reduced else "tell_rates", **OPTIONS)
-    def tell_rates(S):
+    @njit(name="fill_reduced_rates" if reduced else "fill_rates", **OPTIONS)
+    def fill_rates(S):
         whole_vectors()
         for lane in range(W):
             spin, regime = S[MORE.spin_rate + lane], S[AT.regime + lane]
@@ -274,14 +274,14 @@ def _rates_of(reduced):
                 S[AT.frequency_stderr + lane] = stderr if stable else math.nan
                 S[AT.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
 
-    return tell_rates
+    return fill_rates
 
 
-_tell_rates, _tell_reduced_rates = _rates_of(False), _rates_of(True)
+_fill_rates, _fill_reduced_rates = _rates_of(False), _rates_of(True)
 
 
 @njit(**OPTIONS)
-def _tell_log_slope(S):
+def _fill_log_slope(S):
     """Write the lecture's estimator, where its window held at least two e-folds.
 
     Its error is its distance from the reduced rate, which stands on more samples and knows the amplitude, and that
@@ -304,7 +304,7 @@ def _tell_log_slope(S):
 
 
 @njit(**OPTIONS)
-def _tell_no_log_slope(S):
+def _fill_no_log_slope(S):
     """Write the estimator as missing where no lane was ever in the window: this spares two logarithms."""
     whole_vectors()
     for row in (AT.e_folds, AT.growth_rate_logslope, AT.growth_rate_logslope_error):
@@ -313,7 +313,7 @@ def _tell_no_log_slope(S):
 
 
 @njit(**OPTIONS)
-def _tell_drifts(S):
+def _fill_drifts(S):
     whole_vectors()
     for lane in range(W):
         S[AT.energy_drift + lane] = S[lanes.ED + lane] / S[lanes.E0 + lane]
@@ -323,7 +323,7 @@ def _tell_drifts(S):
 
 
 @njit(**OPTIONS)
-def tell(S, work, reduced, number, rounded, tolerance):
+def fill(S, work, reduced, number, rounded, tolerance):
     """Turn every lane's sums into its columns, in units of s.
 
     Args:
@@ -336,19 +336,19 @@ def tell(S, work, reduced, number, rounded, tolerance):
     certified, invariants, logged, _, rated = work
     if _squares(S, reduced != lanes.NONE):
         _squares_beyond(S)
-    _tell_square(S, certified, tolerance)
+    _fill_square(S, certified, tolerance)
     if certified:
         _forgive_growth(S, tolerance)
     if reduced != lanes.NONE:
-        _tell_errors(S, number, rounded, reduced == lanes.WHOLE)
+        _fill_errors(S, number, rounded, reduced == lanes.WHOLE)
         if reduced == lanes.WHOLE:
             _widen_within_a_turn(S)
         if rated:
-            _tell_rates(S)
-            _tell_reduced_rates(S)
+            _fill_rates(S)
+            _fill_reduced_rates(S)
         if logged and lanes.were_logged(S):
-            _tell_log_slope(S)
+            _fill_log_slope(S)
         elif logged:
-            _tell_no_log_slope(S)
+            _fill_no_log_slope(S)
     if invariants:
-        _tell_drifts(S)
+        _fill_drifts(S)
