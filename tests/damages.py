@@ -323,14 +323,14 @@ def classic(path, form):
     with netCDF4.Dataset(path, "w", format=form) as file:
         file.createDimension("x", 3)
         file.createVariable("x", "f8", ("x",))[:] = 1.0
-        file.contract_version = "2.0"
+        file.contract_version = "2.1"
 
 
 def plain_hdf(path):
     path.unlink()
     with h5py.File(path, "w") as file:
         file["status"] = np.zeros(3)
-        file.attrs["contract_version"] = "2.0"
+        file.attrs["contract_version"] = "2.1"
 
 
 def no_file(path, kind):

@@ -2,7 +2,7 @@
 
 import re
 
-CONTRACT_VERSION = "2.0"
+CONTRACT_VERSION = "2.1"
 
 
 def is_readable(version: str) -> bool:
