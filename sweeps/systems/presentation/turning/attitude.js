@@ -6,9 +6,7 @@
 
 /** The attitude that puts the angular momentum of the start on the z axis of space. */
 function uprightAttitude(trajectory) {
-  const L = trajectory.moments.map((I, i) => I * trajectory.start[i]);
-  const size = Math.hypot(...L);
-  const [x, y, z] = L.map((l) => l / size);
+  const [x, y, z] = directionOf(trajectory.moments.map((I, i) => I * trajectory.start[i]));
   if (z < -0.999999) return quaternionProduct(uprightOf([x, -y, -z]), [0, 1, 0, 0]);
   return uprightOf([x, y, z]);
 }
@@ -47,8 +45,7 @@ class Attitude {
     const [q0, qd, qj, qk] = quaternionProduct(back, [1 + md, 0, mk, -mj]);
     const q = [];
     [q[this.d], q[this.j], q[this.k]] = [this.turned * qd, qj, this.turned * qk];
-    const size = Math.hypot(q0, ...q);
-    return quaternionProduct(upright, [q0, ...q].map((one) => one / size));
+    return quaternionProduct(upright, directionOf([q0, ...q]));
   }
 
   /** The direction of the angular momentum in the body, along (d, j, k), with d on its side. */

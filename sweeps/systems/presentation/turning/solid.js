@@ -109,9 +109,7 @@ function bodyFaces(squares, shape) {
   for (const face of faces) {
     face.corners = face.corners.map((corner) => corner.map((x) => x / reach));
     const [p, q, r] = face.corners;
-    const normal = cross(q.map((x, i) => x - p[i]), r.map((x, i) => x - p[i]));
-    const size = Math.hypot(...normal) || 1;
-    face.normal = normal.map((x) => x / size);
+    face.normal = directionOf(cross(q.map((x, i) => x - p[i]), r.map((x, i) => x - p[i])));
   }
   return faces;
 }
@@ -119,28 +117,13 @@ function bodyFaces(squares, shape) {
 /** Draws the faces that look at the viewer, the farthest first. */
 function drawSolid(view, faces, attitude) {
   const { pen, project, toward } = view;
-  const light = [0.35, -0.2, 0.91];
-  const seen = [];
-  for (const face of faces) {
-    const normal = rotated(attitude, face.normal);
-    if (dot(normal, toward) <= 0) continue;
+  const seen = faces.map((face) => [face, rotated(attitude, face.normal)]).filter(([, normal]) => dot(normal, toward) > 0);
+  drawPolygons(pen, seen.map(([face, normal]) => {
+    const light = 0.5 + 0.5 * dot(normal, [0.35, -0.2, 0.91]);
     const corners = face.corners.map((corner) => project(rotated(attitude, corner)));
-    const depth = corners.reduce((sum, corner) => sum + corner[2], 0) / corners.length;
-    seen.push({ face, corners, depth: face.bed ? depth - 0.01 : depth, light: 0.5 + 0.5 * dot(normal, light) });
-  }
-  seen.sort((one, other) => one.depth - other.depth);
-  for (const { face, corners, light: lit } of seen) {
-    pen.beginPath();
-    for (const [x, y] of corners) pen.lineTo(x, y);
-    pen.closePath();
-    pen.globalAlpha = face.veil ?? 1;
-    pen.fillStyle = shaded(face.color, lit);
-    pen.fill();
-    pen.globalAlpha = 1;
-    pen.strokeStyle = face.veil ? "rgba(0,0,0,0)" : face.smooth ? pen.fillStyle : shaded(face.color, lit * 0.85);
-    pen.lineWidth = 0.8;
-    pen.stroke();
-  }
+    const edge = face.veil < 1 ? "rgba(0,0,0,0)" : shaded(face.color, face.smooth ? light : 0.85 * light);
+    return { corners, fill: shaded(face.color, light), edge, veil: face.veil, nearer: face.veil < 1 ? -0.01 : 0 };
+  }));
 }
 
 /** The principal axes, as far as they stand out of the body. */
