@@ -52,10 +52,9 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         if third:
             place.set_title(style.fixed_at(ds, third, value), loc="left")
         upright = one.transpose(y, x, ...)
-        across, along, regime, growth, status = (
-            upright[n].values for n in (x, y, "regime", "growth_per_period", "status")
-        )
-        regimes.paint(place, across, along, regime, np.maximum(growth, 0.0), status)
+        regime, growth, status = (upright[n].values for n in ("regime", "growth_per_period", "status"))
+        edges = (style.edges(one[name].values) for name in (x, y))
+        regimes.paint(place, *edges, regime, np.maximum(growth, 0.0), status)
         label, pairs = (curves(one, x, y) if curves else None) or ("", ())
         if label != EXACT:
             _contour(place, upright, x, y)

@@ -91,7 +91,8 @@ def _frequencies(ax, one, x, y):
 def _map(ax, one, x, y, regimes):
     """Draw measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(..., y, x)
-    regimes.paint(ax, *(one[name].values for name in (x, y, "regime", "relative", "status")))
+    edges = style.edges(one[x].values), style.edges(one[y].values)
+    regimes.paint(ax, *edges, *(one[name].values for name in ("regime", "relative", "status")))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         planes.boundary(ax, one[x].values, one[y].values, margin, rounding, "theory's boundary")
