@@ -18,7 +18,7 @@ LOOK = Look(
 
 
 class SymmetricTopPresentation(Presentation):
-    """The precession over I3/I1, its deviation over the half-angle, and the cones; a page with the top turning."""
+    """The precession over I3/I1 and the cones; a page with the top turning."""
 
     look = LOOK
     part = Page(
