@@ -82,7 +82,7 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
 
 
 def _glyphs(meanings: dict[int, str], look: Look) -> dict[int | None, str]:
-    """Flag → its character; a letter for those without one of their own."""
+    """Return flag → its character; a letter for those without one of their own."""
     marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
     found = {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
     return found | {EMPTY: " "}
@@ -151,7 +151,7 @@ class _Cloud:
 
 
 def _shares(values: np.ndarray) -> np.ndarray:
-    """Where each value stands between the least (0) and the greatest (1), by ratio where that spreads them better."""
+    """Return where each value stands between the least (0) and the greatest (1), by ratio where that spreads them better."""
     values = np.log(values) if spreads_by_ratio(values) else values
     return (values - values.min()) / np.ptp(values)
 

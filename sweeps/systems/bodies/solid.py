@@ -62,7 +62,7 @@ def of_mesh(vertices: Sequence[int], triangles: Sequence[int]) -> list[Face]:
 
 
 def _box() -> list[Face]:
-    """Six faces of a uniform box; the two broad ones differ, so that a flip is seen."""
+    """Return six faces of a uniform box; the two broad ones differ, so that a flip is seen."""
     faces = []
     for k in range(3):
         for sign in (1.0, -1.0):
@@ -76,7 +76,7 @@ def _box() -> list[Face]:
 
 
 def _outline() -> tuple[np.ndarray, np.ndarray]:
-    """A racket's frame (n, 4, 2) and handle (4, 2): handle along x, seen from above counterclockwise."""
+    """Return a racket's frame (n, 4, 2) and handle (4, 2): handle along x, seen from above counterclockwise."""
     angle = 2.0 * np.pi * np.arange(RING + 1) / RING
     edge = np.stack([1.05 * np.cos(angle), 0.8 * np.sin(angle)], axis=1)
     middle = np.array([0.55, 0.0])
@@ -86,7 +86,7 @@ def _outline() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _plane_moments(parts: np.ndarray) -> tuple[float, float, float]:
-    """Mean x, mean square of x about it and of y, over quadrilaterals (n, 4, 2)."""
+    """Return mean x, mean square of x about it and of y, over quadrilaterals (n, 4, 2)."""
     triangles = np.concatenate([parts[:, [0, 1, 2]], parts[:, [0, 2, 3]]])
     u, v, w = triangles.transpose(1, 0, 2)
     area = 0.5 * ((v - u)[:, 0] * (w - u)[:, 1] - (w - u)[:, 0] * (v - u)[:, 1])
@@ -97,7 +97,7 @@ def _plane_moments(parts: np.ndarray) -> tuple[float, float, float]:
 
 
 def _racket() -> list[Face]:
-    """The racket: its handle along the longest direction, its face across the shortest; strings without mass."""
+    """Return the racket: its handle along the longest direction, its face across the shortest; strings without mass."""
     ring, handle = _outline()
     middle, xx, yy = _plane_moments(np.concatenate([ring, handle[None]]))
 

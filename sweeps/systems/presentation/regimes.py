@@ -42,7 +42,7 @@ def dots(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Seque
 
 
 def _middles(edges: np.ndarray) -> np.ndarray:
-    """Middles between neighbours along each dimension."""
+    """Return the middles between neighbours along each dimension."""
     for k in range(edges.ndim):
         edges = 0.5 * (np.delete(edges, 0, k) + np.delete(edges, -1, k))
     return edges

@@ -28,7 +28,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _rates(ax: Axes, part: xr.Dataset) -> None:
-    """Measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
+    """Draw measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
     ratio = part["ratio"].values
     low, high = (float(end) for end in style.edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
