@@ -151,7 +151,7 @@ class _Cloud:
 
 
 def _shares(values: np.ndarray) -> np.ndarray:
-    """Return where each value stands between the least, 0, and the greatest, 1: by ratio where that spreads them better."""
+    """Return where each value stands between the least (0) and the greatest (1), by ratio where that is more even."""
     values = np.log(values) if spreads_by_ratio(values) else values
     return (values - values.min()) / np.ptp(values)
 
