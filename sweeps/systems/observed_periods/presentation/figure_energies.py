@@ -20,9 +20,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if min(ds.sizes.get(name, 1) for name in SHAPE) < 2:
         return None
     first = {dim: 0 for dim in ds.dims if dim not in SHAPE}
-    rows, columns, size = style.arranged(2, (4.2, 3.8))
-    figure = style.canvas(*size, "Energy of a tumbling body from its two periods", ds.attrs.get("title", ""), ax=ax)
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True)
+    title = "Energy of a tumbling body from its two periods"
+    figure, axes = style.panels(2, (4.2, 3.8), title, ds.attrs.get("title", ""), ax, sharex=True, sharey=True)
     look = {"cmap": "cividis", "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):

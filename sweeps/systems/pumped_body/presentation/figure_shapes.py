@@ -29,9 +29,8 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
     words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
     axes = ds["axis"].values.tolist()
-    rows, columns, size = style.arranged(len(axes), (4.2, 4.2))
-    figure = style.canvas(*size, ds.attrs.get("title", ""), words, ax=ax)
-    places, regimes = np.ravel(figure.subplots(rows, columns))[: len(axes)], Regimes(REGIMES, look, DEEPEST)
+    figure, places = style.panels(len(axes), (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    regimes = Regimes(REGIMES, look, DEEPEST)
     for place, axis in zip(places, axes, strict=True):
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
