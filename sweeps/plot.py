@@ -67,9 +67,7 @@ triangle = _figure("triangle", "Draw bodies by shape on the triangle of inertia.
 points = _figure(
     "points", "Draw sampled or listed points over two coordinates, and a histogram of a measured variable."
 )
-precession = _figure(
-    "precession", "Draw the precession rate of the free symmetric top over I3/I1 and over the half-angle."
-)
+precession = _figure("precession", "Draw the precession rate of the free symmetric top over I3/I1.")
 cones = _figure("cones", "Draw body cone and space cone of a symmetric top.")
 oscillations = _figure(
     "oscillations",

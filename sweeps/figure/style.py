@@ -111,6 +111,7 @@ HEAD = 1.4  # inches, about, of title, subtitle and legend
 NARROW = 6.0  # inches of a sheet, on which little stands beside panels
 ROOM = (10.0, 8.0)  # inches, of a picture that has no sheet
 LEAST_SHARE = 0.72  # of a panel's size: narrower ones stand below each other
+BESIDE = (1.2, 1.6)  # inches, beside and above panels
 ITS_OWN = Sheet()
 _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
@@ -131,7 +132,7 @@ def is_narrow() -> bool:
     return _sheet.get().inches()[0] < NARROW
 
 
-def arranged(panels: int, cell: tuple[float, float], beside=(1.2, 1.6)) -> tuple[int, int, tuple[float, float]]:
+def arranged(panels: int, cell: tuple[float, float], beside=BESIDE) -> tuple[int, int, tuple[float, float]]:
     """Return rows and columns of panels, and the inches of their picture, as they fit the sheet best.
 
     Args:
@@ -243,6 +244,25 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
     figure.text(0.12 / width, 1 - 0.12 / height, title, fontsize=12, fontweight="bold", linespacing=1.3, **place)
     figure.text(0.12 / width, 1 - below / height, subtitle, fontsize=8.5, color=QUIET, linespacing=1.4, **place)
     return figure
+
+
+def panels(count: int, cell: tuple[float, float], title: str, subtitle: str, ax: Axes | None, **options):
+    """Return a figure with so many panels, as they fit the sheet best, and the panels.
+
+    Args:
+        count: of panels.
+        cell: inches of each.
+        title: of `canvas`.
+        subtitle: of `canvas`.
+        ax: of `canvas`.
+        options: `beside`, of `arranged`; others of Matplotlib's `subplots`.
+    """
+    rows, columns, size = arranged(count, cell, options.pop("beside", BESIDE))
+    figure = canvas(*size, title, subtitle, ax=ax)
+    axes = figure.subplots(rows, columns, squeeze=False, **options).ravel()
+    for spare in axes[count:]:
+        spare.set_axis_off()
+    return figure, axes[:count]
 
 
 def on_paper(figure: Figure, draw: Callable[[], None]) -> None:

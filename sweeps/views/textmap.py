@@ -1,6 +1,6 @@
 """A map's flags as characters in a terminal, coloured where it has colours and legible where it has none."""
 
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,22 +8,45 @@ import numpy as np
 from sweeps import systems
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import leading_flag
-from sweeps.schema.boxes import dimensions, flags
+from sweeps.schema.boxes import along, dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.systems.presentation.look import Look
-from sweeps.views import textcloud
-from sweeps.views.textplane import Panel, TextMap
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_ROWS = 24
 NARROWEST = 4
+MOST_POINTS = 2**18  # of a cloud
+EMPTY = None  # in place of a flag, where a cloud has no point
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plane of characters."""
+
+    title: str  #: what is special to this plane, "axis 2" or ""
+    rows: list[tuple[str, str]]  #: (label, characters) from the top
+    ends: tuple[str, str]  #: first and last value along the bottom
+
+
+@dataclass(frozen=True)
+class TextMap:
+    """Planes beside one another, with what is the same in all."""
+
+    flag: str  #: the variable that is drawn
+    x: str  #: dimension along the bottom, "" for none
+    y: str  #: dimension upwards
+    fixed: dict[str, float | int | str]  #: dimension → value of what is not shown
+    panels: list[Panel]  #: the planes
+    legend: dict[str, str]  #: character → meaning, of what occurs
+    colors: dict[str, str]  #: character → colour, "" where it has none
 
 
 def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap | None:
     """Draw the leading flag over two dimensions, one panel per spin axis or mode; return None where impossible.
 
-    Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane.
+    Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane. Of
+    points that are drawn or listed, the first two coordinates do, and each cell has the flag of most points in it.
 
     Args:
         ds: a map.
@@ -35,78 +58,109 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     whole = (dim for dim in sizes if ds[dim].dtype.kind in "iu" and dim != "point" and len(sizes) > 1)
     beside = next(whole, None)
     count = sizes.pop(beside) if beside else 1
-    if not sizes or not flag:
+    drawn = sizes and flag and (_Cloud.of(ds) if "point" in sizes else _Grid(ds, sizes))
+    if not drawn:
         return None
-    if "point" in sizes:
-        return _cloud(ds, flag, places, beside, width)
-    y, x = _plane(ds, sizes)
-    drawn_dims = (x, y, beside)
-    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in drawn_dims}
+    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*drawn.over, beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
-    panels = [values.isel({beside: number}) for number in range(count)] if beside else [values]
-    room = (width - _label_width(ds, y) - 2 * (len(panels) - 1)) // len(panels)
-    columns, lines = _few(sizes.get(x, 1), max(NARROWEST, room)), _few(sizes[y], MOST_ROWS)
-    glyphs = _glyphs(flags(ds[flag]), systems.presentation_of(ds).look)
-    upwards = lines if ds[y].dtype.kind in "OU" else lines[::-1]
-    read = (panel.transpose(y, *([x] if x else [])).values for panel in panels)
-    drawn = [_panel(ds, values.reshape(sizes[y], -1)[:, columns], y, x, upwards, glyphs) for values in read]
-    titles = [f"{beside} {int(ds[beside].values[number])}" if beside else "" for number in range(count)]
-    drawn = [replace(panel, title=title) for panel, title in zip(drawn, titles, strict=True)]
-    occurs = {c for panel in drawn for _, text in panel.rows for c in text}
-    legend = {glyphs[value]: meaning for value, meaning in flags(ds[flag]).items() if glyphs[value] in occurs}
-    at = {dim: _value(ds, dim, index) for dim, index in fixed.items() if dimensions(ds)[dim] > 1}
-    look = systems.presentation_of(ds).look
-    return TextMap(flag, x, y, at, drawn, legend, {glyph: look.color(meaning) for glyph, meaning in legend.items()})
+    room = max(NARROWEST, (width - drawn.label_width() - 2 * (count - 1)) // count)
+    look, meanings = systems.presentation_of(ds).look, flags(ds[flag])
+    glyphs = _glyphs(meanings, look)
+    panels = []
+    for number in range(count):
+        labels, cells = drawn.cells(values.isel({beside: number}) if beside else values, room)
+        rows = ["".join(glyphs.get(cell, "?") for cell in row) for row in cells]
+        title = f"{beside} {ds[beside].values[number]}" if beside else ""
+        panels.append(Panel(title, list(zip(labels, rows, strict=True)), drawn.ends))
+    occurs = {character for panel in panels for _, row in panel.rows for character in row}
+    legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
+    told = {dim: ds[dim].values[i] for dim, i in fixed.items() if dimensions(ds)[dim] > 1}
+    told = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in told.items()}
+    tints = {glyph: look.color(meaning) for glyph, meaning in legend.items()}
+    return TextMap(flag, drawn.x, drawn.y, told, panels, legend, tints)
 
 
-def _cloud(ds: "xr.Dataset", flag: str, places: dict[str, Place], beside: str | None, width: int) -> TextMap | None:
-    """Return points that are drawn or listed, over two of their coordinates."""
-    look = systems.presentation_of(ds).look
-    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in ("point", beside)}
-    fixed |= {dim: place.index for dim, place in places.items()}
-    drawn = textcloud.draw(ds, flag, fixed, beside, width, _glyphs(flags(ds[flag]), look))
-    colored = drawn and {glyph: look.color(meaning) for glyph, meaning in drawn.legend.items()}
-    return drawn and replace(drawn, colors=colored)
-
-
-def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
+def _glyphs(meanings: dict[int, str], look: Look) -> dict[int | None, str]:
     """Return flag → its character; a letter for those without one of their own."""
     marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
-    return {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
+    found = {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
+    return found | {EMPTY: " "}
 
 
-def _plane(ds: "xr.Dataset", sizes: dict[str, int]) -> tuple[str, str]:
-    """Return dimensions upwards and along the bottom: names upwards, else the two longest, the first of them along."""
-    longest = sorted(sizes, key=lambda dim: -sizes[dim])
-    for names in (dim for dim in sizes if ds[dim].dtype.kind in "OU"):
-        return names, next((dim for dim in longest if dim != names), "")
-    return (longest[1], longest[0]) if len(longest) > 1 else (longest[0], "")
+class _Grid:
+    """A plane of two dimensions: names stand upwards, else the two longest do, the first of them along the bottom."""
+
+    def __init__(self, ds: "xr.Dataset", sizes: dict[str, int]):
+        longest = sorted(sizes, key=lambda dim: -sizes[dim])
+        self.names = [dim for dim in sizes if ds[dim].dtype.kind in "OU"]
+        self.y = self.names[0] if self.names else longest[:2][-1]
+        self.x = next((dim for dim in longest if dim != self.y), "")
+        self.over = (self.x, self.y)
+        self.labels = [_short(value) for value in ds[self.y].values]
+        self.ends = tuple(in_words(ds[self.x].values[i].item()) for i in (0, -1)) if self.x else ("", "")
+
+    def label_width(self) -> int:
+        """Return the characters beside the rows."""
+        return max(map(len, self.labels)) + 1
+
+    def cells(self, values: "xr.DataArray", room: int) -> tuple[list[str], list[list[int]]]:
+        """Return labels and flags of the rows from the top."""
+        numbers = along(values, (self.y, self.x))
+        rows, columns = _few(numbers.shape[0], MOST_ROWS), _few(numbers.shape[1], room)
+        rows = rows if self.names else rows[::-1]
+        return [self.labels[i] for i in rows], numbers[np.ix_(rows, columns)].tolist()
 
 
-def _few(size: int, most: int) -> np.ndarray:
-    return np.array(sorted({*np.linspace(0, size - 1, min(size, max(most, 2))).round().astype(int).tolist()}))
+class _Cloud:
+    """Points over the first two of their coordinates that vary; each cell has the flag of most points in it."""
+
+    over = ("point",)
+
+    def __init__(self, ds: "xr.Dataset", names: list[str], stride: int):
+        self.x, self.y = (*names, "points")[:2]
+        self.stride = stride
+        self.sides = [ds[name].values[::stride] for name in names]
+        self.ends, *others = ((in_words(float(side.min())), in_words(float(side.max()))) for side in self.sides)
+        self.ends_upwards = others[0] if others else ("",)
+
+    @classmethod
+    def of(cls, ds: "xr.Dataset") -> "_Cloud | None":
+        """Return the cloud of a map's points; None where no coordinate varies."""
+        stride = -(-ds.sizes["point"] // MOST_POINTS)
+        names = [name for name in own_of_points(ds) if np.ptp(ds[name].values[::stride]) > 0][:2]
+        return cls(ds, names, stride) if names else None
+
+    def label_width(self) -> int:
+        """Return the characters beside the rows."""
+        return max(map(len, self.ends_upwards)) + 1
+
+    def cells(self, values: "xr.DataArray", room: int) -> tuple[list[str], list[list[int | None]]]:
+        """Return labels and flags of the rows from the top."""
+        flag, upwards = values.values.reshape(-1)[:: self.stride], self.ends_upwards
+        shape = (MOST_ROWS if len(self.sides) > 1 else 1, room)
+        x, y = (*map(_shares, self.sides), np.zeros(flag.size))[:2]
+        at = [np.minimum((share * n).astype(int), n - 1) for share, n in zip((y, x), shape, strict=True)]
+        kinds = np.unique(flag)
+        counts = np.array(
+            [np.bincount(np.ravel_multi_index(at, shape)[flag == k], minlength=room * shape[0]) for k in kinds]
+        )
+        most = np.where(counts.any(axis=0), kinds[counts.argmax(axis=0)].astype(object), EMPTY)
+        labels = [upwards[-1], *[""] * (shape[0] - 2), upwards[0]][: shape[0]]
+        return labels, most.reshape(shape)[::-1].tolist()
 
 
-def _label_width(ds: "xr.Dataset", y: str) -> int:
-    return max(len(_value_in_words(value)) for value in ds[y].values) + 1
+def _shares(values: np.ndarray) -> np.ndarray:
+    """Return where each value stands between the least (0) and the greatest (1), by ratio where that is more even."""
+    values = np.log(values) if spreads_by_ratio(values) else values
+    return (values - values.min()) / np.ptp(values)
 
 
-def _value(ds: "xr.Dataset", dim: str, index: int) -> float | int | str:
-    value = ds[dim].values[index]
-    return value.item() if hasattr(value, "item") else str(value)
+def _few(size: int, most: int) -> list[int]:
+    return sorted({*np.linspace(0, size - 1, min(size, max(most, 2))).round().astype(int).tolist()})
 
 
-def _value_in_words(value) -> str:
+def _short(value) -> str:
     value = value.item() if hasattr(value, "item") else value
     text = f"{value:.4g}" if isinstance(value, float) else str(value)
     return text if len(text) <= 16 else text[:15] + "…"
-
-
-def _panel(ds: "xr.Dataset", numbers: np.ndarray, y: str, x: str, upwards, glyphs) -> Panel:
-    rows = [
-        (_value_in_words(ds[y].values[i]), "".join(glyphs.get(int(number), "?") for number in numbers[i]))
-        for i in upwards
-    ]
-    ends = tuple(in_words(ds[x].values[i].item()) for i in (0, -1)) if x else ("", "")
-    return Panel("", rows, ends)

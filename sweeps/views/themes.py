@@ -4,15 +4,12 @@ Pictures are drawn in the light theme; a theme is what each of its colours becom
 says in the dark theme by the same hues, lighter; for print by how dark it is, so that a copy in grey still says it.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, to_hex, to_rgba, to_rgba_array
+from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, to_hex, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
@@ -56,19 +53,6 @@ ONE_WAY = LinearSegmentedColormap.from_list(
 DIMMED = 0.3  # of shaded surfaces, on which curves of the dark theme are pale
 MOST_NAMED = 64  # colours of a map that stand for kinds; of more, for numbers
 BOTH_WAYS = ("RdBu", "coolwarm")  # maps of colours that are dark at both ends
-
-
-_chosen: ContextVar[str] = ContextVar("theme", default="light")
-
-
-@contextmanager
-def drawing(theme: str) -> Iterator[None]:
-    """Let animations that are drawn in this block use the theme."""
-    token = _chosen.set(theme)
-    try:
-        yield
-    finally:
-        _chosen.reset(token)
 
 
 def apply(figure: Figure, theme: str) -> None:
@@ -144,7 +128,7 @@ def _other(color, table: Mapping[str, str]):
 
 def _recolored(colormap: Colormap, other: Callable, one_way: bool) -> Colormap:
     """Return a colour map in a theme: of a few named ones each colour, of others the colour of missing values."""
-    made = _one_way(colormap) if one_way else colormap
+    made = in_one_way(colormap) if one_way else colormap
     if isinstance(made, style.Shades):
         return made.recolored(other)
     bad = tuple(made.get_bad())
@@ -153,18 +137,9 @@ def _recolored(colormap: Colormap, other: Callable, one_way: bool) -> Colormap:
     return made.with_extremes(bad=other(bad))
 
 
-def _one_way(colormap: Colormap) -> Colormap:
+def in_one_way(colormap: Colormap) -> Colormap:
+    """Return a colour map that is dark at both ends as one that goes from dark to light; others as they are."""
     if colormap.name not in BOTH_WAYS:
         return colormap
     made = ONE_WAY.reversed() if colormap.name == "coolwarm" else ONE_WAY
     return made.with_extremes(bad=tuple(colormap.get_bad()))
-
-
-def shown(theme: str, names: Iterable[str]) -> np.ndarray:
-    """Return colours "#rrggbb" of the light theme as red, green and blue of a theme, from 0 to 1, shape (n, 3)."""
-    return to_rgba_array([THEMES[theme].get(name, name) for name in names])[:, :3]
-
-
-def colormap(name: str, theme: str) -> Colormap:
-    """Return a colour map in the colours of a theme."""
-    return _one_way(colormaps[name]) if theme == "print" else colormaps[name]

@@ -42,26 +42,6 @@ def test_the_measured_rates_stand_on_the_formulas_line(tops):
     assert not by_gid(draw(tops.isel(ratio=slice(0, 4))), "impossible")
 
 
-def test_a_deviation_that_grows_with_the_angle_is_drawn_so(tops):
-    (worst,) = by_gid(draw(tops), "worst")
-    assert worst.get_xdata().tolist() == [10.0, 45.0, 80.0]
-    assert np.all(worst.get_ydata() < 1e-13)
-    off = tops.copy(deep=True)
-    off["precession_rate"] = off["precession_rate"] * (1 + 1e-12 * off["half_angle"])
-    (worst,) = by_gid(draw(off), "worst")
-    # the deviation put in, to the rounding of what was there
-    np.testing.assert_allclose(worst.get_ydata(), [1e-11, 4.5e-11, 8e-11], rtol=0, atol=1e-13)
-    assert "8×10⁻¹¹" in draw(off).texts[1].get_text()
-
-
-def test_no_deviation_is_told_of_near_spheres(tops):
-    part = figure_precession.thinned(tops)
-    assert np.isnan(part["deviation"].sel(ratio=[1.0, 1.001])).all()
-    figure = draw(tops.isel(ratio=[1, 2]))
-    assert not by_gid(figure, "worst")
-    assert "deviation" not in figure.texts[1].get_text()
-
-
 def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
     one = tops.isel(ratio=[0], omega3=[0], half_angle=[0])  # the others' are drawn above
     paths = list(figures.draw_all(one, tmp_path))

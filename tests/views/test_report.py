@@ -610,7 +610,7 @@ def opened(shared, plane_path):
         """(first) => {
             document.querySelectorAll("details[open]").forEach((details) => details.removeAttribute("open"));
             document.activeElement.blur();
-            if (polhode.motion.playing) document.getElementById("play").click();
+            if (polhode.motion.player.playing) document.getElementById("play").click();
             polhode.choose(first);
             Plotly.relayout("map", { "xaxis.autorange": true, "yaxis.autorange": true, dragmode: "zoom" });
             scrollTo(0, 0);
@@ -883,9 +883,9 @@ def test_enter_and_space_need_no_mouse(opened):
     for name in ("map", "body-canvas", "polhode-canvas"):
         page.locator(f"#{name}").focus()
         page.keyboard.press("Space")
-        assert page.evaluate("polhode.motion.playing")
+        assert page.evaluate("polhode.motion.player.playing")
         page.keyboard.press("Space")
-        assert not page.evaluate("polhode.motion.playing")
+        assert not page.evaluate("polhode.motion.player.playing")
 
 
 @pytest.mark.slow

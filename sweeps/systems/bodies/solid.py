@@ -16,12 +16,17 @@ RING = 32  # pieces of a racket's frame
 
 
 class Face(NamedTuple):
-    """A flat piece of a surface, in body axes: corners (n, 3), normal, colour, and how much hides what is behind."""
+    """A flat piece of a surface: its corners (n, 3), colour, and how much it hides what is behind."""
 
     corners: np.ndarray
-    normal: np.ndarray
     color: tuple[float, float, float]
     veil: float = 1.0
+
+    @property
+    def normal(self) -> np.ndarray:
+        """The direction in which it looks: its corners are seen counterclockwise from there."""
+        normal = np.cross(self.corners[1] - self.corners[0], self.corners[2] - self.corners[0])
+        return normal / (np.linalg.norm(normal) or 1.0)
 
 
 def mean_squares(moments: np.ndarray) -> np.ndarray:
@@ -37,37 +42,36 @@ def looks_like_racket(squares: np.ndarray) -> bool:
 
 
 def solid(moments: np.ndarray) -> list[Face]:
-    """Return the faces of the body, its farthest corner at distance one."""
+    """Return the faces of the body in its axes, its farthest corner at distance one."""
     squares = mean_squares(moments)
-    faces = _racket(squares) if looks_like_racket(squares) else _box(squares)
-    reach = max(np.linalg.norm(face.corners, axis=1).max() for face in faces)
-    return [face._replace(corners=face.corners / reach) for face in faces]
+    order = np.argsort(-squares, kind="stable")
+    is_even = (order[1] - order[0]) % 3 == 1  # an odd order of the axes mirrors the shape
+    placed = []
+    for face in SHAPES["racket" if looks_like_racket(squares) else "box"]:
+        corners = np.empty_like(face.corners)
+        corners[:, order] = face.corners * np.sqrt(squares[order])
+        placed.append(face._replace(corners=corners if is_even else corners[::-1]))
+    reach = max(np.linalg.norm(face.corners, axis=1).max() for face in placed)
+    return [face._replace(corners=face.corners / reach) for face in placed]
 
 
 def of_mesh(vertices: Sequence[int], triangles: Sequence[int]) -> list[Face]:
     """Return the faces of a surface from three coordinates of each vertex and three numbers of each triangle."""
     corners = np.reshape(np.asarray(vertices, float), (-1, 3))[np.reshape(triangles, (-1, 3))]
-    reach = np.linalg.norm(corners, axis=2).max()
-    return [_face(one / reach, EDGE) for one in corners]
+    return [Face(one, EDGE) for one in corners / np.linalg.norm(corners, axis=2).max()]
 
 
-def _face(corners, color, veil: float = 1.0) -> Face:
-    corners = np.asarray(corners, dtype=float)
-    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-    return Face(corners, normal / (np.linalg.norm(normal) or 1.0), color, veil)
-
-
-def _box(squares: np.ndarray) -> list[Face]:
+def _box() -> list[Face]:
     """Return six faces of a uniform box; the two broad ones differ, so that a flip is seen."""
-    half, thin, faces = np.sqrt(3.0 * squares), int(np.argmin(squares)), []
+    faces = []
     for k in range(3):
         for sign in (1.0, -1.0):
             corners = np.zeros((4, 3))
             corners[:, k] = sign
             corners[:, (k + 1) % 3] = [-1.0, 1.0, 1.0, -1.0]
             corners[:, (k + 2) % 3] = [-1.0, -1.0, 1.0, 1.0]
-            color = (FRONT if sign > 0 else BACK) if k == thin else EDGE
-            faces.append(_face((corners if sign > 0 else corners[::-1]) * half, color))
+            color = (FRONT if sign > 0 else BACK) if k == 2 else EDGE
+            faces.append(Face(np.sqrt(3.0) * (corners if sign > 0 else corners[::-1]), color))
     return faces
 
 
@@ -92,22 +96,14 @@ def _plane_moments(parts: np.ndarray) -> tuple[float, float, float]:
     return mean[0], squares[0] - mean[0] ** 2, squares[1]
 
 
-def _racket(squares: np.ndarray) -> list[Face]:
+def _racket() -> list[Face]:
     """Return the racket: its handle along the longest direction, its face across the shortest; strings without mass."""
     ring, handle = _outline()
     middle, xx, yy = _plane_moments(np.concatenate([ring, handle[None]]))
-    order = np.argsort(-squares)
-    stretch = np.sqrt([squares[order[0]] / xx, squares[order[1]] / yy, 3.0 * squares[order[2]]])
-    even = (order[1] - order[0]) % 3 == 1  # an odd order of the axes mirrors the outline
 
     def placed(points, side):
-        flat = np.column_stack([points[:, 0] - middle, points[:, 1], np.full(len(points), side)]) * stretch
-        mesh = np.empty_like(flat)
-        mesh[:, order] = flat
-        return mesh
-
-    def face(corners, color, veil=1.0):
-        return _face(corners if even else corners[::-1], color, veil)
+        flat = np.column_stack([points[:, 0] - middle, points[:, 1], np.full(len(points), side)])
+        return flat / np.sqrt([xx, yy, 1.0 / 3.0])
 
     faces = []
     for part, above, below, sides in (
@@ -115,7 +111,19 @@ def _racket(squares: np.ndarray) -> list[Face]:
         (handle, GRIP, tuple(0.75 * x for x in GRIP), ((0, 1), (1, 2), (2, 3), (3, 0))),
     ):
         top, bottom = placed(part, 1.0), placed(part, -1.0)
-        faces += [face(top, above), face(bottom[::-1], below)]
-        faces += [face(np.stack([top[k], bottom[k], bottom[j], top[j]]), EDGE) for k, j in sides]
+        faces += [Face(top, above), Face(bottom[::-1], below)]
+        faces += [Face(np.stack([top[k], bottom[k], bottom[j], top[j]]), EDGE) for k, j in sides]
     bed = ring[:, 0]
-    return [*faces, face(placed(bed, 0.02), FRONT, STRINGS), face(placed(bed, -0.02)[::-1], BACK, STRINGS)]
+    return [*faces, Face(placed(bed, 0.02), FRONT, STRINGS), Face(placed(bed, -0.02)[::-1], BACK, STRINGS)]
+
+
+#: shapes with a mean square of one along each direction: the longest, the middle and the shortest.
+SHAPES = {"box": _box(), "racket": _racket()}
+
+
+def for_scripts() -> dict[str, list]:
+    """Return the shapes as a page's scripts take them: of each face its colour (to 255), veil and corners."""
+    return {
+        name: [([round(255 * x) for x in color], veil, corners.round(5).tolist()) for corners, color, veil in faces]
+        for name, faces in SHAPES.items()
+    }

@@ -41,6 +41,13 @@ def dots(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Seque
             ax.plot(x[at], y[at], "o", **{"mew": 0.0} | marker | marks)
 
 
+def _middles(edges: np.ndarray) -> np.ndarray:
+    """Return the middles between neighbours along each dimension."""
+    for k in range(edges.ndim):
+        edges = 0.5 * (np.delete(edges, 0, k) + np.delete(edges, -1, k))
+    return edges
+
+
 class Regimes:
     """The colours of regimes in the panels of one figure.
 
@@ -59,12 +66,15 @@ class Regimes:
         ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **look)
 
     def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
-        """Draw cells, shape (y, x), in the colour of their regime; paler where |growth| is small, but for 0."""
+        """Draw cells in the colour of their regime, paler where |growth| is small, but for 0.
+
+        x and y are the edges of the cells, shape (y, x), or the places of their corners.
+        """
         size = np.where(np.isin(regime, self.rated), np.nan_to_num(np.abs(growth)), 0.0)
         depth = np.where(size > 0.0, np.sqrt(np.minimum(size / (self.top or 1.0), 1.0)), 1.0)
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
         code = np.ma.masked_where(regime < 0, code)
-        self._mesh(ax, style.edges(x), style.edges(y), code, gid="measured")
+        self._mesh(ax, x, y, code, gid="measured")
         style.on_paper(ax.figure, partial(self._hatch, ax, x, y, regime))
         self.most = max(self.most, float(size.max(initial=0.0)))
         self.seen |= set(np.unique(regime[regime >= 0]).tolist())
@@ -96,7 +106,7 @@ class Regimes:
         for k, name in enumerate(self.names):
             chosen = (regime == k).astype(float)
             if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
-                ax.contourf(x, y, chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
+                ax.contourf(_middles(x), _middles(y), chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
         for legend in ax.figure.legends:
             for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
                 if text.get_text() in hatch_of and isinstance(handle, Patch):

@@ -32,15 +32,12 @@ function rateDeviation(place) {
 function nudgeCurves() {
   const { along, over } = part.nudges;
   const chosen = document.getElementById("nudges-over").value;
-  const k = theMap.order.indexOf(chosen);
-  const e = theMap.order.indexOf(along);
   const order = ascending(along);
-  const names = k >= 0 ? theMap.coordinates[chosen].values : [""];
+  const names = chosen ? theMap.coordinates[chosen].values : [""];
   return names.map((name, i) => {
-    const y = order.map((j) => rateDeviation(state.place.map((at, d) => (d === k ? i : d === e ? j : at))));
-    const color = theMap.seriesColors[i % theMap.seriesColors.length];
-    const ink = inkOf(color);
-    return { type: "scatter", mode: "lines+markers", name: plain(k >= 0 ? over[chosen].curve(name) : "rate"), x: order.map((j) => theMap.coordinates[along].values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
+    const y = order.map((j) => rateDeviation(placeWith({ [along]: j, ...(chosen ? { [chosen]: i } : {}) })));
+    const ink = inkOf(theMap.seriesColors[i % theMap.seriesColors.length]);
+    return { type: "scatter", mode: "lines+markers", name: chosen ? over[chosen].curve(name) : "rate", x: order.map((j) => theMap.coordinates[along].values[j]), y: y.map((v) => (v > 0 ? v : null)), line: { color: ink, width: 1.6, dash: DASHES[Math.floor(i / 7) % 6] }, marker: { color: ink, size: 6, symbol: SYMBOLS[i % 6] } };
   });
 }
 
@@ -52,16 +49,15 @@ function drawNudges() {
   const target = document.getElementById("nudges-plot");
   const narrow = target.clientWidth < 520;
   const legend = narrow ? { orientation: "h", y: -0.3 } : {};
-  const layout = plotLayout({ height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "perturbation ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } });
-  Plotly.react(target, [...curves, law], layout, PLOT_CONFIG);
+  const layout = { height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "perturbation ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } };
+  draw(target, [...curves, law], layout);
   document.getElementById("nudges-summary").textContent = nudgesInWords(curves);
 }
 
 function nudgesInWords(curves) {
   const parts = curves.map((curve) => {
     const at = curve.y.findIndex((value) => value > 0.01);
-    const name = curve.name.replace(/&lt;/g, "<").replace(/&gt;/g, ">").replace(/&amp;/g, "&");
-    return at >= 0 ? `${name}: deviates by 1 % from ε = ${numberText(curve.x[at], 2)}` : `${name}: within 1 % everywhere`;
+    return at >= 0 ? `${curve.name}: deviates by 1 % from ε = ${numberText(curve.x[at], 2)}` : `${curve.name}: within 1 % everywhere`;
   });
   return parts.join("; ") + ".";
 }

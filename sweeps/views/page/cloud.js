@@ -48,7 +48,7 @@ function drawCloud() {
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
   drawLegend({ cells: [dots], column, scale });
   drawHistogram(column, dots, document.getElementById("histogram"), "points");
-  if (document.getElementById("map-table").open) fillCloudTable(column, shown);
+  showTable("map-table", () => cloudTable(column, shown));
 }
 
 function markDot() {
@@ -73,7 +73,7 @@ function drawHistogram(column, dots, target, what) {
   const values = dots.map((dot) => dot.value).filter(Number.isFinite);
   const [x, y, color] = column.isFlag ? flagBars(column, values) : numberBars(values);
   const words = column.longName.replace(/ \([^)]*\)$/, ""); // what explains it stands in the list of colours
-  const title = column.isFlag ? words : `${words}${column.units ? ` (${unitText(column.units)})` : ""}`;
+  const title = column.isFlag ? words : labelled(words, column.units);
   const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: `%{y} ${what}<extra></extra>` };
   const xaxis = { title: { text: title }, exponentformat: "power", showgrid: false };
   draw(target, [trace], { xaxis, yaxis: { title: { text: what } }, height: 220, bargap: column.isFlag ? 0.3 : 0, showlegend: false });
@@ -88,22 +88,17 @@ function flagBars(column, values) {
 function numberBars(values) {
   const sorted = Float64Array.from(values).sort();
   if (sorted.length === 0) return [[], []];
-  const at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
-  const low = at(0.005);
-  const step = (at(0.995) - low || Math.abs(low) || 1) / BINS;
+  const low = quantile(sorted, 0.005);
+  const step = (quantile(sorted, 0.995) - low || Math.abs(low) || 1) / BINS;
   const counts = new Array(BINS).fill(0);
   for (const value of sorted) counts[Math.max(0, Math.min(BINS - 1, Math.floor((value - low) / step)))]++;
   return [counts.map((_, i) => low + (i + 0.5) * step), counts];
 }
 
-function fillCloudTable(column, dots) {
+function cloudTable(column, dots) {
   const names = [state.x, state.y].filter(Boolean);
-  const head = element("tr", {}, ...["point", ...names.map(dimensionLabel), column.longName].map((text) => element("th", { scope: "col", textContent: text })));
-  const lines = dots.slice(0, MOST_TABLE).map((dot) => {
-    const cells = [coordinateAt("point", dot.place), ...names.map((name) => numberText(coordinateAt(name, dot.place), 4)), column.text(dot.value)];
-    return element("tr", {}, ...cells.map((text) => element("td", { textContent: String(text) })));
-  });
-  document.querySelector("#map-table table").replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
+  const row = ({ place, value }) => [coordinateAt("point", place), ...names.map((name) => numberText(coordinateAt(name, place), 4)), column.text(value)];
+  return [["point", ...names.map(dimensionLabel), column.longName], dots.slice(0, MOST_TABLE).map(row)];
 }
 
 function buildCloud() {
@@ -115,14 +110,7 @@ function buildCloud() {
   target.on("plotly_unhover", () => showTip(null));
   for (const event of ["plotly_relayout", "plotly_afterplot"]) target.on(event, markDot);
   target.on("plotly_click", (event) => dotOf(event) && choose({ place: dotOf(event).place }));
-  const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: 1, ArrowDown: -1 };
-  target.addEventListener("keydown", (event) => {
-    const now = state.place[pointNumber()] + (steps[event.key] ?? 0);
-    if (event.key in steps) choose({ place: placeWith({ point: Math.max(0, Math.min(sizeOf("point") - 1, now)) }) });
-    else if (event.key === "Enter") goToPart();
-    else return;
-    event.preventDefault();
-  });
-  document.getElementById("map-table").addEventListener("toggle", () => fillCloudTable(chosenColumn(), theMap.shownDots));
+  const step = (right, up) => choose({ place: placeWith({ point: Math.max(0, Math.min(sizeOf("point") - 1, state.place[pointNumber()] + right + up)) }) });
+  onArrows(target, step, goToPart);
   onChange(drawCloud);
 }

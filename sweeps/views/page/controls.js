@@ -10,6 +10,18 @@ function element(tag, properties = {}, ...children) {
   return made;
 }
 
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** Calls back with the arrow keys' steps to the right and up; and where Enter does something, does that. */
+function onArrows(target, move, enter) {
+  target.addEventListener("keydown", (event) => {
+    if (event.key in ARROWS) move(...ARROWS[event.key]);
+    else if (event.key === "Enter" && enter) enter();
+    else return;
+    event.preventDefault();
+  });
+}
+
 function selectBox(label, options, value, onChoice) {
   const select = element("select", { onchange: () => onChoice(select.value) });
   for (const [key, text] of options) select.append(element("option", { value: key, textContent: text, selected: key === value }));
@@ -20,9 +32,13 @@ function symbolText(name) {
   return theMap.symbols[name] ?? name.replaceAll("_", " ");
 }
 
+/** Words with their unit in brackets, where they have one. */
+function labelled(words, units) {
+  return unitText(units) ? `${words} (${unitText(units)})` : words;
+}
+
 function dimensionLabel(name) {
-  const unit = unitText(theMap.coordinates[name].units);
-  return unit ? `${symbolText(name)} (${unit})` : symbolText(name);
+  return labelled(symbolText(name), theMap.coordinates[name].units);
 }
 
 function coordinateText(name, value) {

@@ -55,11 +55,6 @@ function buildPrint() {
   });
 }
 
-function resized() {
-  clearTimeout(resized.later);
-  resized.later = setTimeout(redraw, 200);
-}
-
 async function start() {
   await Promise.all([loadPlotly(), ...Object.values(theMap.columns).map((column) => column.load())]);
   theMap.choices = [...(part.choices?.() ?? []), ...Object.values(theMap.columns)];
@@ -84,6 +79,7 @@ async function start() {
   // the address itself may by now be that of an earlier choice, which is written a moment late
   addEventListener("hashchange", ({ newURL }) => readLink(new URL(newURL).hash) && redraw());
   let width = innerWidth;
+  const resized = atRest(redraw);
   const units = document.getElementById("units");
   units.onchange = () => choose({ units: units.value });
   addEventListener("resize", () => {

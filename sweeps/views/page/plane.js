@@ -98,7 +98,7 @@ function drawPlane() {
     if (isNew) draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" });
     document.getElementById("map-summary").textContent = planeSummary(plane);
     drawLegend(plane);
-    if (document.getElementById("map-table").open) fillPlaneTable(plane);
+    showTable("map-table", () => planeTable(plane));
     drawPlane.key = key;
   }
   markPoint();
@@ -213,8 +213,7 @@ function tipLines(column, { value, exists, place }, at = null) {
   if (!exists && !place) return ["No rigid body has these moments."];
   const sides = [state.x, state.y].map((name, k) => {
     if (!name) return null;
-    const slanted = k === 1 && theMap.slant && at;
-    return slanted ? `${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((one) => coordinateAt(one, place))), 4)}` : `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`;
+    return k === 1 && theMap.slant && at ? `${theMap.slant.label} = ${numberText(theMap.slant.up(...[state.x, state.y].map((one) => coordinateAt(one, place))), 4)}` : `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`;
   });
   const [measured] = theMap.columns[column.name] ? headlineTexts(column, place) : [column.text(value)];
   const flag = headlines().find((one) => one.isFlag && one.name !== column.name);
@@ -279,8 +278,7 @@ function curve({ cells, x, column }) {
 
 function planeSummary({ cells, column }) {
   const flat = cells.flat();
-  const fixed = theMap.dims.filter(({ name, size }) => size > 1 && name !== state.x && name !== state.y);
-  const where = fixed.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ");
+  const where = placeText(state.place, [state.x, state.y]);
   const impossible = flat.filter((cell) => !cell.exists).length;
   const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
   const also = impossible ? ` ${impossible} more points, hatched, are physically impossible.` : "";
@@ -328,20 +326,22 @@ function fillTable(table, heads, rows) {
   table.replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
 }
 
+/** Fills the table in a <details> by the heads and rows that `made` returns: now if that is open, else once it is. */
+function showTable(id, made) {
+  const details = document.getElementById(id);
+  details.ontoggle = () => details.open && fillTable(details.querySelector("table"), ...made());
+  details.ontoggle();
+}
+
 const MOST_TABLE = 30; // rows and columns that the table of the plane has at most
 
-function fillPlaneTable({ cells, column }) {
+function planeTable({ cells, column }) {
   const [rows, columns] = [cells.length, cells[0].length].map((n) => fewOf(n, MOST_TABLE));
-  rows.reverse();
   const heading = (name, cell) => (name ? numberText(coordinateAt(name, cell.place), 4) : "");
-  const head = element("tr", {}, element("th", { textContent: [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "") }));
-  for (const i of columns) head.append(element("th", { scope: "col", textContent: heading(state.x, cells[0][i]) }));
-  const lines = rows.map((j) => {
-    const line = element("tr", {}, element("th", { scope: "row", textContent: heading(state.y, cells[j][0]) }));
-    for (const i of columns) line.append(element("td", { textContent: column.isFlag ? column.text(cells[j][i].value) : numberText(cells[j][i].value, 3) }));
-    return line;
-  });
-  document.querySelector("#map-table table").replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
+  const text = ({ value }) => (column.isFlag ? column.text(value) : numberText(value, 3));
+  const corner = [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "");
+  const heads = [corner, ...columns.map((i) => heading(state.x, cells[0][i]))];
+  return [heads, rows.reverse().map((j) => [heading(state.y, cells[j][0]), ...columns.map((i) => text(cells[j][i]))])];
 }
 
 /** Moves the choice by cells; the sense is that of the picture. */
@@ -433,13 +433,6 @@ function buildPlane() {
   drawPlane();
   for (const event of ["plotly_relayout", "plotly_afterplot"]) target.on(event, () => markPoint());
   listenForTaps(target);
-  const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-  target.addEventListener("keydown", (event) => {
-    if (event.key in steps) moveInPlane(...steps[event.key]);
-    else if (event.key === "Enter") goToPart();
-    else return;
-    event.preventDefault();
-  });
-  document.getElementById("map-table").addEventListener("toggle", () => fillPlaneTable(theMap.plane));
+  onArrows(target, moveInPlane, goToPart);
   onChange(drawPlane);
 }

@@ -96,6 +96,7 @@ function showRow(place) {
   document.querySelector("#row tbody").replaceChildren(...lines);
 }
 
-function placeText(place) {
-  return theMap.dims.filter(({ size }) => size > 1).map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`).join(", ");
+/** The values of all dimensions but some at a place. */
+function placeText(place, without = []) {
+  return theMap.dims.filter(({ name, size }) => size > 1 && !without.includes(name)).map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`).join(", ");
 }

@@ -23,4 +23,5 @@ _NEEDED = frozenset({"I1", "I2", "I3", "omega0"})
 
 def on_triangle(question: str, script: Path) -> Page:
     """Return a page that asks `question`, with the inertia triangle, the body turning and a script of the system."""
-    return Page((*turning.FILES, TRIANGLE, script), question, "Space: play or pause.", needs=_NEEDED)
+    files = (*turning.FILES, TRIANGLE, script)
+    return Page(files, question, "Space: play or pause.", facts=turning.FACTS, needs=_NEEDED)

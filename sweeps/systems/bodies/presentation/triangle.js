@@ -120,5 +120,11 @@ function triangle() {
   return stabilityRegions(axis, REACH * most);
 }
 
+/** A number as it was measured, else as the closed form has it. */
+function measuredOrExact(name, place) {
+  const measured = theMap.columns[name]?.at(place);
+  return Number.isFinite(measured) ? measured : theMap.columns[`${name}_exact`]?.at(place) ?? NaN;
+}
+
 /** What all pages of bodies share: the plane's limits, and the triangle under points. */
 const BODIES = { slanted, possible, impossible, coordinates: addRatios, guides: triangle };

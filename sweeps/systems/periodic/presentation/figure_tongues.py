@@ -44,18 +44,16 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         return None
     part = part.isel(planes.few(part["regime"], (x, y), (third,))).load()
     values = part[third].values[:MOST_PANELS] if third else [None]
-    rows, columns, size = style.arranged(len(values), (4.2, 3.4))
-    figure = style.canvas(*size, ds.attrs.get("title", ""), what, ax=ax)
-    axes, regimes = np.ravel(figure.subplots(rows, columns)), Regimes(REGIMES, look, DEEPEST)
-    for place, value in zip(axes, values, strict=False):
+    figure, axes = style.panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), what, ax)
+    regimes = Regimes(REGIMES, look, DEEPEST)
+    for place, value in zip(axes, values, strict=True):
         one = part.sel({third: value}) if third else part
         if third:
             place.set_title(style.fixed_at(ds, third, value), loc="left")
         upright = one.transpose(y, x, ...)
-        across, along, regime, growth, status = (
-            upright[n].values for n in (x, y, "regime", "growth_per_period", "status")
-        )
-        regimes.paint(place, across, along, regime, np.maximum(growth, 0.0), status)
+        regime, growth, status = (upright[n].values for n in ("regime", "growth_per_period", "status"))
+        edges = (style.edges(one[name].values) for name in (x, y))
+        regimes.paint(place, *edges, regime, np.maximum(growth, 0.0), status)
         label, pairs = (curves(one, x, y) if curves else None) or ("", ())
         if label != EXACT:
             _contour(place, upright, x, y)
@@ -64,7 +62,7 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
         labels = [style.label_of(ds, name, look.symbols) for name in (x, y)]
         place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
-    regimes.explain(figure, axes[: len(values)], "growth per period")
+    regimes.explain(figure, axes, "growth per period")
     return figure
 
 

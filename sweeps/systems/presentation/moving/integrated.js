@@ -78,9 +78,7 @@ class Equations {
   upright(state) {
     if (!this.omega) return state;
     this.put(0, [...state, 1, 0, 0, 0]);
-    const up = this.upwards.map((x) => x(this.at));
-    const size = Math.hypot(...up);
-    return [...state, ...uprightOf(up.map((x) => x / size))];
+    return [...state, ...uprightOf(directionOf(this.upwards.map((x) => x(this.at))))];
   }
 
   /** Sizes of all states: velocities change at a rate. */

@@ -5,7 +5,7 @@ const TURNS_PLAYED = 12;
 const TRAIL = 1500; // samples of a motion that a mass's trail holds
 const FACE = [176, 190, 204];
 
-const mechanism = { at: 0, playing: false };
+const mechanism = { at: 0 };
 
 /** A place in space, from the picture's middle; one of a plane lies in that of the screen. */
 function placeInView(point) {
@@ -19,7 +19,7 @@ function showMechanism() {
   const { motion, equations, times, cycles, rest, sizes } = theMap.mode ?? {};
   const there = Boolean(motion && equations.drawn.length > 0);
   document.getElementById("mechanism").hidden = !there;
-  if (!there) return setMechanismPlaying(false);
+  if (!there) return mechanism.player.set(false);
   const trails = motion.map((y, k) => equations.picture(times[k], y, "mass"));
   const states = [0, 1, -1].map((sign) => equations.upright(rest.map((x, i) => x + sign * (sizes[i] ?? 0) / 2)));
   const natural = states.flatMap((state) => equations.picture(0, state)).flatMap(({ points }) => points).filter((point) => point.every(Number.isFinite));
@@ -36,62 +36,30 @@ function drawMechanism(view) {
   if (!motion) return;
   const k = Math.min(motion.length - 1, Math.floor(mechanism.at * motion.length));
   const parts = equations.picture(times[k], motion[k]);
-  drawFaces(view, parts.filter(({ kind }) => kind === "face"));
+  drawPolygons(view.pen, parts.filter(({ kind }) => kind === "face").map(({ points }) => facing(points.map(placeInView), view)));
   const past = trails.slice(Math.max(0, k - TRAIL), k + 1);
   past[0].forEach((_, i) => strokeLine(view, past.map((masses) => placeInView(masses[i].points[0])), pageColor("accent"), 1.3));
   parts.forEach(({ kind, label, points }, i) => {
     const places = points.map(placeInView);
     if (kind === "line") strokeLine(view, places, pageColor("ink"), points.length > 2 ? 1.3 : 2.2);
-    if (kind === "body") drawDot(view, places[0], 4, pageColor("quiet"));
-    if (kind === "mass") drawDot(view, places[0], 7, inkOf(theMap.seriesColors[i % theMap.seriesColors.length]));
+    if (kind === "body") drawDisc(view.pen, view.project(places[0]), 4, pageColor("quiet"));
+    if (kind === "mass") drawDisc(view.pen, view.project(places[0]), 7, inkOf(theMap.seriesColors[i % theMap.seriesColors.length]));
     if (label) writeAt(view, places.at(-1), label, pageColor("ink"));
   });
 }
 
-function drawDot({ pen, project }, place, size, color) {
-  pen.beginPath();
-  pen.arc(...project(place).slice(0, 2), size, 0, 2 * Math.PI);
-  pen.fillStyle = color;
-  pen.fill();
-}
-
-/** Polygons, the farthest first, lighter where they look upwards. */
-function drawFaces({ pen, project }, faces) {
-  const seen = faces.map(({ points }) => {
-    const places = points.map(placeInView);
-    const corners = places.map(project);
-    const normal = cross(places[1].map((x, i) => x - places[0][i]), places[2].map((x, i) => x - places[0][i]));
-    return { corners, depth: corners.reduce((sum, corner) => sum + corner[2], 0) / corners.length, light: Math.abs(normal[2]) / (Math.hypot(...normal) || 1) };
-  });
-  for (const { corners, light } of seen.sort((one, other) => one.depth - other.depth)) {
-    pen.beginPath();
-    for (const [x, y] of corners) pen.lineTo(x, y);
-    pen.closePath();
-    Object.assign(pen, { fillStyle: shaded(FACE, light), strokeStyle: shaded(FACE, 0.2), lineWidth: 0.8 });
-    pen.fill();
-    pen.stroke();
-  }
-}
-
-function playMechanism(now) {
-  if (!mechanism.playing) return;
-  mechanism.at = (mechanism.at + Math.max(0, Math.min(0.1, (now - mechanism.last) / 1000)) / mechanism.length) % 1;
-  mechanism.last = now;
-  mechanism.scene.render();
-  requestAnimationFrame(playMechanism);
-}
-
-function setMechanismPlaying(playing) {
-  Object.assign(mechanism, { playing, last: performance.now() });
-  const button = document.getElementById("mechanism-play");
-  button.textContent = playing ? "❚❚ Pause" : "▶ Play";
-  button.setAttribute("aria-pressed", String(playing));
-  if (playing) requestAnimationFrame(playMechanism);
+/** A face of the mechanism, lighter where it looks upwards. */
+function facing(places, { project }) {
+  const normal = directionOf(cross(places[1].map((x, i) => x - places[0][i]), places[2].map((x, i) => x - places[0][i])));
+  return { corners: places.map(project), fill: shaded(FACE, Math.abs(normal[2])), edge: shaded(FACE, 0.2) };
 }
 
 function buildMechanism(drawCurves) {
   mechanism.scene = new Scene(document.getElementById("mechanism-canvas"), 1, drawMechanism);
-  document.getElementById("mechanism-play").onclick = () => setMechanismPlaying(!mechanism.playing);
+  mechanism.player = new Player(document.getElementById("mechanism-play"), (seconds) => {
+    mechanism.at = (mechanism.at + seconds / mechanism.length) % 1;
+    mechanism.scene.render();
+  });
   addEventListener("beforeprint", () => mechanism.scene.render());
   const show = () => {
     drawCurves();
@@ -99,5 +67,5 @@ function buildMechanism(drawCurves) {
   };
   show();
   onChange(atRest(show));
-  if (!document.getElementById("mechanism").hidden && !matchMedia("(prefers-reduced-motion: reduce)").matches) setMechanismPlaying(true);
+  if (!document.getElementById("mechanism").hidden) mechanism.player.begin();
 }

@@ -141,18 +141,17 @@ function drawMode() {
   words.textContent = shown.words + followedInWords(shown);
   const [{ name, unit }] = shown.curves.map((i) => shown.coordinates[i]);
   const title = shown.curves.length > 1 ? "coordinates" : symbolText(name);
-  const yaxis = { title: { text: unitText(unit) ? `${title} (${unitText(unit)})` : title }, range: modeRange(shown), exponentformat: "power" };
+  const yaxis = { title: { text: labelled(title, unit) }, range: modeRange(shown), exponentformat: "power" };
   const layout = { height: 300, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.34 }, dragmode: false, xaxis: { title: { text: "time (s)" }, exponentformat: "power", range: [0, shown.end] }, yaxis };
   draw("mode-plot", modeTraces(shown), layout, { displayModeBar: false });
-  if (document.getElementById("mode-table").open) fillModeTable();
+  showTable("mode-table", () => modeTable(shown));
 }
 
-function fillModeTable() {
-  const { times, followed, theory, coordinates, curves } = theMap.mode;
+function modeTable({ times, followed, theory, coordinates, curves }) {
   const beside = theMap.equations?.period ? "unperturbed" : "linear theory";
   const heads = ["time (s)", ...curves.map((k) => coordinates[k]).flatMap(({ name }) => [...(followed ? [`${symbolText(name)}, integrated`] : []), `${symbolText(name)}, ${beside}`])];
   const rows = fewOf(times.length, 21).map((i) => [times[i], ...curves.flatMap((k) => [...(followed ? [followed[k][i]] : []), theory[k][i]])]);
-  fillTable(document.querySelector("#mode-table table"), heads, rows.map((row) => row.map((value) => numberText(value, 4))));
+  return [heads, rows.map((row) => row.map((value) => numberText(value, 4)))];
 }
 
 function buildMode() {
@@ -167,7 +166,6 @@ function buildMode() {
     nudge.value = value;
     drawMode();
   };
-  document.getElementById("mode-table").addEventListener("toggle", () => theMap.mode && fillModeTable());
   buildMechanism(draw);
 }
 

@@ -53,6 +53,12 @@ function dot([a, b, c], [x, y, z]) {
   return a * x + b * y + c * z;
 }
 
+/** A vector of length one in the direction of another; 0 stays. */
+function directionOf(vector) {
+  const size = Math.hypot(...vector) || 1;
+  return vector.map((x) => x / size);
+}
+
 /** A canvas cleared, as sharp as its screen, and what draws on it in the page's own pixels. */
 function sharpPen(canvas) {
   const ratio = window.devicePixelRatio || 1;
@@ -97,12 +103,7 @@ class Scene {
     canvas.addEventListener("pointermove", (event) => {
       if (canvas.hasPointerCapture(event.pointerId)) turnCamera(-event.movementX * 0.01, event.movementY * 0.01);
     });
-    const steps = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
-    canvas.addEventListener("keydown", (event) => {
-      if (!(event.key in steps)) return;
-      turnCamera(...steps[event.key]);
-      event.preventDefault();
-    });
+    onArrows(canvas, (right, up) => turnCamera(-0.1 * right, 0.1 * up));
   }
 
   /** Draws what is asked for several times once, after all else has changed: sizes are read of a page that rests. */
@@ -161,7 +162,55 @@ function writeAt({ pen, project }, point, text, color, shift = 8) {
   pen.fillText(text, x + shift, y - 6);
 }
 
+function drawDisc(pen, [x, y], radius, color) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fillStyle = color;
+  pen.fill();
+}
+
 function shaded(color, light) {
   const k = 0.55 + 0.45 * light;
   return `rgb(${color.map((part) => Math.round(part * k)).join(",")})`;
+}
+
+/** Polygons, the farthest first: corners as they are projected, colour, edge, how much hides what is behind, and nearer by. */
+function drawPolygons(pen, polygons) {
+  const deep = polygons.map((one) => ({ ...one, depth: one.corners.reduce((sum, corner) => sum + corner[2], 0) / one.corners.length + (one.nearer ?? 0) }));
+  for (const { corners, fill, edge, veil = 1 } of deep.sort((one, other) => one.depth - other.depth)) {
+    pen.beginPath();
+    for (const [x, y] of corners) pen.lineTo(x, y);
+    pen.closePath();
+    Object.assign(pen, { globalAlpha: veil, fillStyle: fill, strokeStyle: edge, lineWidth: 0.8 });
+    pen.fill();
+    pen.globalAlpha = 1;
+    pen.stroke();
+  }
+}
+
+/** A button that plays and pauses: `advance` is called with the seconds since the picture before. */
+class Player {
+  constructor(button, advance) {
+    Object.assign(this, { button, advance, playing: false });
+    button.onclick = () => this.set(!this.playing);
+  }
+
+  set(playing) {
+    Object.assign(this, { playing, last: performance.now() });
+    this.button.textContent = playing ? "❚❚ Pause" : "▶ Play";
+    this.button.setAttribute("aria-pressed", String(playing));
+    if (playing) requestAnimationFrame((now) => this.tick(now));
+  }
+
+  tick(now) {
+    if (!this.playing) return;
+    this.advance(Math.max(0, Math.min(0.1, (now - this.last) / 1000)));
+    this.last = now;
+    requestAnimationFrame((later) => this.tick(later));
+  }
+
+  /** Plays as soon as the page opens, for who has not asked for less motion. */
+  begin() {
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.set(true);
+  }
 }

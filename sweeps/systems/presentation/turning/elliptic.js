@@ -1,12 +1,10 @@
 // Jacobi's elliptic functions and the complete integral K, in double precision.
 //
 // Every function takes the parameter m and its complement m1 = 1 − m: near the separatrix m rounds to one while m1
-// keeps all its digits. Gauss' transformation (DLMF 22.7.2-4) in Bulirsch's arrangement, on an arithmetic-geometric
-// mean carried in double-double.
+// keeps all its digits. Gauss' transformation (DLMF 22.7.2-4) in Bulirsch's arrangement.
 
 const SPLITTER = 134217729; // 2^27 + 1 cuts a double into two halves of 26 bits
-const SETTLED = 1e-18;
-const MOST_RUNGS = 16;
+const SETTLED = 1e-15; // of a mean: the next step would be rounding
 
 /** x + y = s + e exactly. */
 function twoSum(x, y) {
@@ -32,38 +30,24 @@ function doubleProduct([xh, xl], [yh, yl]) {
   return twoSum(r, e + (xh * yl + xl * yh));
 }
 
-function doubleSqrt([xh, xl]) {
-  const root = Math.sqrt(xh);
-  const [square, e] = twoProduct(root, root);
-  return twoSum(root, (xh - square - e + xl) / (2 * root));
-}
-
-/** Means a_n, b_n for m1 > 0, and the last a in double-double. */
+/** Arithmetic and geometric means a_n, b_n, for m1 > 0. */
 function meanLadder(m, m1) {
-  let a = [1, 0];
-  let b = doubleSqrt(m <= 0.5 ? twoSum(1, -m) : [m1, 0]);
-  const as = [a[0]];
-  const bs = [b[0]];
-  while (Math.abs(a[0] - b[0] + (a[1] - b[1])) > SETTLED * a[0] && as.length < MOST_RUNGS) {
-    const product = doubleProduct(a, b);
-    const [sum, e] = twoSum(a[0], b[0]);
-    a = twoSum(0.5 * sum, 0.5 * (e + (a[1] + b[1])));
-    b = doubleSqrt(product);
-    as.push(a[0]);
-    bs.push(b[0]);
+  const [as, bs] = [[1], [Math.sqrt(m <= 0.5 ? 1 - m : m1)]];
+  while (Math.abs(as.at(-1) - bs.at(-1)) > SETTLED * as.at(-1)) {
+    const [a, b] = [as.at(-1), bs.at(-1)];
+    as.push(0.5 * (a + b));
+    bs.push(Math.sqrt(a * b));
   }
-  return { m, m1, as, bs, a };
+  return { m, as, bs };
 }
 
 /** [sn, cn, dn] of u from a finished ladder. */
-function climb(u, { m, as, bs, a }) {
+function climb(u, { m, as, bs }) {
   if (Math.abs(u) < 1e-8) return [u, 1 - 0.5 * u * u, 1 - 0.5 * m * u * u];
-  let [phi, tail] = twoProduct(u, a[0]);
-  tail += u * a[1];
-  const sine = Math.sin(phi) + tail * Math.cos(phi);
-  const cosine = Math.cos(phi) - tail * Math.sin(phi);
+  const phi = u * as.at(-1);
+  const [sine, cosine] = [Math.sin(phi), Math.cos(phi)];
   if (sine === 0) return [0, Math.sign(cosine), 1];
-  let C = as[as.length - 1] * (cosine / sine);
+  let C = as.at(-1) * (cosine / sine);
   let dn = 1;
   for (let i = as.length - 1; i > 0; i--) {
     const q = (C * C) / as[i];
@@ -87,5 +71,5 @@ function jacobi(u, m, m1) {
 
 /** K = π/(2 agm(1, √m1)), infinite at m1 = 0. */
 function completeK(m, m1) {
-  return m1 <= 0 ? Infinity : (0.5 * Math.PI) / meanLadder(m, m1).a[0];
+  return m1 <= 0 ? Infinity : (0.5 * Math.PI) / meanLadder(m, m1).as.at(-1);
 }

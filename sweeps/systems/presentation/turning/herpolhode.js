@@ -55,17 +55,9 @@ class HerpolhodePicture {
     }
     if (!this.still) line(this.curve, pageColor("polhode"), 1);
     if (!this.still) line(tail, pageColor("accent"), 2.6);
-    this.mark(pen, on([0, 0]), pageColor("quiet"), "L");
-    this.mark(pen, this.still ? on([0, 0]) : on(tail[tail.length - 1]), theMap.seriesColors[3], "ω");
-  }
-
-  mark(pen, [x, y], color, text) {
-    pen.beginPath();
-    pen.arc(x, y, 5, 0, 2 * Math.PI);
-    pen.fillStyle = color;
-    pen.fill();
-    pen.font = `600 ${textSize()}px system-ui, sans-serif`;
-    pen.textBaseline = "middle";
-    pen.fillText(text, x + 9, y - 8);
+    for (const [at, color, text] of [[[0, 0], pageColor("quiet"), "L"], [this.still ? [0, 0] : tail.at(-1), theMap.seriesColors[3], "ω"]]) {
+      drawDisc(pen, on(at), 5, color);
+      writeAt({ pen, project: on }, at, text, color);
+    }
   }
 }

@@ -10,7 +10,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100];
 const TRAIL_ROTATIONS = 3;
 const PLOT_MARGIN = { l: 70, r: 12 };
 
-const motion = { t: 0, playing: false, ticks: [] };
+const motion = { t: 0, ticks: [] };
 
 /** What of it the console may look at. */
 const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, Attitude, rotated, motion };
@@ -87,10 +87,7 @@ function firstFlip({ trajectory, axis, end }) {
 function showMotion() {
   const there = part.start(state.place) !== null;
   for (const id of ["motion", "motion-first"]) document.getElementById(id).hidden = !there;
-  if (!there) {
-    setPlaying(false);
-    return;
-  }
+  if (!there) return motion.player.set(false);
   const shown = motionOf(state.place);
   Object.assign(motion, { axis: null }, shown, { t: 0, flip: shown.flips ? firstFlip(shown) : null });
   const { moments } = motion;
@@ -192,13 +189,23 @@ function moveCursor() {
   document.getElementById("cursor").style.left = `${PLOT_MARGIN.l + (width * motion.t) / motion.end}px`;
 }
 
-/** Where the handle, the axis of least moment, has pointed in the last rotations, in space: the newest point last. */
-function handleTrail({ trajectory, attitudes, rotation, t }) {
-  const axis = [0, 0, 0];
-  axis[orderOfMoments(trajectory.moments)[0]] = 1;
+/** Where something has pointed in the last rotations: the newest point last. */
+function trailOf(pointing) {
+  const { rotation, t } = motion;
   const length = Math.min(t, TRAIL_ROTATIONS * rotation);
   const n = Math.ceil((length / rotation) * 48) + 1;
-  return Array.from({ length: n + 1 }, (_, i) => rotated(attitudes.at(t - length + (i * length) / n), axis));
+  return Array.from({ length: n + 1 }, (_, i) => pointing(t - length + (i * length) / n));
+}
+
+/** The trail in space of the handle, the axis of least moment. */
+function handleTrail({ trajectory, attitudes }) {
+  const handle = orderOfMoments(trajectory.moments)[0];
+  return trailOf((t) => rotated(attitudes.at(t), [0, 1, 2].map((i) => Number(i === handle))));
+}
+
+/** The trail of L in the body, which stands as it began. */
+function momentumTrail({ trajectory, attitudes }) {
+  return trailOf((t) => rotated(attitudes.at(0), directionOf(trajectory.momentum(t))));
 }
 
 /** How what stands in space is drawn: as it is, or as the body sees it, which then stands as it began. */
@@ -213,7 +220,7 @@ function drawBody(view) {
   const inSpace = document.getElementById("frame").value === "space";
   const seen = frameOfView();
   const attitude = inSpace ? motion.attitude : motion.attitudes.at(0);
-  const trail = inSpace ? motion.trail : momentumTrail();
+  const trail = inSpace ? motion.trail : momentumTrail(motion);
   drawSphere(view);
   strokeLine(view, [seen([0, 0, -1.3]), seen([0, 0, 1.05])], pageColor("grid"), 1.5, [3, 4]);
   drawTrail(view, trail, false);
@@ -221,23 +228,10 @@ function drawBody(view) {
   drawBodyAxes(view, attitude, motion.axis);
   drawTrail(view, trail, true);
   arrow(view, seen([0, 0, 1.05]), seen([0, 0, 1.28]), pageColor("quiet"), "L", 10);
-  const omega = seen(rotated(motion.attitude, motion.omega));
-  const size = Math.hypot(...omega);
+  const omega = directionOf(seen(rotated(motion.attitude, motion.omega)));
   view.pen.globalAlpha = 0.9;
-  arrow(view, [0, 0, 0], omega.map((w) => (1.2 * w) / size), theMap.seriesColors[3], "ω", -20);
+  arrow(view, [0, 0, 0], omega.map((w) => 1.2 * w), theMap.seriesColors[3], "ω", -20);
   view.pen.globalAlpha = 1;
-}
-
-/** Where L has pointed in the body in the last rotations, the body standing as it began. */
-function momentumTrail() {
-  const { trajectory, attitudes, rotation, t } = motion;
-  const length = Math.min(t, TRAIL_ROTATIONS * rotation);
-  const n = Math.ceil((length / rotation) * 48) + 1;
-  return Array.from({ length: n + 1 }, (_, i) => {
-    const L = trajectory.momentum(t - length + (i * length) / n);
-    const size = Math.hypot(...L);
-    return rotated(attitudes.at(0), L.map((l) => l / size));
-  });
 }
 
 /** The outline of the sphere on which the trail runs. */
@@ -261,28 +255,15 @@ function drawTrail(view, points, near) {
   pen.globalAlpha = 1;
 }
 
-function play(now) {
-  if (!motion.playing) return;
-  const elapsed = Math.min(0.1, (now - motion.last) / 1000);
-  motion.last = now;
-  const next = motion.t + elapsed * Number(document.getElementById("speed").value) * motion.rotation;
+function advance(seconds) {
+  const next = motion.t + seconds * Number(document.getElementById("speed").value) * motion.rotation;
   seek(next >= motion.end ? 0 : next);
-  requestAnimationFrame(play);
-}
-
-function setPlaying(playing) {
-  motion.playing = playing;
-  const button = document.getElementById("play");
-  button.textContent = playing ? "❚❚ Pause" : "▶ Play";
-  button.setAttribute("aria-pressed", String(playing));
-  motion.last = performance.now();
-  if (playing) requestAnimationFrame(play);
 }
 
 /** Space plays and pauses where it does nothing else: not on a button of a map of bodies, which it presses. */
 function playBySpace(event) {
   if (event.key !== " " || event.target !== event.currentTarget) return;
-  setPlaying(!motion.playing);
+  motion.player.set(!motion.player.playing);
   event.preventDefault();
 }
 
@@ -312,10 +293,10 @@ function buildMotion() {
   motion.herpolhode = new HerpolhodePicture(document.getElementById("herpolhode-canvas"));
   motion.drawTraces = whenSeen(document.getElementById("traces"), drawTraces);
   motion.moveCursor = whenSeen(document.getElementById("traces"), moveCursor);
-  document.getElementById("play").onclick = () => setPlaying(!motion.playing);
+  motion.player = new Player(document.getElementById("play"), advance);
   document.getElementById("to-flip").onclick = () => {
     seek(motion.flip - 1.5 * motion.rotation);
-    setPlaying(true);
+    motion.player.set(true);
   };
   document.getElementById("time").oninput = (event) => seek((event.target.value / 1000) * motion.end);
   document.getElementById("copy-link").onclick = copyLink;
@@ -323,7 +304,7 @@ function buildMotion() {
   onChange(showMotion);
   showFrame();
   showMotion();
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);
+  motion.player.begin();
 }
 
 async function copyLink() {

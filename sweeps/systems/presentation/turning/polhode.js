@@ -1,10 +1,8 @@
 // The polhode on the energy ellipsoid, among its neighbours of the same energy, with the angular velocity on it.
 
 /** A few polhodes of the same energy: circles round the least and the greatest axis, and the separatrix. */
-function neighbours(trajectory) {
-  const { moments, start } = trajectory;
+function neighbours(moments, energy) {
   const [least, middle, greatest] = orderOfMoments(moments);
-  const energy = moments.reduce((sum, I, i) => sum + I * start[i] ** 2, 0);
   const angles = [0.15, 0.35, 0.6, 0.85, 1.1, 1.3, 1.45];
   const curves = [];
   for (const angle of angles) {
@@ -59,7 +57,7 @@ class PolhodePicture {
     const energy = moments.reduce((sum, I, i) => sum + I * start[i] ** 2, 0);
     const axes = moments.map((I) => Math.sqrt(energy / I));
     const largest = Math.max(...axes);
-    return { semi: axes.map((a) => a / largest), largest, family: neighbours(trajectory) };
+    return { semi: axes.map((a) => a / largest), largest, family: neighbours(moments, energy) };
   }
 
   /** A scale at which the ellipsoid fills the picture, with room for the names of its axes. */
@@ -156,12 +154,8 @@ class PolhodePicture {
 
   drawTip(view) {
     const { pen, project, toward } = view;
-    const [x, y] = project(this.omega);
     pen.globalAlpha = this.faces(this.omega, toward) ? 1 : 0.4;
-    pen.beginPath();
-    pen.arc(x, y, 6, 0, 2 * Math.PI);
-    pen.fillStyle = pageColor("accent");
-    pen.fill();
+    drawDisc(pen, project(this.omega), 6, pageColor("accent"));
     pen.lineWidth = 2;
     pen.strokeStyle = pageColor("paper");
     pen.stroke();

@@ -63,9 +63,7 @@ class ShakenTrajectory {
   }
 
   attitudeAt(t) {
-    const q = this.stateAt(t).slice(3);
-    const size = Math.hypot(...q);
-    return q.map((x) => x / size);
+    return directionOf(this.stateAt(t).slice(3));
   }
 
   /** What runs along the curve: the angular momentum, on its sphere. */
@@ -81,11 +79,7 @@ class ShakenTrajectory {
   /** The sphere of the angular momentum, and on it the curves of the body with its mean moments. */
   surface() {
     const { moments, size } = this;
-    const mean = { moments, start: moments.map((I) => size / I / Math.sqrt(3)) };
-    const onSphere = (w) => {
-      const L = moments.map((I, i) => I * w[i]);
-      return L.map((l) => (l * size) / Math.hypot(...L));
-    };
-    return { semi: [1, 1, 1], largest: size, family: neighbours(mean).map((curve) => curve.map(onSphere)) };
+    const onSphere = (w) => directionOf(moments.map((I, i) => I * w[i])).map((l) => l * size);
+    return { semi: [1, 1, 1], largest: size, family: neighbours(moments, size ** 2 / moments[0]).map((curve) => curve.map(onSphere)) };
   }
 }

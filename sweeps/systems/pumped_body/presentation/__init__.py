@@ -30,7 +30,8 @@ class PumpedBodyPresentation(Presentation):
 
     def page(self, ds: "xr.Dataset") -> Page:
         """Return the page, which knows whether the inverses of the moments are modulated."""
-        return replace(super().page(ds), facts={"inverse": _is_inverse(ds)})
+        page = super().page(ds)
+        return replace(page, facts={**page.facts, "inverse": _is_inverse(ds)})
 
     def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
         """Return the regimes over the inertia triangle, or over two parameters for each axis, and the breakdown."""

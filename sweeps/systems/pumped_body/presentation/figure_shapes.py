@@ -4,17 +4,16 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch, Polygon
+from matplotlib.patches import Patch
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
+from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST
 from sweeps.systems.presentation.look import Look
 from sweeps.systems.presentation.regimes import MISSING, Regimes
-from sweeps.systems.rigid_body.presentation.figure_triangle import cell_numbers, fixed_at, frame
-from sweeps.systems.rigid_body.presentation.look import SHAPE
+from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
 
-CELLS = 500  # a side of a panel
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")
 
 
@@ -30,24 +29,15 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
     words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
     axes = ds["axis"].values.tolist()
-    rows, columns, size = style.arranged(len(axes), (4.2, 4.2))
-    figure = style.canvas(*size, ds.attrs.get("title", ""), words, ax=ax)
-    places, regimes = np.ravel(figure.subplots(rows, columns))[: len(axes)], Regimes(REGIMES, look, DEEPEST)
-    middle = (np.arange(CELLS) + 0.5) / CELLS
-    i, j = cell_numbers(ds, middle, middle[:, None])
-    x, thickness = ds["I1_over_I3"].values, ds["thickness"].values[:, None]
-    x, y = np.broadcast_arrays(x, 1.0 - x * (1.0 - thickness))
+    figure, places = style.panels(len(axes), (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    regimes = Regimes(REGIMES, look, DEEPEST)
     for place, axis in zip(places, axes, strict=True):
-        part = ds[[*NAMES]].isel(at, missing_dims="ignore").sel(axis=axis).transpose(*SHAPE)
-        regime, growth, status = (part[name].values[i, j] for name in NAMES[:3])
-        inside = (i >= 0) & (j >= 0)
-        regimes.paint(place, middle, middle, np.where(inside, regime, 0), np.where(inside, growth, 0.0), status)
-        place.contour(x, y, np.abs(part["trace_theory"].values.T), [2.0], colors=colors.INK, linewidths=0.8)
+        regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
+        regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
+        place.contour(*triangle.places(ds), np.abs(trace), [2.0], colors=colors.INK, linewidths=0.8)
         place.plot([], [], color=colors.INK, linewidth=0.8, label="boundary by linear theory")
-        place.contourf(x, y, part["triangle_margin"].values.T, [-1.0, 0.0], colors=[MISSING])
-        for artist in place.collections:
-            artist.set_clip_path(Polygon([(0, 1), (1, 0), (1, 1)], transform=place.transData))
-        frame(place, axis, True)
+        place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[MISSING])
+        triangle.frame(place, axis, True)
         place.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
     more = [Patch(facecolor=MISSING, label="physically impossible for a part of the period")]
     regimes.explain(figure, places, "growth per period", more)

@@ -26,12 +26,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     part = _thinned(ds, x, y, third)
     top = at_most(np.abs(part["relative"].values)) if y else 0.0
     panels, plain = _panels(ds, part, third, top)
-    rows, columns, size = style.arranged(len(panels), (3.9, 3.2))
     subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], LOOK), *plain])
-    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
-    axes = np.ravel(figure.subplots(rows, columns))
+    figure, axes = style.panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
     regimes = Regimes(REGIMES, LOOK, top)
-    for ax, (title, one) in zip(axes, panels, strict=False):
+    for ax, (title, one) in zip(axes, panels, strict=True):
         ax.set_title(title, loc="left")
         if not y:
             _lines(ax, one, x)
@@ -39,11 +37,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
             _map(ax, one, x, y, regimes)
         else:
             mesh = _frequencies(ax, one, x, y)
-    for ax in axes[len(panels) :]:
-        ax.set_axis_off()
     if y and not top:
         figure.colorbar(mesh, ax=list(axes), label="measured angular frequency / rate scale", aspect=30, pad=0.02)
-    regimes.explain(figure, axes[: len(panels)], "growth or decay / rate scale")
+    regimes.explain(figure, axes, "growth or decay / rate scale")
     return figure
 
 
@@ -91,7 +87,8 @@ def _frequencies(ax, one, x, y):
 def _map(ax, one, x, y, regimes):
     """Draw measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(..., y, x)
-    regimes.paint(ax, *(one[name].values for name in (x, y, "regime", "relative", "status")))
+    edges = style.edges(one[x].values), style.edges(one[y].values)
+    regimes.paint(ax, *edges, *(one[name].values for name in ("regime", "relative", "status")))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         planes.boundary(ax, one[x].values, one[y].values, margin, rounding, "theory's boundary")

@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from kernels import exact
 from sweeps.figure import colors, style
@@ -25,6 +24,11 @@ PIXELS = 600
 SPACING = 0.14  # between neighbouring polhodes, of the ellipsoid's size
 LEAST_CURVES, MOST_CURVES = 3, 10  # about one end of an axis
 WORDS = ("least", "middle", "greatest")
+CURVES = {
+    "stable_minor": "about the axis of least inertia",
+    "stable_major": "about the axis of greatest inertia",
+    "unstable": "separatrix",
+}
 KINDS = ("stable_minor", "unstable", "stable_major")  # the regimes about those axes
 # The octant of the three positive ends faces the reader, its middle axis most: there the separatrix crosses itself.
 AZIMUTH, ELEVATION = np.radians(64.0), np.radians(29.0)
@@ -115,7 +119,9 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
         _curve(ax, scene, kind, curve)
     (right, up), room = scene.half(), MARGIN * scene.size
     ax.set(aspect="equal", xlim=(-right - room, right + room), ylim=(-up - room, up + room))
-    _legend(figure)
+    for kind, words in CURVES.items():
+        ax.plot([], [], color=LOOK.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=words)
+    style.legend(figure)
     return figure
 
 
@@ -283,16 +289,3 @@ def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: b
         place, offset = {"ha": "center", "va": "top"}, (0, -5)
     look = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
     style.note(ax, text, tip, offset, **place, **look)
-
-
-def _legend(figure: Figure) -> None:
-    words = {
-        "stable_minor": "about the axis of least inertia",
-        "stable_major": "about the axis of greatest inertia",
-        "unstable": "separatrix",
-    }
-    handles = [
-        Line2D([], [], color=LOOK.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=word)
-        for kind, word in words.items()
-    ]
-    style.legend(figure, handles)

@@ -10,7 +10,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, dimensions
+from sweeps.schema.boxes import dimensions
+from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies
 from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, cut_at, is_of_shapes, settings
@@ -56,8 +57,7 @@ def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | N
     ax = figure.subplots()
     mesh = _panel(ax, ds, axis, True)
     color_bar(figure, ax, mesh)
-    x, t = np.meshgrid(ds["I1_over_I3"].values, ds["thickness"].values, indexing="ij")
-    mark_untrusted(ax, x, 1.0 - x * (1.0 - t), _of_axis(ds, "status", axis))
+    mark_untrusted(ax, *triangle.places(ds), about(ds, "status", axis))
     style.legend(figure)
     return figure
 
@@ -84,38 +84,9 @@ def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
     return {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")} | cut_at(ds)
 
 
-def cell_numbers(ds: "xr.Dataset", x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices along I1_over_I3 and thickness of the cells of a grid that hold shapes; -1 where none does.
-
-    Args:
-        ds: a map over a grid of shapes.
-        x: I1/I3.
-        y: I2/I3.
-    """
-    t = 1.0 - (1.0 - y) / x
-    numbers = []
-    for name, place in zip(SHAPE, np.broadcast_arrays(x, t), strict=True):
-        values = ds[name].values
-        order = np.argsort(values, kind="stable")
-        edges = style.edges(values[order])
-        edges = np.clip(edges, 0.0, 1.0) if name == "thickness" else edges
-        at = np.clip(np.searchsorted(edges, place) - 1, 0, values.size - 1)
-        numbers.append(np.where((edges[0] <= place) & (place <= edges[-1]), order[at], -1))
-    return numbers[0], numbers[1]
-
-
-def _of_axis(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
-    """Return a variable of a grid of shapes about an axis, over (I1_over_I3, thickness)."""
-    at = fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
-    return along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
-
-
-def _raster(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
-    """Return the signed rate in each cell of the triangle: of the shape whose grid cell holds its middle."""
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    i, j = cell_numbers(ds, middle[None, :], middle[:, None])
-    rate = signed_rate(_of_axis(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
-    return np.where((i >= 0) & (j >= 0), rate[i, j], np.nan)
+def about(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
+    """Return a variable of a grid of shapes about an axis, at the places of the shapes."""
+    return triangle.values(ds, name, fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])})
 
 
 def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
@@ -139,16 +110,17 @@ def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
-    norm = Normalize(-1, 1)
-    if is_of_shapes(ds) or ds.sizes["point"] >= LEAST_FILLED:
+    look = {"cmap": COLOR_MAP, "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    if is_of_shapes(ds):
+        rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
+        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **look)
+    elif ds.sizes["point"] >= LEAST_FILLED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
-        cells = (_raster if is_of_shapes(ds) else _binned)(ds, axis, edges)
-        look = {"interpolation": "nearest", "interpolation_stage": "rgba"}  # a tenth of the time that a mesh takes
-        mesh = ax.imshow(cells, COLOR_MAP, norm, origin="lower", extent=(0, 1, 0, 1), gid="cells", zorder=0, **look)
+        mesh = ax.pcolormesh(edges, edges, _binned(ds, axis, edges), zorder=0, **look)
     else:
         x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
-        mesh = ax.scatter(x, y, s=6, c=rate, cmap=COLOR_MAP, norm=norm, linewidths=0, rasterized=True, gid="cells")
-    frame(ax, axis, is_large)
+        mesh = ax.scatter(x, y, s=6, c=rate, linewidths=0, **look)
+    triangle.frame(ax, axis, is_large)
     _words(ax, axis, is_large)
     if is_large and not style.is_narrow():
         _name_bodies(ax)
@@ -157,26 +129,6 @@ def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
 
 def _heading(is_large: bool) -> dict:
     return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
-
-
-def frame(ax: Axes, axis: int, is_large: bool) -> None:
-    """Draw the triangle's sides, the line on which both lesser moments are equal, and what the sides are in words."""
-    ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
-    if axis != 3:
-        ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=style.halo(2.6))
-    ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal", xlabel=r"$I_1 / I_3$", ylabel=r"$I_2 / I_3$")
-    ax.spines[["top", "right"]].set_visible(False)
-    ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
-    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
-    ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
-    if not is_large:
-        return
-    quiet = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
-    ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
-    ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
-    if axis != 3:
-        style.note(ax, "$I_1 = I_2$", (0.6, 0.6), (7, -7), va="center", zorder=5, path_effects=style.halo(2.4))
-    style.note(ax, "sphere", (1, 1), (0, 6), **(quiet | {"ha": "right", "va": "bottom"}))
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:

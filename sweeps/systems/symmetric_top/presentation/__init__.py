@@ -18,10 +18,12 @@ LOOK = Look(
 
 
 class SymmetricTopPresentation(Presentation):
-    """The precession over I3/I1, its deviation over the half-angle, and the cones; a page with the top turning."""
+    """The precession over I3/I1 and the cones; a page with the top turning."""
 
     look = LOOK
-    part = Page((*turning.FILES, Path(__file__).parent / "page/part.js"), keys="Space: play or pause.")
+    part = Page(
+        (*turning.FILES, Path(__file__).parent / "page/part.js"), keys="Space: play or pause.", facts=turning.FACTS
+    )
     compared = (
         Compared(("precession_rate",), "precession of ω", "omega3"),
         Compared(("momentum_precession_rate",), "precession of L", "omega3"),

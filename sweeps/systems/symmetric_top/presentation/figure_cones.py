@@ -33,20 +33,15 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    rows, columns, size = style.arranged(len(tops), (4.4, 3.6), (0.0, 1.4))
-    figure = style.canvas(*size, "Body cone and space cone", subtitle, ax=ax)
-    for ax, ratio in zip(np.ravel(figure.subplots(rows, columns)), tops, strict=True):
+    title = "Body cone and space cone"
+    figure, axes = style.panels(len(tops), (4.4, 3.6), title, subtitle, ax, beside=(0.0, 1.4))
+    for ax, ratio in zip(axes, tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
         ax.set_title(f"{shape}: $I_3/I_1$ = {style.number(ratio, 3)}, ω at {style.number(angle, 3)}° to the axis")
         words = f"the space cone lies {where} the body cone"
         ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
-    look = {"alpha": 0.25, "lw": 0}
-    handles = [
-        Polygon([[0, 0]], color=BODY, label="body cone, about the figure axis", **look),
-        Polygon([[0, 0]], color=SPACE, label="space cone, about L", **look),
-    ]
-    style.legend(figure, handles)
+    style.legend(figure)
     return figure
 
 
@@ -74,11 +69,12 @@ def _rim(tilt: float, opening: float) -> np.ndarray:
 
 def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
     theta, beyond = cones(ratio, half_angle)
-    for tilt, opening, color in ((0.0, abs(beyond), SPACE), (theta, half_angle, BODY)):
+    space = (0.0, abs(beyond), SPACE, "space cone, about L")
+    for tilt, opening, color, label in (space, (theta, half_angle, BODY, "body cone, about the figure axis")):
         rim = _seen(_rim(tilt, opening))
         around = np.vstack([[0.0, 0.0], rim])
         hull = around[ConvexHull(around).vertices]
-        ax.add_patch(Polygon(hull, facecolor=color, alpha=0.2, edgecolor="none"))
+        ax.add_patch(Polygon(hull, facecolor=color, alpha=0.2, edgecolor="none", label=label))
         ax.plot(*rim.T, color=color, lw=1.4)
         ax.add_patch(Polygon(hull, facecolor="none", edgecolor=color, lw=0.8))
     path = _seen(1.12 * _rim(0.0, theta))

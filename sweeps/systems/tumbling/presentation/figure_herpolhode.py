@@ -33,9 +33,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     places = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
     if not places:
         return None
-    rows, columns, size = style.arranged(len(places), (4.4, 4.4))
-    figure = style.canvas(*size, "Herpolhodes", f"{ds.attrs.get('title', '')}\nseen along L, closed form", ax=ax)
-    for ax, (mode, point) in zip(np.ravel(figure.subplots(rows, columns)), places, strict=True):
+    subtitle = f"{ds.attrs.get('title', '')}\nseen along L, closed form"
+    figure, axes = style.panels(len(places), (4.4, 4.4), "Herpolhodes", subtitle, ax)
+    for ax, (mode, point) in zip(axes, places, strict=True):
         moments, omega = start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])

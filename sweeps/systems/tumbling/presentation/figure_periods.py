@@ -27,18 +27,15 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
-    rows, columns, size = style.arranged(PANELS, (4.0, 3.3))
-    figure = style.canvas(*size, f"{TITLE} (long-axis convention)", subtitle, ax=place)
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    shared = {"sharex": True, "sharey": True}
+    figure, axes = style.panels(PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
-    for ax, k in zip(axes.flat, energies, strict=True):
+    for ax, k in zip(axes, energies, strict=True):
         part = ds.isel(I3=0, omega0=0, energy=int(k)).load()
         mesh = _plane(ax, part)
+        ax.set(xlabel="$I_1/I_3$", ylabel="$I_2/I_3$")
+        ax.label_outer()
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
-    for ax in axes[-1]:
-        ax.set_xlabel("$I_1/I_3$")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("$I_2/I_3$")
     handles = [
         style.hatched(),
         Patch(facecolor=colors.FAINT, label="energy outside the range of the body"),

@@ -24,9 +24,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
-    rows, columns, size = style.arranged(2, (4.3, 0.5 + 0.42 * part.sizes["body"]), (1.0, 1.4))
-    figure = style.canvas(*size, "Probability that each spin is unstable", subtitle, ax=ax)
-    likely, rates = figure.subplots(rows, columns, sharey=True)
+    cell, title = (4.3, 0.5 + 0.42 * part.sizes["body"]), "Probability that each spin is unstable"
+    figure, (likely, rates) = style.panels(2, cell, title, subtitle, ax, beside=(1.0, 1.4), sharey=True)
     for axis in part["axis"].values.tolist():
         _axis(likely, rates, part.sel(axis=axis), axis)
     likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")

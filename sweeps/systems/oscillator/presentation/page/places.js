@@ -4,32 +4,27 @@ const REGIME_LINES = { stable: "solid", unstable: "dash", marginal: "dot" };
 
 /** Columns of places that move along a parameter. */
 function movingPlaces(name) {
-  const k = theMap.order.indexOf(name);
-  const e = theMap.order.indexOf("equilibrium");
-  return Object.values(theMap.columns).filter((column) => {
-    if (!column.name.endsWith("_equilibrium") || k < 0) return false;
-    return Array.from({ length: sizeOf("equilibrium") }, (_, slot) => slot).some((slot) => {
-      const values = theMap.coordinates[name].values.map((_, i) => column.at(state.place.map((at, d) => (d === k ? i : d === e ? slot : at)))).filter(Number.isFinite);
-      return values.length > 1 && Math.max(...values) - Math.min(...values) > 1e-6 * Math.max(...values.map(Math.abs));
-    });
+  const moves = (column) => theMap.coordinates.equilibrium.values.some((_, slot) => {
+    const values = theMap.coordinates[name].values.map((_, i) => column.at(placeWith({ [name]: i, equilibrium: slot }))).filter(Number.isFinite);
+    return values.length > 1 && Math.max(...values) - Math.min(...values) > 1e-6 * Math.max(...values.map(Math.abs));
   });
+  return Object.values(theMap.columns).filter((column) => column.name.endsWith("_equilibrium") && moves(column));
 }
 
 /** What a regime says of all modes together: unstable if one is. */
 function regimeOfAll(column, place) {
   const m = theMap.order.indexOf("mode");
-  const words = Array.from({ length: m < 0 ? 1 : sizeOf("mode") }, (_, mode) => column.meanings.get(column.at(place.map((at, d) => (d === m ? mode : at)))));
+  const words = (theMap.coordinates.mode?.values ?? [1]).map((_, mode) => column.meanings.get(column.at(place.map((at, d) => (d === m ? mode : at)))));
   return ["undetermined", "unstable", "marginal", "stable"].find((word) => words.includes(word));
 }
 
 /** The equilibria along a parameter: slot, place in the map, value, where it rests, regimes by theory and as measured, and whether it is undecided. */
 function restingPlaces(name, column) {
-  const [k, e] = [name, "equilibrium"].map((one) => theMap.order.indexOf(one));
   const { regime_theory: theory, regime, status } = theMap.columns;
   return theMap.coordinates.equilibrium.values.map((slot, s) => ({
     slot,
     points: ascending(name).map((i) => {
-      const place = state.place.map((at, d) => (d === k ? i : d === e ? s : at));
+      const place = placeWith({ [name]: i, equilibrium: s });
       return { place, x: theMap.coordinates[name].values[i], rests: column.at(place), theory: regimeOfAll(theory, place), measured: regimeOfAll(regime, place), undecided: status?.meanings.get(status.at(place)) === "equilibrium_undecided" };
     }),
   }));
@@ -63,28 +58,19 @@ function drawPlaces() {
   const resting = restingPlaces(state.x, chosen);
   const undecided = resting[0].points.filter((_, i) => resting.some(({ points }) => points[i].undecided)).length;
   const open = undecided > 0 ? ` (undecided at ${undecided} of ${resting[0].points.length} values)` : "";
-  document.getElementById("places-over").textContent = `${theMap.coordinates[state.x].longName}${placeBeside()}${open}`;
-  theMap.resting = { resting, chosen };
+  const beside = placeText(state.place, [state.x, "equilibrium", "mode"]);
+  document.getElementById("places-over").textContent = `${theMap.coordinates[state.x].longName}${beside ? `, at ${beside}` : ""}${open}`;
   const here = { type: "scatter", mode: "markers", name: "chosen", showlegend: false, x: [coordinateAt(state.x, state.place)], y: [chosen.at(state.place)], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
-  const unit = unitText(chosen.units);
-  const named = symbolText(chosen.name.replace(/_equilibrium$/, ""));
-  const yaxis = { title: { text: unit ? `${named} (${unit})` : named }, exponentformat: "power" };
+  const yaxis = { title: { text: labelled(symbolText(chosen.name.replace(/_equilibrium$/, "")), chosen.units) }, exponentformat: "power" };
   const layout = { height: 380, showlegend: true, legend: { orientation: "h", y: -0.25 }, hovermode: "closest", dragmode: false, xaxis: axisOf(state.x, theMap.coordinates[state.x].values), yaxis };
   draw("places-plot", [...placesTraces(resting), here], layout);
-  if (document.getElementById("places-table").open) fillPlacesTable();
+  showTable("places-table", () => placesTable(resting, chosen));
 }
 
-/** At what the other parameters are. */
-function placeBeside() {
-  const others = theMap.dims.filter(({ name, size }) => size > 1 && ![state.x, "equilibrium", "mode"].includes(name));
-  return others.length > 0 ? `, at ${others.map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, state.place))}`).join(", ")}` : "";
-}
-
-function fillPlacesTable() {
-  const { resting, chosen } = theMap.resting;
+function placesTable(resting, chosen) {
   const heads = [dimensionLabel(state.x), ...resting.map(({ slot }) => flagText(String(slot)))];
   const rows = fewOf(resting[0].points.length, 30).map((i) => [numberText(resting[0].points[i].x, 4), ...resting.map(({ points }) => (Number.isFinite(points[i].rests) ? `${chosen.text(points[i].rests)}, ${flagText(points[i].measured)}` : points[i].undecided ? "undecided" : "–"))]);
-  fillTable(document.querySelector("#places-table table"), heads, rows);
+  return [heads, rows];
 }
 
 function buildPlaces() {
@@ -97,7 +83,6 @@ function buildPlaces() {
     target.on?.("plotly_click", ({ points }) => points[0].customdata && choose({ place: points[0].customdata }));
   });
   document.getElementById("places-of").onchange = drawPlaces;
-  document.getElementById("places-table").addEventListener("toggle", () => theMap.resting && fillPlacesTable());
   late();
   onChange(atRest(late));
 }

@@ -4,11 +4,9 @@ const PARTS = ["eigenvalue_real", "eigenvalue_imag"];
 
 /** Measured, error and theory of every eigenvalue at the chosen place: [real, imaginary] each. */
 function spectrum() {
-  const k = theMap.order.indexOf("eigenvalue");
-  const all = Array.from({ length: sizeOf("eigenvalue") }, (_, i) => {
-    const place = state.place.map((at, d) => (d === k ? i : at));
-    const of = (suffix) => PARTS.map((name) => theMap.columns[`${name}${suffix}`]?.at(place) ?? NaN);
-    return { number: theMap.coordinates.eigenvalue.values[i], measured: of(""), error: of("_error"), theory: of("_theory") };
+  const all = theMap.coordinates.eigenvalue.values.map((number, eigenvalue) => {
+    const of = (suffix) => PARTS.map((name) => theMap.columns[`${name}${suffix}`]?.at(placeWith({ eigenvalue })) ?? NaN);
+    return { number, measured: of(""), error: of("_error"), theory: of("_theory") };
   });
   return all.filter(({ measured, theory }) => [...measured, ...theory].some(Number.isFinite));
 }
@@ -59,7 +57,6 @@ function drawSpectrum() {
   const values = spectrum();
   document.getElementById("spectrum-words").textContent = spectrumInWords(values);
   for (const id of ["spectrum-plot", "spectrum-table"]) document.getElementById(id).hidden = values.length === 0;
-  theMap.spectrum = values;
   if (values.length === 0) return;
   const [x, y] = spectrumRanges(values);
   const zero = { zeroline: true, zerolinecolor: pageColor("quiet"), zerolinewidth: 1.4, exponentformat: "power" };
@@ -69,19 +66,18 @@ function drawSpectrum() {
   const layout = { height: 320, margin: { l: 64, r: 12, t: 8, b: 44 }, showlegend: true, legend: { orientation: "h", y: -0.26 }, hovermode: "closest", dragmode: false, shapes: [side], annotations: [label] };
   const axes = { xaxis: { title: { text: `real part (${unit})` }, range: x, ...zero }, yaxis: { title: { text: `imaginary part (${unit})` }, range: y, ...zero } };
   draw("spectrum-plot", spectrumTraces(values), { ...layout, ...axes }, { displayModeBar: false });
-  if (document.getElementById("spectrum-table").open) fillSpectrumTable();
+  showTable("spectrum-table", () => spectrumTable(values));
 }
 
-function fillSpectrumTable() {
+function spectrumTable(values) {
   const both = ([a, b]) => `${numberText(a, 2)}, ${numberText(b, 2)}`;
-  const rows = theMap.spectrum.map(({ number, measured, error, theory }) => [String(number), complexText(measured, 6), both(error), complexText(theory, 6)]);
-  fillTable(document.querySelector("#spectrum-table table"), ["eigenvalue", "measured (s⁻¹)", "errors of both parts (s⁻¹)", "theory (s⁻¹)"], rows);
+  const rows = values.map(({ number, measured, error, theory }) => [String(number), complexText(measured, 6), both(error), complexText(theory, 6)]);
+  return [["eigenvalue", "measured (s⁻¹)", "errors of both parts (s⁻¹)", "theory (s⁻¹)"], rows];
 }
 
 function buildSpectrum() {
   if (!theMap.order.includes("eigenvalue") || !PARTS.every((name) => theMap.columns[name])) return;
   document.getElementById("spectrum").hidden = false;
-  document.getElementById("spectrum-table").addEventListener("toggle", () => theMap.spectrum && fillSpectrumTable());
   drawSpectrum();
   onChange(atRest(drawSpectrum));
 }

@@ -48,7 +48,7 @@ PRESETS = [
 def page(ds: "xr.Dataset") -> Page:
     """Return the system's part of the page of a map."""
     table = "body" in ds.dims
-    facts = {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": PRESETS}
+    facts = turning.FACTS | {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": PRESETS}
     return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 

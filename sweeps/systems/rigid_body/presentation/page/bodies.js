@@ -1,9 +1,5 @@
 // Maps of named bodies: a table of body and axis in place of the plane; each cell is a button that chooses its point.
 
-function bodyDimensions() {
-  return ["body", ...theMap.order.filter((name) => name === "axis")];
-}
-
 function bodyCell(column, place, scale) {
   const value = column.at(place);
   const button = element("button", { type: "button", textContent: column.isFlag ? column.text(value) : numberText(value, 4) });
@@ -24,15 +20,14 @@ function cellColor(column, value, regime) {
 function drawBodies() {
   const column = chosenColumn();
   const regime = theMap.columns.regime ?? theMap.columns.stability;
-  const [kb, ka] = ["body", "axis"].map((name) => theMap.order.indexOf(name));
-  const axes = ka >= 0 ? theMap.coordinates.axis.values : [null];
+  const axes = theMap.order.includes("axis") ? theMap.coordinates.axis.values : [null];
   const head = element("tr", {}, element("th", { scope: "col", textContent: "body" }));
   for (const axis of axes) head.append(element("th", { scope: "col", textContent: axis === null ? column.longName : `spin about axis ${axis}` }));
   const places = [];
   const lines = theMap.coordinates.body.values.map((body, i) => {
     const line = element("tr", {}, element("th", { scope: "row", textContent: body }));
     axes.forEach((axis, j) => {
-      const place = state.place.map((at, k) => (k === kb ? i : k === ka ? j : at));
+      const place = placeWith({ body: i, axis: j });
       places.push(place);
       const color = regime && regime.isFlag ? cellColor(regime, regime.at(place)) : null;
       const cell = element("td", {}, bodyCell(column, place, color));

@@ -88,7 +88,7 @@ const part = {
   landmarks: namedBodies,
   lecture: lectureOfBodies,
   leave: () => ({ shaken: null }),
-  begin: () => motion.end && (seek(0), setPlaying(true)),
+  begin: () => motion.end && (seek(0), motion.player.set(true)),
   first: () => (theMap.start.whole ? state.place : mostUnstable()),
   opening: () => (state.nudge ??= LARGE_ENOUGH),
   say: () => motion.words,

@@ -7,12 +7,6 @@ const RESTING = {
   separatrix: "It is on the separatrix and approaches rotation about the intermediate axis for ever.",
 };
 
-/** A number as it was measured, else as the closed form has it. */
-function measuredOrExact(name, place) {
-  const measured = theMap.columns[name]?.at(place);
-  return Number.isFinite(measured) ? measured : theMap.columns[`${name}_exact`]?.at(place) ?? NaN;
-}
-
 function tumblingInWords(place) {
   const mode = theMap.columns.mode ?? theMap.columns.mode_exact;
   const meaning = mode?.meanings.get(mode.at(place));

@@ -1,24 +1,17 @@
 // The part of thrown bodies: how they come down, in one sentence, and the throw itself.
 
-function thrown(place) {
-  return ["twist", "time_of_turn"].map((name) => {
-    const measured = theMap.columns[name]?.at(place);
-    return Number.isFinite(measured) ? measured : theMap.columns[`${name}_exact`]?.at(place) ?? NaN;
-  });
-}
-
 /** One revolution of the handle: L = I2 ω0 is at chi from the intermediate axis, theta from the least. */
 function throwOf(place) {
   const value = (name) => coordinateAt(name, place);
   const moments = MOMENTS.map(value).sort((a, b) => a - b);
   const [chi, theta, L] = [value("chi"), value("theta"), moments[1] * value("omega0")];
   const sides = [Math.cos(theta), Math.sin(theta) * Math.cos(chi), Math.sin(theta) * Math.sin(chi)];
-  const [, end] = thrown(place);
+  const end = measuredOrExact("time_of_turn", place);
   return { moments, axis: 2, omega0: value("omega0"), omega: sides.map((side, i) => (L * side) / moments[i]), end };
 }
 
 function twistInWords(place) {
-  const [twist, time] = thrown(place);
+  const [twist, time] = ["twist", "time_of_turn"].map((name) => measuredOrExact(name, place));
   if (!Number.isFinite(twist)) return sentenceOf(place);
   const name = theMap.coordinates.body ? coordinateAt("body", place) : "this body";
   const degrees = Math.abs((180 * twist) / Math.PI);

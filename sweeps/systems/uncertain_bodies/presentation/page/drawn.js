@@ -73,25 +73,20 @@ function drawDrawn() {
   const ring = { type: "scatter", mode: "markers", name: "chosen", x: [x.values[at]], y: [y.values[at]], marker: { size: 15, symbol: "circle-open", color: pageColor("ink"), line: { width: 2.5 } }, hoverinfo: "skip" };
   const target = document.getElementById("drawn-plot");
   const touch = matchMedia("(pointer: coarse)").matches;
-  const side = (column, range) => ({ title: { text: drawnLabel(column) }, range, showgrid: false, zeroline: false, exponentformat: "power" });
+  const side = (column, range) => ({ title: { text: labelled(symbolText(column.name), column.units) }, range, showgrid: false, zeroline: false, exponentformat: "power" });
   const yaxis = { ...side(y, ranges[1]), ...(onTriangle ? { scaleanchor: "x", constrain: "domain" } : {}) };
   const layout = { xaxis: { ...side(x, ranges[0]), constrain: "domain" }, yaxis, height: innerWidth > 860 ? 380 : 340, showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: [coordinateAt("body", state.place), x.name, y.name].join() };
   const under = onTriangle ? stabilityRegions(axis, Math.max(...ranges.flat())) : [];
   draw(target, [drawnDots(columns, x, y), ...under, ring], layout);
   fillDrawnWords(found, axis, onTriangle, at);
   drawDistribution(columns[choice.told]);
-  if (document.getElementById("drawn-table").open) fillDrawnTable();
+  showTable("drawn-table", () => drawnTable(found));
   showDrawnControls(choice);
 }
 
 function drawDistribution(column) {
   const dots = Array.from(column.values, (value) => ({ value }));
   drawHistogram({ ...column, longName: symbolText(column.name) }, dots, document.getElementById("drawn-histogram"), "draws");
-}
-
-function drawnLabel(column) {
-  const unit = unitText(column.units);
-  return `${symbolText(column.name)}${unit ? ` (${unit})` : ""}`;
 }
 
 function drawnDots(columns, x, y) {
@@ -146,11 +141,10 @@ function outlookInWords(place) {
   return `Spun about axis ${coordinateAt("axis", place)}, ${body} is unstable with a probability of ${shareText(...unstable)}${also}${of}.`;
 }
 
-function fillDrawnTable() {
-  const found = theMap.draws;
+function drawnTable(found) {
   const columns = Object.values(found.columns);
   const rows = fewOf(found.body.shown, MOST_TABLE).map((i) => [String(drawnName(found, i)), ...columns.map((column) => column.text(column.values[i]))]);
-  fillTable(document.querySelector("#drawn-table table"), ["draw", ...columns.map((column) => column.longName)], rows);
+  return [["draw", ...columns.map((column) => column.longName)], rows];
 }
 
 const DRAWN_SIDES = { across: ["x axis", "drawn-controls"], up: ["y axis", "drawn-controls"], told: ["of", "histogram-controls"] };
@@ -172,14 +166,8 @@ function showDrawnControls(choice) {
 function buildDrawn() {
   const target = document.getElementById("drawn-plot");
   drawDrawn();
-  document.getElementById("drawn-table").addEventListener("toggle", fillDrawnTable);
   const mark = (i) => choose({ draw: drawnName(theMap.draws, i) });
   if (theMap.draws) target.on("plotly_click", ({ points }) => points[0].curveNumber === 0 && mark(points[0].pointNumber));
-  const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: 1, ArrowDown: -1 };
-  target.addEventListener("keydown", (event) => {
-    if (!(event.key in steps) || !theMap.draws) return;
-    mark(Math.max(0, Math.min(theMap.draws.body.shown - 1, drawnNumber(theMap.draws) + steps[event.key])));
-    event.preventDefault();
-  });
+  onArrows(target, (right, up) => theMap.draws && mark(Math.max(0, Math.min(theMap.draws.body.shown - 1, drawnNumber(theMap.draws) + right + up))));
   onChange(drawDrawn);
 }

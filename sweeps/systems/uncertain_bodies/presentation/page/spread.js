@@ -23,14 +23,12 @@ function spreadWords(name) {
 /** One line for each axis: the share of the draws that do not exceed a value. */
 function drawSpread() {
   const chosen = document.querySelector("#spread-controls select").value;
-  const k = theMap.order.indexOf("axis");
-  const axes = k >= 0 ? theMap.coordinates.axis.values : [""];
-  const places = axes.map((_, j) => state.place.map((at, d) => (d === k ? j : at)));
-  const traces = places.map((place, j) => {
-    const [values, errors] = spreadAt(chosen, place);
+  const axes = theMap.coordinates.axis.values;
+  const traces = axes.map((axis, j) => {
+    const [values, errors] = spreadAt(chosen, placeWith({ axis: j }));
     const color = inkOf(theMap.seriesColors[j % theMap.seriesColors.length]);
     const array = values.map((_, i) => errors[i] ?? 0);
-    return { type: "scatter", mode: "lines+markers", name: `axis ${axes[j]}`, x: values, y: theMap.levels.map((level) => 100 * level), error_x: { type: "data", array, color, thickness: 1.2, width: 4 }, line: { color, width: j === place[k] ? 2 : 1.5, dash: DASHES_OF_AXES[j % 3] }, marker: { color, size: 7 } };
+    return { type: "scatter", mode: "lines+markers", name: `axis ${axis}`, x: values, y: theMap.levels.map((level) => 100 * level), error_x: { type: "data", array, color, thickness: 1.2, width: 4 }, line: { color, width: axis === coordinateAt("axis", state.place) ? 2 : 1.5, dash: DASHES_OF_AXES[j % 3] }, marker: { color, size: 7 } };
   });
   const layout = { xaxis: { title: { text: spreadWords(chosen) }, exponentformat: "power" }, yaxis: { title: { text: "fraction of the draws (%)" }, range: [0, 100] }, height: 300, showlegend: true, legend: { orientation: "h", y: 1.15 } };
   draw("spread-plot", traces, layout);
