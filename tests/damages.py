@@ -30,6 +30,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pytest
 from maps import BODIES, DEFINITION, TOP, write
 
 OSCILLATOR = {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.0, 9.8]}}
@@ -323,14 +324,14 @@ def classic(path, form):
     with netCDF4.Dataset(path, "w", format=form) as file:
         file.createDimension("x", 3)
         file.createVariable("x", "f8", ("x",))[:] = 1.0
-        file.contract_version = "2.1"
+        file.contract_version = "3.0"
 
 
 def plain_hdf(path):
     path.unlink()
     with h5py.File(path, "w") as file:
         file["status"] = np.zeros(3)
-        file.attrs["contract_version"] = "2.1"
+        file.attrs["contract_version"] = "3.0"
 
 
 def no_file(path, kind):
@@ -725,19 +726,26 @@ def bases(folder, definitions=BASES):
     return {name: write(folder, definition, f"{name}.nc") for name, definition in definitions.items()}
 
 
-def make_light():
-    """Makes pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
+@contextlib.contextmanager
+def light():
+    """Make pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
     from sweeps import __main__
     from sweeps.figure import style
     from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import drawing
 
-    drawing.worker = contextlib.nullcontext  # pictures are drawn in this process
-    __main__._parser = cache(__main__._parser)
-    style.DPI = style.STYLE["figure.dpi"] = style.STYLE["savefig.dpi"] = 40
-    figure_flip.FRAMES, figure_flip.DOTS = 8, 40
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawing, "worker", contextlib.nullcontext)  # pictures are drawn in this process
+        patch.setattr(__main__, "_parser", cache(__main__._parser))
+        patch.setattr(style, "DPI", 40)
+        for key in ("figure.dpi", "savefig.dpi"):
+            patch.setitem(style.STYLE, key, 40)
+        patch.setattr(figure_flip, "FRAMES", 8)
+        patch.setattr(figure_flip, "DOTS", 40)
+        yield
 
 
+@light()
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--every", type=int, default=1, help="take every n-th file")
@@ -746,7 +754,6 @@ def main():
     parser.add_argument("--folder", type=Path, default=None)
     args = parser.parse_args()
     folder = (args.folder or Path(tempfile.mkdtemp())).resolve()
-    make_light()
     whole, begun = Whole(folder), processor_seconds()
     for name, definition in BASES.items():
         if args.base not in name:

@@ -97,8 +97,8 @@ QUICK, FILES = 3, int(os.environ.get("POLHODE_FUZZ_FILES", 10))  # of each kind
 @pytest.fixture(scope="module")
 def known(tmp_path_factory):
     folder = tmp_path_factory.mktemp("seeds")
-    damages.make_light()
-    return seeds(folder), write(folder, BODIES | FEW, "whole.nc")
+    with damages.light():
+        yield seeds(folder), write(folder, BODIES | FEW, "whole.nc")
 
 
 KINDS = [*(f"definition {k}" for k in DEFINITIONS), *(f"table {k}" for k in TABLES), *(f"mesh {k}" for k in MESHES)]

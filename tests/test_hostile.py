@@ -303,7 +303,7 @@ ATTRIBUTES = {
     "odd definition": ({"definition": "integration: {tolerance: [], variables: 7}\nbodies: [{axis: 9}, 3]"}, UNLIKE),
     "a file": ({"system": "evil.py"}, REFUSED),  # whose maps have no axis
     "two lines": ({"system": "rigid_body\n<b>"}, REFUSED),
-    "version": ({"contract_version": 2.0}, FINE),
+    "version": ({"contract_version": 3.0}, FINE),
     "conventions": ({"Conventions": [9]}, FINE),
 }
 DRAWN = (

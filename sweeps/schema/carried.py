@@ -2,7 +2,7 @@
 
 import re
 
-CONTRACT_VERSION = "2.1"
+CONTRACT_VERSION = "3.0"
 
 
 def is_readable(version: str) -> bool:

@@ -47,6 +47,7 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
 
     Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane. Of
     points that are drawn or listed, the first two coordinates do, and each cell has the flag of most points in it.
+    Equal panels, as those of the eigenvalues of one regime, are one.
 
     Args:
         ds: a map.
@@ -64,28 +65,30 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
     fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*drawn.over, beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
+    names = [f"{beside} {value}" for value in ds[beside].values] if beside else [""]
+    if beside and not np.ptp(values.values, axis=values.dims.index(beside)).any():  # a regime is one of all eigenvalues
+        values, names, count = values.isel({beside: 0}), [f"{names[0]} … {ds[beside].values[-1]}"], 1
     room = max(NARROWEST, (width - drawn.label_width() - 2 * (count - 1)) // count)
     look, meanings = systems.presentation_of(ds).look, flags(ds[flag])
     glyphs = _glyphs(meanings, look)
     panels = []
     for number in range(count):
-        labels, cells = drawn.cells(values.isel({beside: number}) if beside else values, room)
+        labels, cells = drawn.cells(values.isel({beside: number}) if count > 1 else values, room)
         rows = ["".join(glyphs.get(cell, "?") for cell in row) for row in cells]
-        title = f"{beside} {ds[beside].values[number]}" if beside else ""
-        panels.append(Panel(title, list(zip(labels, rows, strict=True)), drawn.ends))
+        panels.append(Panel(names[number], list(zip(labels, rows, strict=True)), drawn.ends))
     occurs = {character for panel in panels for _, row in panel.rows for character in row}
     legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
-    told = {dim: ds[dim].values[i] for dim, i in fixed.items() if dimensions(ds)[dim] > 1}
-    told = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in told.items()}
+    at = {dim: ds[dim].values[i] for dim, i in fixed.items() if dimensions(ds)[dim] > 1}
+    at = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in at.items()}
     tints = {glyph: look.color(meaning) for glyph, meaning in legend.items()}
-    return TextMap(flag, drawn.x, drawn.y, told, panels, legend, tints)
+    return TextMap(flag, drawn.x, drawn.y, at, panels, legend, tints)
 
 
 def _glyphs(meanings: dict[int, str], look: Look) -> dict[int | None, str]:
     """Return flag → its character; a letter for those without one of their own."""
     marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
-    found = {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
-    return found | {EMPTY: " "}
+    glyphs = {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
+    return glyphs | {EMPTY: " "}
 
 
 class _Grid:

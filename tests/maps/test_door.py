@@ -280,7 +280,7 @@ def test_a_version_of_many_lines_is_refused_in_one(path, tmp_path, capsys):
     copy = shutil.copy(path, tmp_path / "map.nc")
     damages.told(copy, "", "contract_version", "a\nb")
     assert main(["show", str(copy)]) == 2
-    assert "contract_version: is a?b; allowed: 2.1" in capsys.readouterr().err
+    assert "contract_version: is a?b; allowed: 3.0" in capsys.readouterr().err
 
 
 def test_what_is_no_part_of_a_map_is_left_alone(path, tmp_path):

@@ -127,6 +127,13 @@ def test_bodies_stand_upwards_by_name():
     assert drawn.panels[1].rows[0][1] == "###"
 
 
+def test_equal_panels_are_one(ds):
+    alike = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
+    drawn, whole = textmap.draw(alike, {}), textmap.draw(ds, {})
+    assert [panel.title for panel in drawn.panels] == ["axis 1 … 3"]
+    assert drawn.panels[0].rows == whole.panels[1].rows
+
+
 def test_a_single_point_has_no_map():
     ds = sweeps.survey({"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}})
     assert textmap.draw(ds, {}) is None

@@ -101,6 +101,8 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     figure = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]()
     gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
     assert gids >= {"law", "measured"}
+    calm = ds.assign(regime=0 * ds["regime"], growth_per_period=0.0 * ds["growth_per_period"])
+    assert PumpedBodyPresentation(resolve("pumped_body")).figures(calm)["tongues_axis_3"]() is None  # of one colour
 
 
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():

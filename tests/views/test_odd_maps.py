@@ -109,8 +109,8 @@ def marked():
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Return the function that makes the map of a system once."""
-    damages.make_light()
-    return cache(lambda base: write(tmp_path_factory.mktemp("base"), damages.BASES[base], f"{base}.nc"))
+    with damages.light():
+        yield cache(lambda base: write(tmp_path_factory.mktemp("base"), damages.BASES[base], f"{base}.nc"))
 
 
 def odd(path, target, cut, change, seed):

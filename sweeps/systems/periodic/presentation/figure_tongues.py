@@ -27,7 +27,9 @@ EXACT = "Mathieu's curves, exact"
 
 
 def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
-    """Draw regimes over the two longest parameters, a panel for each value of a third; None where one varies at most.
+    """Draw regimes over the two longest parameters, a panel for each value of a third.
+
+    There is no picture where one parameter varies at most, and where all of it would be of one colour.
 
     Args:
         ds: a map of multipliers.
@@ -43,6 +45,8 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
     if y is None:
         return None
     part = part.isel(planes.few(part["regime"], (x, y), (third,))).load()
+    if np.unique(part["regime"]).size == 1 and not (part["growth_per_period"] > 0.0).any():
+        return None  # all would be of one colour
     values = part[third].values[:MOST_PANELS] if third else [None]
     figure, axes = style.panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), what, ax)
     regimes = Regimes(REGIMES, look, DEEPEST)

@@ -38,7 +38,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         else:
             mesh = _frequencies(ax, one, x, y)
     if y and not top:
-        figure.colorbar(mesh, ax=list(axes), label="measured angular frequency / rate scale", aspect=30, pad=0.02)
+        figure.colorbar(
+            mesh, ax=list(axes), label=f"measured angular frequency  ({style.units('rad s-1')})", aspect=30, pad=0.02
+        )
     regimes.explain(figure, axes, "growth or decay / rate scale")
     return figure
 
@@ -69,7 +71,7 @@ def _thinned(ds, x, y, third):
         few[third] = sorted({0, ds.sizes[third] // 2, ds.sizes[third] - 1})
     part = ds[names].isel(few | {"eigenvalue": 0}).load()
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(few) for name in ("real", "imag"))
-    frequencies = np.abs(ds["eigenvalue_imag"].isel(few)).max("eigenvalue") / part["rate_scale"]
+    frequencies = np.abs(ds["eigenvalue_imag"].isel(few)).max("eigenvalue")
     relative = (part["growth_rate"] / part["rate_scale"]).where(np.isin(part["regime"], rated(REGIMES)), 0.0)
     return part.assign(relative=relative, frequencies=frequencies, eigenvalues=real + 1j * imag)
 
