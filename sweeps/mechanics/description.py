@@ -232,14 +232,13 @@ class System:
         """Add Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
         self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True)))
 
-    def force(self, forces: dict) -> None:
-        """Add generalised forces without a potential, {q: Q(q, q̇)}; several add up."""
-        for symbol, Q in forces.items():
-            if symbol not in {c.symbol for c in self.coordinates.values()}:
-                allowed = ", ".join(self.coordinates) or "there are none"
-                raise DescriptionError(f"force: {symbol} is no coordinate; allowed: {allowed}")
-            force = self._expression(f"force on {symbol}", Q, self._moving(velocities=True))
-            self.forces[symbol] = self.forces.get(symbol, sp.Integer(0)) + force
+    def force(self, coordinate: sp.Symbol, Q) -> None:
+        """Add a generalised force Q(q, q̇) along a coordinate, without a potential; several add up."""
+        if coordinate not in {c.symbol for c in self.coordinates.values()}:
+            allowed = ", ".join(self.coordinates) or "there are none"
+            raise DescriptionError(f"force: {coordinate} is no coordinate; allowed: {allowed}")
+        force = self._expression(f"force on {coordinate}", Q, self._moving(velocities=True))
+        self.forces[coordinate] = self.forces.get(coordinate, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
         """Add a state of equations of first order and return its symbol; see `State`. :meth:`rate` sets its rate."""
