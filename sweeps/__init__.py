@@ -192,7 +192,7 @@ def motion(
         start: of a body, its three angular velocities (rad s-1), or a mapping with axis, omega0, epsilon and phase;
             left out, a spin about its intermediate axis. Of a described system, name → number, or one number a run, of
             each coordinate or state, and of velocities (`theta_dot`), which are 0 where they are not given.
-        times: when the motion is wanted, s, ascending; the first is the start. Of a body also a duration, or None for
+        times: when the motion is wanted, s, ascending; the first is the start. Or a duration; of a body also None, for
             two flips or two wobble periods.
         parameters: of a described system, name → number, or one number a run; left out, the description's defaults.
         tolerance: of a described system, largest change by halving the steps, relative to the largest size of each
@@ -210,7 +210,7 @@ def motion(
         >>> ds = sweeps.motion([1.0, 2.0, 2.5], {"axis": 2, "omega0": "60 rpm", "epsilon": 0.01})
         >>> bool(ds.omega2.min() < -6)  # it flips
         True
-        >>> pendulum = sweeps.motion("pendulum", {"theta": "170 deg"}, [0.0, 1.0], parameters={"length": 1.0})
+        >>> pendulum = sweeps.motion("pendulum", {"theta": "170 deg"}, "2 s", parameters={"length": 1.0})
         >>> str(pendulum.status.item())
         '0'
     """

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import sweeps
+from sweeps.__main__ import main
 from sweeps.mechanics import System
 from sweeps.schema.refusals import DefinitionError
 
@@ -28,6 +29,46 @@ def test_pendulums_swing_as_elliptic_functions_say(times):
     # the elliptic functions of SciPy are known to some roundings of their argument
     assert (off <= ds["theta_error"].values + 1e-13).all()
     assert ds["theta_error"].max() < 1e-10
+
+
+def test_the_command_writes_the_motion_that_elliptic_functions_have(tmp_path, capsys):
+    out = tmp_path / "pendulum.csv"
+    options = [
+        "--start",
+        "theta=90 deg",
+        "--parameter",
+        "length=2",
+        "--duration",
+        "5 s",
+        "--samples",
+        "11",
+        "-o",
+        str(out),
+    ]
+    assert main(["motion", "pendulum", *options]) == 0
+    assert capsys.readouterr().out.strip() == str(out)
+    time, theta, error, *_ = np.loadtxt(out, delimiter=",", skiprows=1, unpack=True)
+    sn, *_ = ellipj(np.sqrt(9.80665 / 2) * time + ellipk(0.5), 0.5)
+    # the elliptic functions of SciPy are known to some roundings of their argument
+    assert (np.abs(theta - 2 * np.arcsin(np.sqrt(0.5) * sn)) <= error + 1e-13).all()
+    np.testing.assert_allclose(time, np.linspace(0.0, 5.0, 11), rtol=1e-15)  # a rounding of a product
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["pendulum", "--start", "theta=1"], "--duration: null"),
+        (["pendulum", "--omega0", "3"], "--omega0: is of a body"),
+        (["racket", "--start", "theta=1"], "--start, --parameter: are of a described system"),
+        (["pendulum", "--start", "tetha=1", "--duration", "1"], "start: tetha is unknown; allowed: theta, theta_dot"),
+        (["pendulum", "--start", "theta=1", "--duration", "1", "--samples", "1"], "samples: 1 is out of range"),
+        (["pendulum", "--start", "theta=1", "--duration", "1e9"], "motion: non_finite"),
+    ],
+)
+def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
+    assert main(["motion", *options, "-o", str(tmp_path / "out.csv")]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out.csv").exists()
 
 
 def shaken():

@@ -78,6 +78,12 @@ def number(text: str) -> int | float | str:
     return int(value) if value.is_integer() else value
 
 
+def setting(text: str) -> tuple[str, int | float | str]:
+    """Return name and value of NAME=VALUE."""
+    name, _, value = text.partition("=")
+    return name, number(value)
+
+
 def add_duration(parser: Parser) -> None:
     """Add the options --duration and --samples of a motion."""
     parser.add_argument("--duration", type=number, metavar="T", help='length of the motion, s ("2 min")')

@@ -92,11 +92,11 @@ class Film(NamedTuple):
 
     rate: float  #: frames a second
     finer: int  #: how many times as many frames it has as a GIF
-    across: int | None  #: its width in pixels; None for the animation's own
+    across: int | None  #: width in pixels of the sheet of 16:9 that it fills; None for the animation's own size
 
     def dots(self, inches: tuple[float, float], usual: int) -> float:
         """Return the pixels per inch of a picture of this size, whose own are `usual`."""
-        return self.across / inches[0] if self.across else usual
+        return min(self.across / inches[0], self.across * 9 / 16 / inches[1]) if self.across else usual
 
 
 GIF, HD = Film(1000 / 60, 1, None), Film(30.0, 2, 1920)

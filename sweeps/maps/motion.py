@@ -27,10 +27,7 @@ def of(
         MotionError: for a system that has none, for a duration or a number of samples out of range, and for a motion
             that doubles cannot hold.
     """
-    if duration is not None and not (math.isfinite(duration) and duration > 0):
-        raise MotionError(f"duration: {duration!r} is out of range; allowed: a finite number of seconds > 0")
-    if samples is not None and not 2 <= samples <= 10_000_000:
-        raise MotionError(f"samples: {samples} is out of range; allowed: 2 to 10,000,000")
+    check_length(duration, samples)
     with np.errstate(all="ignore"):
         moved = system.motion(point, duration, samples, tolerance)
     if moved is None:
@@ -38,6 +35,14 @@ def of(
         raise MotionError(f"motion: {system.name} has none at its points; allowed: {allowed}")
     check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
     return moved
+
+
+def check_length(duration: float | None, samples: int | None) -> None:
+    """Refuse a duration (s) or a number of samples that no motion can have."""
+    if duration is not None and not (math.isfinite(duration) and duration > 0):
+        raise MotionError(f"duration: {duration!r} is out of range; allowed: a finite number of seconds > 0")
+    if samples is not None and not 2 <= samples <= 10_000_000:
+        raise MotionError(f"samples: {samples} is out of range; allowed: 2 to 10,000,000")
 
 
 def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema import units
+from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display, hint
-from sweeps.systems.motion import ascending
+from sweeps.systems.motion import LEAST_SAMPLES, ascending
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +37,8 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     for name, values in numbers.items():
         if not all(map(model.system.parameters[name].allows, np.ravel(values))):
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
+    if np.ndim(times) == 0:
+        times = np.linspace(0.0, amount("times", times, "s"), LEAST_SAMPLES + 1)
     times, shape = ascending(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
     if len(shape) > 1:
         raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")

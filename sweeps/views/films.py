@@ -1,5 +1,6 @@
 """Animations as files: GIF, and MP4 and WebM where ffmpeg is at hand."""
 
+import math
 import shutil
 import subprocess
 import tempfile
@@ -30,7 +31,7 @@ def encoder() -> str | None:
 
 @contextmanager
 def drawn_for(path: str | Path) -> Iterator[None]:
-    """Draw animations of this block for a file: a film, 1920 pixels across, or a GIF."""
+    """Draw animations of this block for a file: a film of 1920 x 1080 pixels, or a GIF."""
     token = style.film.set(style.HD if Path(path).suffix[1:] in KINDS else style.GIF)
     try:
         yield
@@ -71,7 +72,8 @@ def _film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
     first = next(frames)
     height, width = first.shape[:2]
     paper = "#{:02x}{:02x}{:02x}".format(*first[0, 0, :3])
-    pad = f"pad={width}:max(ih\\,{width * 9 // 16}):0:(oh-ih)/2:color={paper}"
+    wide, high = (2 * math.ceil(n / 2) for n in (max(width, height * 16 / 9), max(height, width * 9 / 16)))
+    pad = f"pad={wide}:{high}:(ow-iw)/2:(oh-ih)/2:color={paper}"
     command = [encoder(), "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}"]
     command += ["-r", f"{style.HD.rate:g}", "-i", "-", "-vf", pad, *KINDS[kind], "-f", kind, str(path)]
     with tempfile.TemporaryFile() as said:

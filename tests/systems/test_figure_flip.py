@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import exact
 from sweeps.__main__ import main
+from sweeps.figure import style
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.bodies import outline, solid
 from sweeps.systems.rigid_body.presentation import figure_flip
-from sweeps.views import figures, report_columns
+from sweeps.views import figures, films, report_columns
 
 GRID = {"grid": {"I1": {"start": 0.4, "stop": 1.6, "num": 5}, "I2": [0.7, 1.1, 2.5], "I3": [1.0, 1.3], "omega0": -5.0}}
 
@@ -119,6 +120,18 @@ def test_a_film_is_written_by_the_encoder_or_refused(ds, tmp_path, monkeypatch, 
     told = (tmp_path / "films" / "flip.mp4").read_text()
     assert "-s 1920x1080 -r 30 " in told
     assert int(told.split()[-1]) == 4 * 1920 * 1080 * 4  # twice the frames of a GIF, of four bytes a pixel
+
+
+@pytest.mark.parametrize("inches", [(7.2, 5.0), (9.6, 5.4), (6.4, 3.5)])
+def test_a_film_of_any_shape_fits_a_screen_and_its_sheet_is_even(tmp_path, monkeypatch, inches):
+    dots = style.HD.dots(inches, 90)
+    frame = np.zeros((int(inches[1] * dots), int(inches[0] * dots), 4), np.uint8)
+    encoder = tmp_path / "ffmpeg"
+    encoder.write_text('#!/bin/sh\nfor last in "$@"; do :; done\ncat > /dev/null\necho "$@" > "$last"\n')
+    encoder.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    films.write([frame], tmp_path / "film.mp4")
+    assert "pad=1920:1080:" in (tmp_path / "film.mp4").read_text()
 
 
 def test_a_motion_is_a_film_with_the_body_s_mesh(tmp_path, monkeypatch, capsys):

@@ -96,8 +96,9 @@ def _drawn(model, point, runs, q, times):
     figure = animation.stage(INCHES, DOTS, model.system.title, _settings(model, point), (11.0, 7.5))
     for k, run in enumerate(runs):
         text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
-        figure.text(0.03 + 0.48 * k, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom")
-    scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.24, 0.44, 0.58))
+        x, side = ((0.03, "left"), (0.98, "right"))[k]
+        figure.text(x, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom", ha=side)
+    scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.22, 0.44, 0.58))
     curve.spines[["top", "right"]].set_visible(False)
     landscape = _surface if q.shape[-1] == 2 else _valley
     parts = [_scene(scene, model, point, runs, q), landscape(curve, model, point, runs)]
@@ -198,8 +199,8 @@ def _surface(ax, model, point, runs):
         ax.plot([x], [y], "o", color=COLORS[run.regime], mfc="none", ms=8, mew=0.9)
     names = [c.name for c in model.system.kept]
     ax.set(xlabel=f"{names[0]} (rad)", ylabel=f"{names[1]} (rad)", aspect="equal")
-    ax.set(xlim=WINDOW, ylim=WINDOW, title="lines of equal V")
-    ax.title.set(fontsize=8.5)
+    ax.set(xlim=WINDOW, ylim=WINDOW)
+    ax.set_title("lines of equal V", loc="right", fontsize=8.5)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_ticks(*TICKS)
     return _along(ax, runs, lambda one: (_shown(one[:, 0]), _shown(one[:, 1])))

@@ -134,8 +134,9 @@ function drawTraces() {
   const omegas = times.map((t) => motion.trajectory.at(t));
   const [factor, unit] = [["years", 31557600], ["days", 86400], ["h", 3600], ["s", 1]].filter(([, one]) => motion.end >= 3 * one || one === 1).map(([name, one]) => [one, name])[0];
   const colors = [theMap.seriesColors[0], theMap.seriesColors[1], theMap.seriesColors[2]];
+  const hasPowers = Math.abs(Math.log10(Math.max(...omegas.flat().map(Math.abs)))) > 2.5; // in the numbers of its axes
   const traces = [0, 1, 2].map((i) => ({ type: "scatter", mode: "lines", name: `ω${SUBSCRIPTS[i]}`, x: times.map((t) => t / factor), y: omegas.map((w) => w[i]), xaxis: "x", yaxis: i ? `y${i + 1}` : "y", line: { color: colors[i], width: 2 }, hovertemplate: `ω${SUBSCRIPTS[i]} = %{y} rad s⁻¹<br>t = %{x} ${unit}<extra></extra>` }));
-  const layout = { height: document.documentElement.hasAttribute("data-printing") ? 190 : 420, margin: { ...PLOT_MARGIN, t: 10, b: 46 }, showlegend: false, dragmode: false, hovermode: "closest", xaxis: { title: { text: `time (${unit})` }, range: [0, motion.end / factor], fixedrange: true, anchor: "y3", automargin: false, exponentformat: "power" } };
+  const layout = { height: document.documentElement.hasAttribute("data-printing") ? 190 : 420, margin: { ...PLOT_MARGIN, ...(hasPowers && { l: 92 }), t: 10, b: 46 }, showlegend: false, dragmode: false, hovermode: "closest", xaxis: { title: { text: `time (${unit})` }, range: [0, motion.end / factor], fixedrange: true, anchor: "y3", automargin: false, exponentformat: "power" } };
   [0, 1, 2].forEach((i) => {
     layout[i ? `yaxis${i + 1}` : "yaxis"] = { domain: [0.7 - 0.35 * i, 1 - 0.35 * i], title: { text: `ω${SUBSCRIPTS[i]}`, standoff: 4 }, fixedrange: true, automargin: false, exponentformat: "power", nticks: 4, ...componentRange(omegas.map((w) => w[i])) };
   });

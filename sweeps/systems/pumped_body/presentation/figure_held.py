@@ -40,7 +40,9 @@ def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
     end = E_FOLDS / growth(*(point[f"I{i}"] for i in (1, 2, 3)), int(point["axis"])) / abs(point["omega0"])
     times = np.linspace(0.0, end, FRAMES * style.film.get().finer * FINER + 1)
     still = {f"depth{i}": 0.0 for i in (1, 2, 3)}
-    yield from _drawn(point, times, [followed(point | other, inverse, times) for other in ({}, still)])
+    both = [followed(point | other, inverse, times) for other in ({}, still)]
+    if both[0][1][:, int(point["axis"]) - 1].min() > 0.0:  # the well is deep enough for this start
+        yield from _drawn(point, times, both)
 
 
 def growth(I1, I2, I3, axis):

@@ -37,7 +37,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors=WHITE, linewidths=0.9)
     ax.clabel(lines, lines.levels[:2], fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
-    ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
+    impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
+    impossible.set(edgecolor=colors.QUIET, lw=0.0)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
         ax.plot(across, along, marker="*", color=colors.UNSTABLE, mec="white", ms=12, gid=name)
