@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "method", "sample", "seed", "shards", "system")
-KEYS += ("table", "turns", "uncertainty")  # of a definition; every other keyword is one of its grid
+KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation", "sample", "seed")
+KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty")  # of definitions; others of a grid
 FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 
 
