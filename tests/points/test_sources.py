@@ -9,7 +9,6 @@ import xarray as xr
 
 import sweeps
 from sweeps import systems
-from sweeps.points import sources
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 
@@ -40,7 +39,7 @@ def test_rows_of_a_frame_are_points():
 
 def test_keywords_are_all_keys_of_all_definitions():
     models = {systems.resolve(name).model for name in systems.names()}
-    assert set(sources.KEYS) == {key for model in models for key in model.model_fields}
+    assert set(systems.KEYS) == {key for model in models for key in model.model_fields}
 
 
 @pytest.mark.parametrize(
