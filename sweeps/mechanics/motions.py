@@ -3,9 +3,9 @@
 The generated Taylor series carry functions beside the states, and after some steps these are worked out afresh, so that
 no rounding adds up in them; what rounding leaves of a state is carried on. Each step is as long as its own terms allow,
 and samples within it are sums of its terms. Steps are halved until the samples change by less than the tolerance, or by
-rounding alone, and four times what the last halving changed is the error. Starts are known to a rounding, and so is the
-time where it stands in the equations; every other solution starts that much beside and later, for no halving shows what
-the motion makes of that.
+rounding alone. Starts are known to a rounding, and so is the time where it stands in the equations: one more solution
+starts that much beside and later, for no halving shows what the motion makes of that. Four times what both change
+together is the error.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps until functions are worked out afr
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
 EPSILON = float(np.finfo(np.float64).eps)
-SAFE = 4.0  # times what the last halving changed is the error: roundings add up
+SAFE = 4.0  # times what both changed is the error: roundings add up
 ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows, and of the time
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
@@ -69,30 +69,35 @@ def solved(
         tolerance: largest change by halving the steps, relative to the largest size of each state in the run.
         least: what that size is at least, shape (runs, states); left out, 0.
     """
-    states, error = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
-    converged = np.zeros(len(start), dtype=bool)
-    left, last = np.arange(len(start)), np.full(len(start), np.inf)
-    late = ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
+    change, last = np.full(len(start), np.inf), np.full(len(start), np.inf)
+    beside = start * (1.0 + np.resize([2.0, -2.0], start.shape[1]) * EPSILON)
+    late = times + ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+
+    def followed(runs, begin, at, halving):
+        finer = SHARE * tolerance / 2.0 ** (code.order * halving)
+        return follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
+
+    def largest(runs):
+        size = np.abs(states[runs]).max(axis=1)
+        size = size if least is None else np.maximum(size, least[runs])
+        return np.where(apart[runs, -1] == 0.0, 0.0, apart[runs, -1] / size).max(axis=1)
+
+    left = np.arange(len(start))
     with np.errstate(all="ignore"):
-        coarse = follow(code, parameters, start, times, SHARE * tolerance)
-    for halving in range(1, MOST_HALVINGS + 1):
-        if not left.size:
-            break
-        chosen = [p[left] for p in parameters]
-        with np.errstate(all="ignore"):
-            beside = halving % 2  # 0 and one rounding in turn
-            begin, later = start[left] * (1.0 + beside * 2.0 * EPSILON), times[left] + beside * late[left]
-            fine = follow(code, chosen, begin, later, SHARE * tolerance / 2.0 ** (code.order * halving))
-            apart = np.maximum.accumulate(np.abs(fine - coarse), axis=1)
-            size = np.abs(fine).max(axis=1)
-            size = size if least is None else np.maximum(size, least[left])
-            change = np.where(apart[:, -1] == 0.0, 0.0, apart[:, -1] / size).max(axis=1)
-        states[left], error[left] = fine, SAFE * apart
-        converged[left] = change <= tolerance
-        rounded = (change > FALLING * last[left]) & (change < ROUNDED)
-        last[left] = change
-        hopeless = ~np.isfinite(change)
-        going = ~(converged[left] | rounded | hopeless)
-        left, coarse = left[going], fine[going]
+        coarse = followed(left, start, times, 0)
+        for halving in range(1, MOST_HALVINGS + 1):
+            states[left] = followed(left, start, times, halving)
+            apart[left] = np.maximum.accumulate(np.abs(states[left] - coarse), axis=1)
+            change[left] = largest(left)
+            going = (change > tolerance) & ~((change > FALLING * last) & (change < ROUNDED)) & np.isfinite(change)
+            going = going[left] if halving < MOST_HALVINGS else np.zeros(left.size, bool)
+            done, last = left[~going], change.copy()
+            near = followed(done, beside, late, halving)
+            apart[done] += np.maximum.accumulate(np.abs(near - states[done]), axis=1)
+            change[done] = largest(done)
+            left, coarse = left[going], states[left[going]]
+            if not left.size:
+                break
     states[:, 0] = start
-    return states, error + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), converged
+    return states, SAFE * apart + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), change <= tolerance

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sweeps import systems
 from sweeps.points import catalogue, compile
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
@@ -17,15 +18,13 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "method", "sample", "seed", "shards", "system")
-KEYS += ("table", "turns", "uncertainty")  # of a definition; every other keyword is one of its grid
 FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 
 
 def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
     """Return the sweep of what `sweeps.survey` was given."""
-    keys = {name: value for name, value in keywords.items() if name in KEYS}
-    given = {name: value for name, value in keywords.items() if name not in KEYS}
+    keys = {name: value for name, value in keywords.items() if name in systems.KEYS}
+    given = {name: value for name, value in keywords.items() if name not in systems.KEYS}
     grid = {name: _values(one) if _is_of("xarray", "DataArray", one) else one for name, one in given.items()}
     if _is_of("xarray", "Dataset", definition):
         definition = _of_dataset(definition)
@@ -42,7 +41,7 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
         raise DefinitionError(f"definition: {display(definition)} is no definition; allowed: {FORMS}")
     values = {**(definition or {}), **keys}
     if not isinstance(values.get("system", ""), str):
-        from sweeps import mechanics, systems
+        from sweeps import mechanics
 
         if isinstance(values["system"], mechanics.System):
             values["system"] = systems.built(values["system"])

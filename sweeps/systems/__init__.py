@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from sweeps.systems.presentation import Presentation
 
 GROUP = "polhode.systems"  # entry points by which other packages bring systems: name = module with a SYSTEM
+# of definitions; what else a program gives as a keyword is a key of their grid
+KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation", "sample", "seed")
+KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty")
 MODULES = {
     path.parent.name: f"sweeps.systems.{path.parent.name}.system"
     for path in sorted(Path(__file__).parent.glob("*/system.py"))

@@ -54,7 +54,8 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     variables = {}
     for i, (name, unit, meaning) in enumerate(_columns(equations)):
         variables[name] = (("run", "time"), followed[..., i], {"units": unit, "long_name": meaning})
-        words = {"units": unit, "long_name": f"error of {meaning}", "comment": "four times the change by halving steps"}
+        words = {"units": unit, "long_name": f"error of {meaning}"}
+        words["comment"] = "four times the change by halving the steps and by a rounding of the start"
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
     flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
     variables["status"] = ("run", status, {"long_name": "whether the motion keeps the tolerance", **flags})

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import sweeps
+from sweeps import systems
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 
@@ -34,6 +35,11 @@ def test_rows_of_a_frame_are_points():
     one["omega0"] = ("point", [30.0, 60.0], {"units": "rpm"})
     again = sweeps.survey(one, I3=2.5, axes=[2])
     np.testing.assert_array_equal(again.growth_rate, found.growth_rate)
+
+
+def test_keywords_are_all_keys_of_all_definitions():
+    models = {systems.resolve(name).model for name in systems.names()}
+    assert set(systems.KEYS) == {key for model in models for key in model.model_fields}
 
 
 @pytest.mark.parametrize(
