@@ -219,13 +219,13 @@ class Polhode:
         from rich.console import Console
 
         from sweeps.maps import selection, summary
-        from sweeps.views import textmap, told
+        from sweeps.views import text_summary, textmap
 
         ds = summary.pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})
-        told.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
+        text_summary.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
         return written.getvalue()
 
 

@@ -19,7 +19,7 @@ def add(commands) -> None:
 def _run(args):
     from sweeps.figure import printing
     from sweeps.maps import admission, selection, summary
-    from sweeps.views import textmap, told
+    from sweeps.views import text_summary, textmap
 
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
@@ -30,7 +30,7 @@ def _run(args):
             printing.print_json(_facts(ds, totals))
         else:
             console = printing.console()
-            told.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
+            text_summary.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
 
 
 def _facts(ds, totals) -> dict:

@@ -95,7 +95,7 @@ class Summary:
     """Gathers a map's numbers while it is read box by box."""
 
     def __init__(self, ds: "xr.Dataset"):
-        self._specs, self._held = known(ds), tuple(ds.data_vars)
+        self._specs, self._held = specifications(ds), tuple(ds.data_vars)
         self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
         self._lead, self._status = leading_flag(ds), of_role(self._specs, Role.STATUS)
         #: points: how many it has; compared: how many of them the rule compares with theory; impossible: points that
@@ -196,7 +196,7 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
     return [value for value, meaning in meanings.items() if meaning == word]
 
 
-def known(ds: "xr.Dataset") -> dict[str, Variable]:
+def specifications(ds: "xr.Dataset") -> dict[str, Variable]:
     """Return the variables of a map that its system's table contains."""
     table = systems.of_map(ds).layout().variables
     return {name: table[name] for name in ds.data_vars if name in table}
@@ -204,13 +204,13 @@ def known(ds: "xr.Dataset") -> dict[str, Variable]:
 
 def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
     """Return a map without the variables that have further dimensions at each point, and without those dimensions."""
-    further = {dim for spec in known(ds).values() for dim in spec.over}
+    further = {dim for spec in specifications(ds).values() for dim in spec.over}
     return ds.drop_dims(further & set(ds.dims))
 
 
 def leading_flag(ds: "xr.Dataset") -> str:
     """Return the flag variable that describes the motion, else any flag; "" without one."""
-    lead = of_role(known(ds), Role.HEADLINE)
+    lead = of_role(specifications(ds), Role.HEADLINE)
     return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
 
 

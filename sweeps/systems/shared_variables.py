@@ -50,12 +50,14 @@ def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, com
     return Variable("status", None, long_name, "i1", statuses.STATUSES[: last + 1], comment, role=Role.STATUS)
 
 
-def regime(regimes: tuple[str, ...], comment: str = "", known: bool = False) -> tuple[Variable, Variable]:
+def regime(regimes: tuple[str, ...], comment: str = "", is_determined: bool = False) -> tuple[Variable, Variable]:
     """Return the regime by linear theory and as measured, the meaning of -1 (undetermined) first.
 
-    `known` says whether linear theory determines every regime, so that its flags begin at 0.
+    `is_determined` says whether linear theory determines every regime, so that its flags begin at 0.
     """
-    by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", regimes[known:], first_flag=known - 1)
+    by_theory = Variable(
+        "regime_theory", None, "regime, linear theory", "i1", regimes[is_determined:], first_flag=is_determined - 1
+    )
     measured = Variable(
         "regime", None, "regime, measured", "i1", regimes, comment, -1, theory="regime_theory", role=Role.HEADLINE
     )

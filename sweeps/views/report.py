@@ -22,7 +22,7 @@ from markupsafe import Markup
 from sweeps import systems
 from sweeps.figure import colors
 from sweeps.figure import style as figure_style
-from sweeps.maps.summary import Summary, known, place, pointwise, read, rule
+from sweeps.maps.summary import Summary, place, pointwise, read, rule, specifications
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import blocks, dimensions, flags, own_of_points
@@ -201,7 +201,7 @@ def _coordinate(ds, name: str, kept) -> dict:
 
 def _variable(ds, column: Packed, k: int) -> dict:
     described = {key: value for key, value in asdict(column).items() if key != "text"}
-    spec = known(ds).get(column.name)
+    spec = specifications(ds).get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
     relations |= {} if spec is None or spec.references else {"theory": "", "exact": ""}
     relations |= {"role": "coordinate"} if column.name in ds.coords else {}

@@ -26,7 +26,7 @@ VARIABLES = rates.columns(
     e_folds       1  f4  e-folds of growth within the window of the log slope
     euler_period  s      wobble period in the body frame, measured; missing where not stable
     """,
-    *regime(REGIMES, known=True),
+    *regime(REGIMES, is_determined=True),
     bodies.SHAPE,
     "growing_fraction  1  f4  projection of the initial perturbation on the growing mode",
     Variable(
