@@ -239,7 +239,7 @@ def measured():
     """The 6U CubeSat at 10 %, about its axes 2 and 3."""
     known = of_moments(box("6U"), 0.1, phase="any")
     spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
-    sampling = measuring.Sampling(draws=1024, seed=5)
+    sampling = measuring.BodySampling(draws=1024, seed=5)
     return known, sampling, spins, list(measuring.measured(known, spins, sampling, UncertainIntegration()))
 
 
@@ -301,7 +301,7 @@ def test_threads_and_neighbours_change_no_bit(measured):
 def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
     known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
     ((summary, draws),) = measuring.measured(
-        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.Sampling(128), Integration()
+        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.BodySampling(128), Integration()
     )
     assert known.inputs == ("Ixy", "Ixz", "Iyz")
     assert np.isfinite(draws["max_tilt"]).all()

@@ -1114,6 +1114,28 @@ def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, folder):
     assert "stay bounded" in opened.page.locator("#say").inner_text()
 
 
+def test_a_growing_motion_starts_along_its_floquet_vector(visit, folder):
+    """x'' + (a - 2 q cos 2t) x = 0 in the first tongue: each period of π multiplies the motion by one multiplier."""
+    report.write(
+        sweeps.survey({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}), folder / "tongue.html"
+    )
+    opened = visit(folder / "tongue.html", "#a=1&q=0.5&_nudge=0.001")
+    times, x, sizes = opened.page.evaluate(
+        "[polhode.map.mode.times, polhode.map.mode.followed[0], polhode.map.mode.sizes]"
+    )
+    slope = lambda t, y: [y[1], -(1 - np.cos(2 * t)) * y[0]]  # noqa: E731
+    matrix = np.transpose(
+        [solve_ivp(slope, (0, np.pi), e, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for e in np.eye(2)]
+    )
+    values, vectors = np.linalg.eig(matrix)
+    fastest = np.argmax(np.abs(values))
+    assert np.abs(values[fastest]) > 1.5
+    start = 1e-3 * sizes[0] * vectors[:, fastest] / vectors[0, fastest]
+    true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times[: len(x)], rtol=1e-12, atol=1e-15).y[0]
+    # the matrix on the page is a difference quotient: its vector is off by some 1e-9
+    np.testing.assert_allclose(x, true, rtol=1e-6, atol=1e-7 * np.abs(true).max())
+
+
 @pytest.mark.slow
 def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, folder):
     ds = equilibria()

@@ -15,7 +15,7 @@ from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.uncertain_bodies import designs, distribution
-from sweeps.systems.uncertain_bodies.measuring import Sampling
+from sweeps.systems.uncertain_bodies.measuring import BodySampling
 
 SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
@@ -163,9 +163,9 @@ class UncertainDefinition(NearAxisDefinition):
         names = dict.fromkeys(name for one in self.distributions.values() for name in one.inputs)
         return tuple(names) or ("(none)",)
 
-    def sampling(self, body: UncertainBody) -> Sampling:
+    def sampling(self, body: UncertainBody) -> BodySampling:
         """Return the sampling of a body."""
-        return Sampling(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
+        return BodySampling(body.draws or self.draws, self.seed, self.method, self.turns, self.twist)
 
     @cached_property
     def distributions(self) -> dict[str, distribution.Distribution]:

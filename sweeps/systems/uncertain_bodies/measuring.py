@@ -28,7 +28,7 @@ COLUMNS = {"omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", 
 
 
 @dataclass(frozen=True)
-class Sampling:
+class BodySampling:
     """How draws are made."""
 
     draws: int = 10_000  #: how many, at least
@@ -49,7 +49,11 @@ class Spun:
 
 
 def measured(
-    distribution: Distribution, spins: Iterable[Spun], sampling: Sampling, integration: Integration, threads: int = 1
+    distribution: Distribution,
+    spins: Iterable[Spun],
+    sampling: BodySampling,
+    integration: Integration,
+    threads: int = 1,
 ) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
     """Yield (variables, draws) of each spin of a body.
 
@@ -76,7 +80,7 @@ class _Body:
         run: `map`, or one that calls a function side by side. Where tiles of draws end does not depend on threads.
     """
 
-    def __init__(self, distribution: Distribution, normals, sampling: Sampling, integration: Integration, run):
+    def __init__(self, distribution: Distribution, normals, sampling: BodySampling, integration: Integration, run):
         self.distribution, self.sampling, self.integration, self.run = distribution, sampling, integration, run
         self.shape = normals.shape[:2]
         self.normals = normals.reshape(-1, normals.shape[2])

@@ -26,7 +26,7 @@ class Answer:
 
     body: SpunBody  #: as it was given
     distribution: Distribution  #: of its moments and its spin
-    sampling: measuring.Sampling  #: how it was sampled
+    sampling: measuring.BodySampling  #: how it was sampled
     spun: Mapping[str, float]  #: spin rate and perturbation
     #: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     axes: dict[int, tuple[dict, dict]]

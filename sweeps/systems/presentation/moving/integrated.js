@@ -118,6 +118,22 @@ class Equations {
     return sizes.map((size, i) => [size * v[i], size * (turning === 0 ? 0 : v[n + i])]);
   }
 
+  /** The perturbation that grows most over a period, its largest coordinate one of its sizes, by powers of the monodromy matrix. */
+  growing() {
+    const { rest, states: n, sizes } = this;
+    const whole = this.sizesAt((2 * Math.PI) / this.period);
+    const after = (start) => integrated((t, y) => this.slope(t, y), this.upright(start), [0, this.period], 1e-12, whole, () => false).at(-1);
+    const base = after(rest.slice(0, n));
+    const columns = whole.map((size, j) => after(base.map((_, i) => rest[i] + (i === j ? 1e-5 * size : 0)).slice(0, n)).map((x, i) => (1e5 * (x - base[i])) / whole[i]));
+    let v = whole.map((_, i) => 0.6 ** i);
+    for (let k = 0; k < 200; k++) {
+      v = v.map((_, i) => columns.reduce((sum, column, j) => sum + column[i] * v[j], 0));
+      const most = sizes.reduce((best, _, i) => (Math.abs(v[i]) > Math.abs(best) ? v[i] : best), 0);
+      v = v.map((x) => x / most);
+    }
+    return v.map((x, i) => x * whole[i]);
+  }
+
   /** The parts of the picture in a state, or those of one kind: kind, label and points. */
   picture(t, state, only) {
     this.put(t, state);

@@ -36,12 +36,13 @@ function modeMotion(rates) {
   const rest = equations.rest.slice(0, states);
   const speeds = rates?.map((rate) => Math.hypot(...rate)) ?? [];
   const pace = Math.max(spin, ...speeds) || scale;
-  const linear = rates ? linearMotion(rates, pace, nudge) : { end: periodicEnd(period, nudge), words: "The perturbed motion, beside the unperturbed one." };
+  const grows = !rates && theMap.columns.growth_per_period?.at(state.place) > 1e-6;
+  const linear = rates ? linearMotion(rates, pace, nudge) : { end: periodicEnd(period, nudge), words: `The perturbed motion${grows ? ", along the Floquet vector that grows most" : ""}, beside the unperturbed one.` };
   const end = spin > 0 ? Math.min(linear.end, (MOST_TURNS_SHOWN * 2 * Math.PI) / spin) : linear.end;
   const cycles = period === null ? (pace * end) / (2 * Math.PI) : end / period;
   const times = evenTimes(end, Math.round(Math.max(MODE_POINTS, Math.min(MOST_POINTS, 40 * cycles))));
   const modes = rates?.map((rate) => equations.mode(rate).map((part) => part.map((x) => (nudge * x) / rates.length)));
-  const displaced = modes ? rest.map((_, i) => modes.reduce((sum, v) => sum + v[i][0], 0)) : equations.sizesAt(0).map((size, i) => nudge * size * 0.6 ** i);
+  const displaced = modes ? rest.map((_, i) => modes.reduce((sum, v) => sum + v[i][0], 0)) : grows ? equations.growing().map((x) => nudge * x) : equations.sizesAt(0).map((size, i) => nudge * size * 0.6 ** i);
   const whole = equations.sizesAt(Math.max(...speeds, 20 / end));
   const out = (y) => y.some((x) => !Number.isFinite(x)) || sizes.some((size, i) => Math.abs(y[i] - rest[i]) > OUT * size);
   const moved = (start) => integrated((t, y) => equations.slope(t, y), equations.upright(start), times, FOLLOWED * nudge, spin > 0 ? [...whole, 1, 1, 1, 1] : whole, out);

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.systems.uncertain_bodies.distribution import Distribution
-    from sweeps.systems.uncertain_bodies.measuring import Sampling
+    from sweeps.systems.uncertain_bodies.measuring import BodySampling
 
 SHARED = tuple(path for path in OF_RIGID_BODIES if path.stem in ("bodies", "triangle"))
 _OWN = ("first.html", "spread.html", "drawn.css", "drawn.js", "spread.js", "part.js")
@@ -132,7 +132,7 @@ def _again(ds: "xr.Dataset") -> dict:
     return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
 
 
-def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, Sampling]]":
+def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
     """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
