@@ -136,6 +136,8 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
         ({"times": [0.0]}, "times: allowed: two"),
         ({"times": [0.0, -1.0]}, "times: allowed: two"),
         ({"parameters": {"length": -1.0}}, "length: -1.0; allowed: a finite number and > 0"),
+        ({"times": ["now", "soon"]}, "times: allowed: two"),
+        ({"tolerance": "1e-9"}, "tolerance: '1e-9'; allowed: 1e-13 to 0.001"),
         ({"tolerance": 1e-16}, "tolerance: 1e-16; allowed: 1e-13 to 0.001"),
     ],
 )
@@ -177,6 +179,10 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
     [
         ([0.0, 0.0, 0.0], None, "at rest"),
         ({"axis": 4}, None, "start.axis: 4; allowed: 1, 2 or 3"),
+        ([1.0], None, "allowed: three angular velocities"),
+        ([1.0, 2.0, 3.0, 4.0], None, "allowed: three angular velocities"),
+        (b"fast", None, "allowed: three angular velocities"),
+        (2.0, None, "start: 2.0; allowed: three angular velocities"),
         ({"omega1": 1.0, "axis": 1}, None, "allowed: three angular velocities"),
         ({"omega1": "1 kg"}, None, "start.omega1: '1 kg'; allowed: a finite number, in one of rad s-1"),
         (None, "2 kg", "times: '2 kg'"),

@@ -5,11 +5,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sweeps.schema.refusals import DefinitionError, RefusedError
+from sweeps.schema.refusals import DefinitionError, RefusedError, display
 
 MOST_ROTATIONS = 10_000
 SAMPLES_PER_ROTATION = 32
 LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
+TOLERANCES = (1e-13, 1e-3)
 
 
 class MotionError(RefusedError):
@@ -31,10 +32,20 @@ def instants(duration: float, samples: int | None, rotation: float) -> np.ndarra
 
 def ascending(times) -> np.ndarray:
     """Return times, s, ascending; refuse others."""
-    times = np.asarray(times, dtype=np.float64)
+    try:
+        times = np.asarray(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        times = np.empty(0)
     if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
         raise DefinitionError("times: allowed: two finite numbers at least, each larger than the one before, in s")
     return times
+
+
+def check_tolerance(tolerance) -> None:
+    """Refuse a tolerance that is no number within TOLERANCES."""
+    is_number = isinstance(tolerance, int | float) and not isinstance(tolerance, bool)
+    if not is_number or not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+        raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
 
 
 def time(values: np.ndarray, since: str) -> tuple:

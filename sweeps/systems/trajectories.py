@@ -9,7 +9,7 @@ import numpy as np
 from sweeps.schema import units
 from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display, hint
-from sweeps.systems.motion import LEAST_SAMPLES, ascending
+from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
 STATUSES = ("ok", "not_converged", "non_finite")
-TOLERANCES = (1e-13, 1e-3)
 
 
 def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> "xr.Dataset":
@@ -42,8 +41,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     times, shape = ascending(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
     if len(shape) > 1:
         raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")
-    if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
-        raise DefinitionError(f"tolerance: {tolerance!r}; allowed: {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
+    check_tolerance(tolerance)
     runs = shape[0] if shape else 1
     x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
     given = list(p) or [np.zeros(runs)]

@@ -12,7 +12,7 @@ from sweeps.schema.refusals import DefinitionError, display
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import ascending, check_finite, instants, span, time
+from sweeps.systems.motion import ascending, check_finite, check_tolerance, instants, span, time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,11 @@ def spin_of(start: Any) -> dict[str, Any]:
 
 
 def _given(start: Any) -> dict[str, Any]:
-    return dict(start if isinstance(start, Mapping) else zip(RATES, () if start is None else start, strict=False))
+    if start is None or isinstance(start, Mapping):
+        return dict(start or {})
+    if not isinstance(start, list | tuple | np.ndarray) or np.shape(start) != (3,):
+        raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
+    return dict(zip(RATES, start, strict=True))
 
 
 def from_start(
@@ -82,6 +86,7 @@ def from_start(
     """
     import xarray as xr
 
+    check_tolerance(tolerance)
     moments, omega = np.array(body.moments), _omega(body, spun, start)
     rotation = 2 * math.pi / float(np.abs(omega).max())
     if times is None or np.ndim(times) == 0:
