@@ -272,10 +272,10 @@ class Code:
         return " + ".join(terms) or "0.0"
 
     def _convolution(self, a, b, first, n):
-        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in range(first, n + 1))
+        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in _newest_last(first, n))
 
     def _square(self, a, n):
-        pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in range((n + 1) // 2))
+        pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range((n + 1) // 2)))
         middle = f"u{a}_{n // 2} * u{a}_{n // 2}" if n % 2 == 0 else ""
         return " + ".join(filter(None, (f"2.0 * ({pairs})" if pairs else "", middle)))
 
@@ -288,8 +288,7 @@ class Code:
         if numerator := self._base(number):
             terms.append(f"{numerator} * u{below}_{n}")
         if n > 0:
-            convolution = " + ".join(f"u{below}_{k} * u{number}_{n - k}" for k in range(1, n + 1))
-            terms.append(f"{self._epsilon}({convolution})")
+            terms.append(f"{self._epsilon}({self._convolution(below, number, 1, n)})")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
 
     def _function(self, number, node, n, name):
@@ -307,7 +306,7 @@ class Code:
         slope = self.graph.slopes[number]
         if not self.graph.moves(slope):
             return "0.0"
-        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in range(1, n + 1)]
+        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in _newest_last(1, n)]
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
@@ -418,6 +417,11 @@ class Code:
         """Return the compiled functions and the number of states, as kernels take them."""
         module = self.module()
         return Integrator(module.advance, module.check, self.states)
+
+
+def _newest_last(first: int, n: int) -> list[int]:
+    """Return k = first … n in the order in which the products u_k v_(n-k) become known: no sum waits from its start."""
+    return sorted(range(first, n + 1), key=lambda k: max(k, n - k))
 
 
 def _written(folder: Path, name: str, text: str) -> Path:
