@@ -81,12 +81,3 @@ def blocks(sizes: Mapping[str, int], most: int) -> Iterator[dict[str, slice]]:
     """Yield boxes (dimension → slice) of at most `most` points (or one) that cover a grid once, in storage order."""
     for box in runs(tuple(sizes.values()), most):
         yield dict(zip(sizes, box, strict=True))
-
-
-def changed(before: np.ndarray | None, after: np.ndarray) -> tuple[slice, slice]:
-    """Return the rows and columns in which two planes differ: all without an earlier plane, none if equal."""
-    if before is None:
-        return slice(0, after.shape[0]), slice(0, after.shape[1])
-    differs = before != after
-    places = (np.flatnonzero(differs.any(axis=axis)) for axis in (1, 0))
-    return tuple(slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0, 1) for at in places)

@@ -14,7 +14,6 @@ from PIL import Image
 
 from sweeps.figure import style
 from sweeps.process.files import replaced
-from sweeps.schema.boxes import changed
 from sweeps.schema.refusals import RefusedError
 
 SOME = 12  # frames from which the colours of a GIF are chosen
@@ -90,20 +89,8 @@ def _film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
 
 
 def _in_few_colors(images: list[np.ndarray]) -> list[Image.Image]:
-    """Return opaque pictures, shape (height, width, 4), in the same 256 colours: nearest to 32 steps of a channel."""
-    some = np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // SOME)]])
-    palette = Image.fromarray(np.ascontiguousarray(some[..., :3])).quantize(256)
-    steps = np.linspace(0, 255, 32).round().astype(np.uint8)
-    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
-    table = np.asarray(Image.fromarray(cube).quantize(palette=palette, dither=Image.Dither.NONE)).ravel()
-    made, before, frame = [], None, np.empty(images[0].shape[:2], np.uint8)
-    for image in images:
-        whole = image.view("<u4")[..., 0]  # of red, the lowest byte, green and blue the five highest bits each
-        box = changed(before, whole)
-        part = whole[box]
-        frame = frame.copy()
-        frame[box] = table[((part & 0xF8) << 7) | ((part >> 6) & 0x3E0) | ((part >> 19) & 0x1F)]
-        made.append(Image.fromarray(frame, "P"))
-        made[-1].putpalette(palette.getpalette())
-        before = whole
-    return made
+    """Return opaque pictures, shape (height, width, 4), in the same 256 colours."""
+    some = np.concatenate([image[::2, ::2, :3] for image in images[:: max(1, len(images) // SOME)]])
+    palette = Image.fromarray(some).quantize(256)
+    opaque = (Image.fromarray(np.ascontiguousarray(image[..., :3])) for image in images)
+    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in opaque]

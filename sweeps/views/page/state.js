@@ -82,12 +82,8 @@ function tellingPlace() {
   const names = theMap.cloud ? ["point"] : [state.x, state.y].filter(Boolean);
   if (tells(state.place) || names.length === 0) return state.place;
   const along = names.map((name) => theMap.order.indexOf(name));
-  let [least, best] = [Infinity, state.place];
-  eachPlace(names, (place) => {
-    const off = Math.abs(Math.hypot(...along.map((k) => (place[k] - state.place[k]) / theMap.dims[k].size)) - AWAY);
-    if (off < least && tells(place)) [least, best] = [off, [...place]];
-  });
-  return best;
+  const away = (place) => Math.hypot(...along.map((k) => (place[k] - state.place[k]) / theMap.dims[k].size));
+  return bestPlace(names, (place) => (tells(place) ? -Math.abs(away(place) - AWAY) : NaN));
 }
 
 function sizeOf(name) {
@@ -105,6 +101,16 @@ function eachPlace(names, visit) {
     }
   };
   walk(0, [...state.place]);
+}
+
+/** The place of some dimensions at which a merit is greatest; the chosen one where it is a number nowhere. */
+function bestPlace(names, merit) {
+  let [most, best] = [-Infinity, state.place];
+  eachPlace(names, (place) => {
+    const value = merit(place);
+    if (value > most) [most, best] = [value, [...place]];
+  });
+  return best;
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -164,14 +170,9 @@ function nearestBy(said) {
   const stands = ([column], k) => column.shape[k] > 1 || column.powers[theMap.order[k]];
   const names = theMap.order.filter((name, k) => sizeOf(name) > 1 && !said.has(name) && asked.some((one) => stands(one, k)));
   const ranges = asked.map(() => [Infinity, -Infinity]);
-  const each = (visit) => eachPlace(names, (place) => visit(place, asked.map(([column]) => column.at(place))));
-  each((place, values) => values.forEach((value, i) => (ranges[i] = [Math.min(ranges[i][0], value), Math.max(ranges[i][1], value)])));
-  let [least, best] = [Infinity, state.place];
-  each((place, values) => {
-    const off = values.reduce((sum, value, i) => sum + ((value - asked[i][1]) / (ranges[i][1] - ranges[i][0] || 1)) ** 2, 0);
-    if (off < least) [least, best] = [off, [...place]];
-  });
-  return best;
+  eachPlace(names, (place) => asked.forEach(([column], i) => (ranges[i] = [Math.min(ranges[i][0], column.at(place)), Math.max(ranges[i][1], column.at(place))])));
+  const off = ([column, value], place, [low, high]) => (column.at(place) - value) / (high - low || 1);
+  return bestPlace(names, (place) => -asked.reduce((sum, one, i) => sum + off(one, place, ranges[i]) ** 2, 0));
 }
 
 /** What the system's part keeps, from a link; null where that says nothing of it. */

@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch, PathPatch
-from matplotlib.path import Path as Outline
+from matplotlib.patches import Patch
 from matplotlib.text import Annotation
 
 from kernels import linear
@@ -194,25 +193,16 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
         return
     at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
-    parts = [_filled(at, np.full_like(at, y[0]), low), _filled(at, high, np.full_like(at, y[-1]))]
-    outline = Outline.make_compound_path(*parts)
-    ax.add_patch(PathPatch(outline, facecolor="white", alpha=0.55, lw=0))
-    look = {"facecolor": "none", "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////"}
+    look = {"facecolor": ("white", 0.55), "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////", "gid": "impossible"}
     label = "impossible: one moment exceeds the sum of the others"
-    ax.add_patch(PathPatch(outline, gid="impossible", label=label, **look))
-    line = {"color": "#55585c", "lw": 0.9, "gid": "triangle"}
-    for edge in (low, high):
-        ax.plot(at, np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan), **line)
+    for edge, end in ((low, y[0]), (high, y[-1])):
+        ax.fill_between(at, edge, end, label=label, **look)
+        inside = np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan)
+        ax.plot(at, inside, color="#55585c", lw=0.9, gid="triangle")
 
 
 def _between(scale: str, low: float, high: float) -> np.ndarray:
     return (np.geomspace if scale == "log" else np.linspace)(low, high, 400)
-
-
-def _filled(at: np.ndarray, low: np.ndarray, high: np.ndarray) -> Outline:
-    """Return the region between two curves."""
-    corners = np.column_stack([np.append(at, at[::-1]), np.append(low, high[::-1])])
-    return Outline(np.vstack([corners, corners[:1]]), closed=True)
 
 
 def _vanishing(part: Mapping[str, np.ndarray]) -> list:

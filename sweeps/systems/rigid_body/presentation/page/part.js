@@ -55,13 +55,8 @@ function mostUnstable() {
   const margin = theMap.existence;
   if (!rate) return state.place;
   const names = theMap.order.filter((name) => [state.x, state.y, "axis", "body"].includes(name) && sizeOf(name) > 1);
-  let best = state.place;
-  let most = 0;
-  eachPlace(names, (place) => {
-    const value = margin && margin.at(place) < 0 ? 0 : rate.at(place) / Math.abs(coordinateAt("omega0", place));
-    if (value > most) [most, best] = [value, [...place]];
-  });
-  return best;
+  const growth = (place) => (margin && margin.at(place) < 0 ? 0 : rate.at(place) / Math.abs(coordinateAt("omega0", place)));
+  return bestPlace(names, (place) => growth(place) || NaN);
 }
 
 const part = {

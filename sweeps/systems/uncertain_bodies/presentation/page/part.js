@@ -3,13 +3,8 @@
 /** The spin of which least is sure. */
 function mostDoubtful() {
   const { probability_unstable: share } = theMap.columns;
-  let [most, best] = [-1, state.place];
-  if (!share || theMap.start.whole) return best;
-  eachPlace(theMap.order.filter((name) => ["body", "axis"].includes(name)), (place) => {
-    const doubt = share.at(place) * (1 - share.at(place));
-    if (doubt > most) [most, best] = [doubt, [...place]];
-  });
-  return best;
+  if (!share || theMap.start.whole) return state.place;
+  return bestPlace(theMap.order.filter((name) => ["body", "axis"].includes(name)), (place) => share.at(place) * (1 - share.at(place)));
 }
 
 const part = {
