@@ -28,7 +28,8 @@ def _run(args):
 
     from sweeps.pipeline import making
     from sweeps.process import progress
+    from sweeps.views import drawing
 
     with progress.silenced() if args.quiet else nullcontext():
-        for file in making.make(args.definition, args.cores, args.again, args.output):
+        for file in making.make(args.definition, args.cores, args.again, args.output, drawing.worker):
             print(file)

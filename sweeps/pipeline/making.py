@@ -1,6 +1,7 @@
 """From a definition to its finished files: what `polhode run` and `sweeps.run` do."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from sweeps.pipeline import finished, waiting
@@ -10,7 +11,11 @@ from sweeps.schema.refusals import DefinitionError
 
 
 def make(
-    definition: str | Path, cores: int | None = None, again: bool = False, results: str | Path = "results"
+    definition: str | Path,
+    cores: int | None = None,
+    again: bool = False,
+    results: str | Path = "results",
+    beside: Callable[[], AbstractContextManager] = nullcontext,
 ) -> Iterator[Path]:
     """Make the map, figures and report of a sweep unless they are there, and yield each.
 
@@ -21,6 +26,8 @@ def make(
         cores: number of processors; all by default.
         again: whether to make everything again.
         results: the folder for results; the sweep's own is below it.
+        beside: `sweeps.views.drawing.worker` to draw in another process, too, which a program of ours may start: in a
+            user's it would run the script again.
     """
     if cores is not None and cores < 1:
         raise DefinitionError(f"cores: {cores} is out of range; allowed: 1 or more")
@@ -34,7 +41,7 @@ def make(
     progress.say(_intention(planned, Path(results)))
     from sweeps.pipeline import steps
 
-    yield from steps.make(planned, results, cores or processors.cores(), again)
+    yield from steps.make(planned, results, cores or processors.cores(), again, beside)
     finished.keep(planned.sweep, basis, results)
 
 

@@ -8,7 +8,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -23,20 +23,26 @@ from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
 
 
-def make(planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False) -> Iterator[Path]:
-    """Make the map of a sweep, its figures and its report, and yield each."""
+def make(
+    planned: Plan,
+    results: str | Path = "results",
+    workers: int = 1,
+    again: bool = False,
+    beside: Callable[[], AbstractContextManager] = nullcontext,
+) -> Iterator[Path]:
+    """Make the map of a sweep, its figures and its report, and yield each; for `beside` see `making.make`."""
     with claims.claimed([planned.sweep.name], results):
-        yield from _made(planned, Path(results) / planned.sweep.name, workers, again)
+        yield from _made(planned, Path(results) / planned.sweep.name, workers, again, beside)
 
 
-def _made(planned: Plan, folder: Path, workers: int, again: bool) -> Iterator[Path]:
+def _made(planned: Plan, folder: Path, workers: int, again: bool, beside: Callable) -> Iterator[Path]:
     path = folder / "stability_map.nc"
     is_old = again or not admission.holds_map(path, planned.sweep)
     if is_old:
         compile.ensure(planned.sweep)  # the search for equilibria in the check is compiled, too
         planned.sweep.system.check(planned.sweep.definition, planned.sweep.grid)
     draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
-    with drawing.worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
+    with beside() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
         if is_old:
             measure(planned.sweep, path, workers, again)
             memory.give_back()

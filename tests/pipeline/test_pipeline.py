@@ -47,6 +47,14 @@ def measured(monkeypatch):
     return numbers
 
 
+def test_a_script_of_one_line_is_run_once(mine):
+    """No process that it starts may run it again, though it guards nothing by its name."""
+    Path("script.py").write_text('print("begun")\nimport sweeps\nsweeps.run("mine.yaml", cores=2)\n')
+    run = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, check=True)
+    assert run.stdout == "begun\n"
+    assert list(Path("results/mine/figures").glob("*.png"))
+
+
 @pytest.mark.slow
 def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert main(["run", "mine.yaml", "--cores", "1"]) == 0
