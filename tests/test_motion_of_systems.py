@@ -102,6 +102,24 @@ def test_a_shaken_pendulum_is_scipys(begin):
     assert ds["theta_dot"].attrs["units"] == "rad s-1"
 
 
+def test_an_error_covers_solutions_that_agree_at_one_time_by_chance():
+    """A ball on a turning saddle, whose equations are linear: its motion is a matrix exponential."""
+    parameters = {"mass": 1.0368898059619107, "stiffness_x": 1.1666900399586864, "stiffness_y": -0.9432788400989257}
+    parameters |= {"drag": 0.0, "spin_rate": 2.075190369888101}
+    start = {"x": -0.4705979866637946, "y": -0.08574361402953934}
+    start |= {"x_dot": 1.0006409423733347, "y_dot": -0.8768518458101385}
+    ds = sweeps.motion("rotating_saddle", start, [3.7, 19.52462184076508], parameters=parameters, tolerance=1e-13)
+    with mpmath.workdps(40):
+        m, k1, k2, _, W = map(mpmath.mpf, parameters.values())
+        matrix = mpmath.zeros(4)
+        matrix[0, 2] = matrix[1, 3] = 1
+        matrix[2, 0], matrix[3, 1], matrix[2, 3], matrix[3, 2] = W**2 - k1 / m, W**2 - k2 / m, 2 * W, -2 * W
+        flow = mpmath.expm(matrix * (mpmath.mpf(19.52462184076508) - mpmath.mpf(3.7)))
+        end = flow * mpmath.matrix(list(start.values()))
+        for name, exact in zip(start, end, strict=True):
+            assert abs(mpmath.mpf(ds[name].values.flat[-1]) - exact) <= ds[f"{name}_error"].values.flat[-1], name
+
+
 def test_an_error_covers_a_halving_that_undoes_a_rounding_of_the_time():
     """A fast drive makes of both the same change of the end, by chance; DOP853 is no better than the motion itself."""
     parameters = {"length": 1.1040558637716897, "gravity": 9.550734903766374, "amplitude": 0.10532819921313218}
@@ -111,7 +129,7 @@ def test_an_error_covers_a_halving_that_undoes_a_rounding_of_the_time():
     ds = sweeps.motion("kapitza_pendulum", begin, times, parameters=parameters)
     # by Gauss's method of order 16 in long doubles, and by mpmath's odefun in 30 digits
     exact = np.longdouble("0.714118490273320779"), np.longdouble("-6.690191948777583641")
-    assert ds.status == 0
+    assert ds.status < 2  # it may change by more than the tolerance, which is near the rounding of the time
     for name, value in zip(begin, exact, strict=True):
         assert abs(float(ds[name][1] - value)) <= ds[f"{name}_error"][1]
 

@@ -16,6 +16,7 @@ from sweeps.mechanics.taylor import Code
 SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps until functions are worked out afresh, and how often
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
 MOST_HALVINGS = 6
+BETWEEN = 8  # more times at which solutions are compared
 EPSILON = float(np.finfo(np.float64).eps)
 SAFE = 4.0  # times what both changed is the error: roundings add up
 ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows, and of the time
@@ -69,6 +70,7 @@ def solved(
         tolerance: largest change by halving the steps, relative to the largest size of each state in the run.
         least: what that size is at least, shape (runs, states); left out, 0.
     """
+    times, place = _with_times_between(times)
     states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     change, last = np.full(len(start), np.inf), np.full(len(start), np.inf)
     beside = start * (1.0 + np.resize([2.0, -2.0], start.shape[1]) * EPSILON)
@@ -100,4 +102,17 @@ def solved(
             if not left.size:
                 break
     states[:, 0] = start
-    return states, SAFE * apart + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1), change <= tolerance
+    error = SAFE * apart + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1)
+    states, error = (np.take_along_axis(array, place[..., None], axis=1) for array in (states, error))
+    return states, error, change <= tolerance
+
+
+def _with_times_between(times):
+    """Return times with BETWEEN more, evenly over each run, where solutions are compared, and the places of the given.
+
+    At a single time two solutions that differ may agree by chance.
+    """
+    span = np.linspace(0.0, 1.0, BETWEEN + 2)[1:-1]
+    more = np.concatenate([times, times[:, :1] + np.ptp(times, axis=1)[:, None] * span], axis=1)
+    order = np.argsort(more, axis=1, kind="stable")
+    return np.take_along_axis(more, order, axis=1), np.argsort(order, axis=1)[:, : times.shape[1]]
