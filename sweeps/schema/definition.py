@@ -15,7 +15,7 @@ from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -71,9 +71,7 @@ class Definition(Strict):
         description="the equations of motion: name of a system, or path of a .py file relative to this file's folder",
     )
     grid: Strict = Field(description="what is varied")
-    integration: Integration = Field(
-        Integration.model_construct(), description="how each run is made: a mapping with " + keys_of(Integration)
-    )
+    integration: Integration = mapping("how each run is made", Integration)
     sample: Sample = Field(
         default=None,
         description="points drawn over the grid's ranges, in place of all their combinations: a mapping with "

@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import keys_of
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -35,7 +34,7 @@ class Nothing(Strict):
 class ObservedPeriodsDefinition(BodiesDefinition):
     """A sweep of bodies of which two periods were observed."""
 
-    grid: PeriodsGrid = Field(description="what is varied: a mapping with " + keys_of(PeriodsGrid))
+    grid: PeriodsGrid = mapping("what is varied", PeriodsGrid, required=True)
     integration: Nothing = Field(Nothing(), description="an empty mapping: energies are computed in closed form")
 
 
