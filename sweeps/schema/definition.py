@@ -98,17 +98,13 @@ class Definition(Strict):
     _reader: Callable[[str, str, str], "Definition"] = PrivateAttr(None)
     _rows: Any = PrivateAttr(None)
 
-    def read_by(self, reader: Callable[[str, str, str], "Definition"], text: str, name: str, folder: str) -> None:
-        """Keep the text, name and folder of the definition, and the function that reads it again in another process."""
-        self._reader, self._text, self._name, self._folder = reader, text, name, folder
-
-    def take(self, rows: Any) -> None:
-        """Keep the rows of its table (see `sweeps.points.tables`)."""
-        self._rows = rows
+    def keep_source(self, text: str, name: str, folder: str, rows: Any, reader: Callable) -> None:
+        """Keep text, name, folder, the rows of its table, and the function that reads it again in another process."""
+        self._text, self._name, self._folder, self._rows, self._reader = text, name, folder, rows, reader
 
     @property
     def rows(self) -> Any:
-        """The rows of its table; None without one."""
+        """The rows of its table (see `sweeps.points.tables`); None without one."""
         return self._rows
 
     @property
