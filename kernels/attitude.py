@@ -50,7 +50,7 @@ import numpy as np
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.rigid_body import checked_times, relabel, unit_quaternion
+from kernels.rigid_body import checked_times, relabel
 from kernels.straight import formula
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
@@ -241,19 +241,6 @@ def third_kind(v, top):
     return rest + 2.0 * turns * top.complete
 
 
-@njit(**OPTIONS)
-def product(a, b):
-    """Return the product of two quaternions, scalar first: the turn b, then the turn a."""
-    a0, a1, a2, a3 = a
-    b0, b1, b2, b3 = b
-    return (
-        a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
-        a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
-        a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
-        a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
-    )
-
-
 @njit(**INLINE)
 def heading(q, n, m):
     """Return cos and sin of psi/2, to a positive factor: ``P(n) q P(m)*`` with the axis a on the side of L.
@@ -339,16 +326,15 @@ def at(t, top):
 
 
 @njit(**OPTIONS)
-def fill(moments, start, times, q_start, out):
-    """Fill ``out`` (n, 4) with the attitude at every one of ``times`` (n,); what is constant is computed once."""
+def fill(moments, start, times, out):
+    """Fill ``out`` (n, 4) with the attitude since the start at ``times`` (n,); what is constant is computed once."""
     if solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), start):
-        _fill_steady(start, times, q_start, out)
+        _fill_steady(start, times, out)
         return
     top = prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))
-    begin = q_start[0], q_start[1], q_start[2], q_start[3]
     for i in range(times.shape[0]):
         q, _ = at(times[i], top)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, q)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
 
 
 @njit(**INLINE)
@@ -368,17 +354,15 @@ def by_axis(d, x_d, x_j, x_k):
 
 
 @njit(**OPTIONS)
-def _fill_steady(start, times, q_start, out):
+def _fill_steady(start, times, out):
     """Write the attitude under a constant angular velocity: one turn about it."""
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
     size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
     safe = size if size > 0.0 else 1.0
-    begin = q_start[0], q_start[1], q_start[2], q_start[3]
     for i in range(times.shape[0]):
         angle = 0.5 * size * (times[i] * unit)
         sine = math.sin(angle) / safe
-        turn = math.cos(angle), sine * w1, sine * w2, sine * w3
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(begin, turn)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = math.cos(angle), sine * w1, sine * w2, sine * w3
 
 
 @njit(**INLINE)
@@ -525,11 +509,11 @@ def land(m, R):
     return (*_landed(m, R, size), size)
 
 
-def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
+def attitude(moments, omega_start, times):
     """Return the attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
     moments, start = solution.checked(moments, omega_start)
     if not start.any():
         raise ValueError("omega_start must not be zero: nothing turns")
     out = np.empty((checked_times(times).size, 4))
-    fill(moments, start, checked_times(times), unit_quaternion(attitude_start), out)
+    fill(moments, start, checked_times(times), out)
     return out

@@ -34,7 +34,7 @@ import math
 import numpy as np
 
 from kernels.jit import OPTIONS, njit
-from kernels.rigid_body import checked_times, euler_coefficients, unit_quaternion
+from kernels.rigid_body import checked_times, euler_coefficients
 from kernels.straight import formula
 from kernels.taylor import ORDERS, step_12, turn_12
 
@@ -156,10 +156,10 @@ def _follow(state, k, durations, counts, out):
 
 
 @njit(**OPTIONS)
-def _follow_attitude(state, q, k, durations, counts, out):
+def _follow_attitude(state, k, durations, counts, out):
     """Follow the quaternion beside the state as :func:`_follow` does; write quaternions (w, x, y, z)."""
     a, b, c = state
-    w, x, y, z = q
+    w, x, y, z = 1.0, 0.0, 0.0, 0.0
     for i in range(durations.size):
         h = durations[i] / counts[i]
         for _ in range(counts[i]):
@@ -208,15 +208,14 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
     return out
 
 
-def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 0.0, 0.0, 0.0)):
-    """Return the attitude of one free body at given times, by the direct integrator.
+def attitude(moments, omega_start, times, tolerance=1e-10):
+    """Return the attitude of one free body since its start at given times, by the direct integrator.
 
     The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.taylor`).
 
     Args:
         moments, omega_start, times: As for :func:`rotation`; omega_start must not be zero.
         tolerance (float): Error allowed at the last time, rad, 1e-13 or more.
-        attitude_start (array_like, shape (4,)): Quaternion at time zero, scalar first, not zero; made a unit.
 
     Returns:
         numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, from body axes to space axes.
@@ -225,14 +224,14 @@ def attitude(moments, omega_start, times, tolerance=1e-10, attitude_start=(1.0, 
         ValueError: As for :func:`rotation`.
     """
     omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
-    spin, q = np.abs(omega).max(), unit_quaternion(attitude_start)
+    spin = np.abs(omega).max()
     if spin == 0:
         raise ValueError("omega_start must not be zero: nothing turns")
     out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
     for order, durations in _walks(times, spin):
         part = np.empty((order.size, 4))
         counts = _counts(np.abs(durations) * bound, tolerance)
-        _follow_attitude(tuple(omega / spin), tuple(q), coefficients, durations, counts, part)
+        _follow_attitude(tuple(omega / spin), coefficients, durations, counts, part)
         out[order] = part
     return out
 

@@ -306,8 +306,8 @@ def _fill_polhode(top, out):
     out *= top.unit
 
 
-def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
-    """Return the attitude of a free rigid body in closed form, any body, any start, any time.
+def attitude(moments, omega_start, times):
+    """Return the attitude of a free rigid body since its start, in closed form, any body, any start, any time.
 
     Solves ``q' = q (0, w)/2`` beside Euler's equations (:mod:`kernels.attitude`).
 
@@ -315,7 +315,6 @@ def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
         moments (array_like, shape (3,)): Principal moments of inertia, kg m2, finite and > 0.
         omega_start (array_like, shape (3,)): Angular velocity in the body at time zero, rad/s, finite.
         times (array_like, shape (n,)): Times, s, in any order and of any sign.
-        attitude_start (array_like, shape (4,)): Quaternion at time zero, scalar first, not zero; made a unit.
 
     Returns:
         numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, that turn vectors from body axes to space axes; q
@@ -327,4 +326,4 @@ def attitude(moments, omega_start, times, attitude_start=(1.0, 0.0, 0.0, 0.0)):
         ValueError: If a shape or a value is none of these.
     """
     # it stands on this module, and makes no column of those that import this one
-    return import_module("kernels.attitude").attitude(moments, omega_start, times, attitude_start)
+    return import_module("kernels.attitude").attitude(moments, omega_start, times)

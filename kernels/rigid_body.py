@@ -147,12 +147,3 @@ def checked_times(times):
     if times.ndim != 1 or not np.isfinite(times).all():
         raise ValueError("times must be a one-dimensional array of finite numbers")
     return times
-
-
-def unit_quaternion(attitude):
-    """Return four numbers, scalar first, as a unit quaternion; refused unless finite and not all zero."""
-    q = np.asarray(attitude, dtype=np.float64)
-    if q.shape != (4,) or not np.isfinite(q).all() or not q.any():
-        raise ValueError(f"attitude_start must be four finite numbers, scalar first and not all zero, not {attitude!r}")
-    q = q / np.abs(q).max()
-    return q / np.sqrt(q @ q)

@@ -228,9 +228,7 @@ def _check_dimensions(parts: _Parts) -> None:
         along = _own_dims(parts, name)
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
             raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
-    beside = parts.layout.beside if parts.layout.along in parts.coordinates else ()
-    needed = {*parts.layout.values, *beside} & {*parts.layout.coordinates} - {*parts.layout.spare}
-    if missing := sorted(needed - {*parts.coordinates}):
+    if missing := sorted(parts.layout.required(parts.coordinates) - {*parts.coordinates}):
         raise _UnlikeError(f"{missing[0]}: is missing; allowed: every coordinate of a map")
 
 

@@ -42,9 +42,7 @@ def with_all_dimensions(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
     a dimension that are out of order are sorted, and repeated ones left out.
     """
     layout = systems.of_map(ds).layout()
-    beside = layout.beside if layout.along in ds.coords else ()
-    needed = {*layout.values, *beside} & {*layout.coordinates} - {*layout.spare}
-    if missing := sorted({*needed, *map(str, ds.dims)} - {*ds.coords}):
+    if missing := sorted({*layout.required(ds.coords), *map(str, ds.dims)} - {*ds.coords}):
         allowed = "a slice that keeps its coordinates, as isel and sel do without drop=True"
         raise RefusedError(f"ds: the coordinate {missing[0]} is missing; allowed: {allowed}")
     if empty := [dim for dim, size in ds.sizes.items() if not size]:

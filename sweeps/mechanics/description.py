@@ -75,30 +75,6 @@ class DescribedParameter:
 
 
 @dataclass(frozen=True)
-class Coordinate:
-    """A generalised coordinate."""
-
-    symbol: sp.Symbol  #: q, as it stands in positions and V
-    velocity: sp.Symbol  #: q̇, as it may stand in T
-    unit: str  #: UDUNITS text
-    bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
-    periodic: bool  #: whether both bounds are one place (an angle that goes round)
-    #: perturbation of relative size one, in the coordinate's unit; may hold parameters and coordinates, which stand for
-    #: their values at the equilibrium; None, and it follows from V and the bounds.
-    size: sp.Expr | None
-    #: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
-    hold: sp.Expr | None
-    #: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
-    momentum: sp.Symbol | None
-    meaning: str  #: one line of text
-
-    @property
-    def name(self) -> str:
-        """Name of the symbol."""
-        return self.symbol.name
-
-
-@dataclass(frozen=True)
 class State:
     """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle."""
 
@@ -107,13 +83,29 @@ class State:
     bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
     #: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the range
     #: between the bounds.
-    size: sp.Expr
+    size: sp.Expr | None
     meaning: str  #: one line of text
+    periodic: bool = False  #: whether both bounds are one place (an angle that goes round)
+    #: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
+    hold: sp.Expr | None = None
 
     @property
     def name(self) -> str:
         """Name of the symbol."""
         return self.symbol.name
+
+
+@dataclass(frozen=True)
+class Coordinate(State):
+    """A generalised coordinate, its symbol as it stands in positions and V.
+
+    Its size may hold coordinates, which stand for their values at the equilibrium; None, and it follows from V and the
+    bounds.
+    """
+
+    velocity: sp.Symbol | None = None  #: q̇, as it may stand in T
+    #: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
+    momentum: sp.Symbol | None = None
 
 
 class PicturePart(NamedTuple):
@@ -200,15 +192,16 @@ class System:
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
-        velocity = sp.Symbol(f"{name}_dot", real=True)
         ends = tuple(self._expression(f"bounds of {name}", bound) for bound in bounds or (0, 0))
         hold, momentum = (
             None if value is None else self._expression(f"{what} of {name}", value)
             for what, value in (("hold", hold), ("momentum", momentum))
         )
         size = self._size(name, size, self._moving())
-        whole = Coordinate(symbol, velocity, unit, ends, periodic, size, hold, momentum, meaning or name)
-        self.coordinates[name] = whole
+        velocity = sp.Symbol(f"{name}_dot", real=True)
+        self.coordinates[name] = Coordinate(
+            symbol, unit, ends, size, meaning or name, periodic, hold, velocity=velocity, momentum=momentum
+        )
         return symbol
 
     def velocity(self, symbol: sp.Symbol) -> sp.Symbol:

@@ -26,12 +26,12 @@ class RootProblem:
         self.symbols = tuple(place.symbol for place in places)
         self.m = len(places)
         self.last: tuple = (None, None)  # the points that were searched last, and what was found
-        held = [getattr(place, "hold", None) for place in places]
+        held = [place.hold for place in places]
         self.held = [0 if hold is None else hold for hold in held]
         #: numbers of the unknowns: of the coordinates that are not held
         self.free = [i for i, hold in enumerate(held) if hold is None]
         #: which of the coordinates close on themselves
-        self.periodic = np.array([getattr(place, "periodic", False) for place in places])
+        self.periodic = np.array([place.periodic for place in places])
         self._bounds = lambdified(self.parameters, [bound for place in places for bound in place.bounds])
         self._holds = lambdified(self.parameters, self.held)
         labels, unknowns = system.labels.values(), list(zip(self.symbols, places, strict=True))

@@ -10,23 +10,11 @@ import sympy as sp
 from kernels import codes
 from sweeps.schema.refusals import DescriptionError
 
-FUNCTIONS = {
-    sp.exp: codes.EXP,
-    sp.log: codes.LOG,
-    sp.sin: codes.SIN,
-    sp.cos: codes.COS,
-    sp.tan: codes.TAN,
-    sp.asin: codes.ASIN,
-    sp.acos: codes.ACOS,
-    sp.atan: codes.ATAN,
-    sp.sinh: codes.SINH,
-    sp.cosh: codes.COSH,
-    sp.tanh: codes.TANH,
-    sp.asinh: codes.ASINH,
-    sp.acosh: codes.ACOSH,
-    sp.atanh: codes.ATANH,
-    sp.erf: codes.ERF,
-}
+FUNCTIONS = (  # in the order of their codes
+    *(sp.exp, sp.log, sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan),
+    *(sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh, sp.erf),
+)
+CODES = dict(zip(FUNCTIONS, range(codes.EXP, codes.ERF + 1), strict=True))
 MOST_WHOLE = 1 << 20
 
 
@@ -89,8 +77,8 @@ class Tape:
             return self._power(e)
         if e.is_Pow:
             return self._add(codes.EXP, self._row(e.exp))
-        if type(e) in FUNCTIONS:
-            return self._add(FUNCTIONS[type(e)], self._row(e.args[0]))
+        if type(e) in CODES:
+            return self._add(CODES[type(e)], self._row(e.args[0]))
         raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}")
 
     def _constant(self, e):

@@ -84,22 +84,19 @@ def _claim(handle: int, folder: Path) -> None:
 
 
 def _refuse(handle: int, folder: Path) -> None:
-    number, host = living.of_number(holder := _told(handle))
+    holder = living.in_words(_holder(handle))
     os.close(handle)
-    where = "" if living.is_here(holder) or not host else f" on {host}"
-    raise DefinitionError(
-        f"{folder}: another run is active there (process {number or 'unknown'}{where}); allowed: one at a time"
-    )
+    raise DefinitionError(f"{folder}: another run is active there ({holder}); allowed: one at a time")
 
 
-def _told(handle: int) -> str:
+def _holder(handle: int) -> str:
     return os.pread(handle, 200, 0).decode("ascii", "replace").strip()
 
 
 def _claim_by_word(handle: int, folder: Path) -> None:
     """Claim on a file system without locks: by the text of the claim, and by its date, which a thread renews."""
     untouched = time.time() - os.fstat(handle).st_mtime
-    if (holder := _told(handle)) and not living.is_over(holder, untouched, PATIENCE):
+    if (holder := _holder(handle)) and not living.is_over(holder, untouched, PATIENCE):
         _refuse(handle, folder)
     threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
 

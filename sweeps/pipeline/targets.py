@@ -6,6 +6,7 @@ Snakemake tells a Snakefile its config but not its targets; its own parser reads
 import difflib
 import re
 import sys
+from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,26 +25,26 @@ LOOKING = (
 )
 
 
+def _arguments() -> Namespace | None:
+    """Return the arguments of the running `snakemake` command; None outside of one."""
+    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
+        return None
+    try:
+        return get_argument_parser().parse_known_args(sys.argv[1:])[0]
+    except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
+        return Namespace(targets=(), dryrun=True)
+
+
 def on_command_line() -> list[str]:
     """Return the targets of the running `snakemake` command; none outside of a command line."""
-    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
-        return []
-    try:
-        arguments, _ = get_argument_parser().parse_known_args(sys.argv[1:])
-    except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
-        return []
-    return [str(target) for target in arguments.targets or ()]
+    arguments = _arguments()
+    return [str(target) for target in arguments.targets or ()] if arguments else []
 
 
 def is_to_run() -> bool:
     """Return True if the running `snakemake` command makes files, rather than showing or planning."""
-    if not Path(sys.argv[0]).name.startswith(("snakemake", "__main__")):
-        return True
-    try:
-        arguments, _ = get_argument_parser().parse_known_args(sys.argv[1:])
-    except SystemExit:
-        return False
-    return not any(getattr(arguments, name, None) for name in LOOKING)
+    arguments = _arguments()
+    return arguments is None or not any(getattr(arguments, name, None) for name in LOOKING)
 
 
 def need_slurm() -> None:

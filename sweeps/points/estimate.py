@@ -41,11 +41,10 @@ class Estimate:
     wait_seconds: float  #: what a person waits for map, pictures and report on one core, all of the above included, s
 
 
-def estimate(sweep: Sweep, bytes_per_point: int | None = None) -> Estimate:
+def estimate(sweep: Sweep) -> Estimate:
     """Estimate memory, disk and time of `sweep` without making its grid."""
     definition, system, grid = sweep.definition, sweep.system, sweep.grid
-    if bytes_per_point is None:
-        bytes_per_point = _bytes_per_point(sweep)
+    bytes_per_point = _bytes_per_point(sweep)
     scattered = grid.scattered.num if grid.scattered else 0
     coordinates = 8 * (sum(grid.shape) - scattered)
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
@@ -89,10 +88,9 @@ def _bytes_per_point(sweep: Sweep) -> int:
     return sum(np.dtype(v.dtype).itemsize * math.prod(sweep.shape_at(name)) for name, v in sweep.variables.items())
 
 
-def refuse_if_too_large(sweep: Sweep, results_dir: str | Path, bytes_per_point: int | None = None) -> None:
+def refuse_if_too_large(sweep: Sweep, results_dir: str | Path) -> None:
     """Refuse a sweep that exceeds the disk or memory of this machine."""
-    lines = lacking(sweep, estimate(sweep, bytes_per_point), results_dir)
-    if lines:
+    if lines := lacking(sweep, estimate(sweep), results_dir):
         raise DefinitionError("\n".join(lines))
 
 

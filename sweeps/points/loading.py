@@ -107,8 +107,7 @@ def _validated(text: str | None, values: dict, name: str, folder: str) -> Sweep:
         definition = model.model_validate({"title": name, **completed}, context={"folder": folder})
     except ValidationError as error:
         raise _InvalidError(validation_problems(error, model)) from None
-    definition.take(table)
-    definition.read_by(_from_text, as_yaml(values) if text is None else text, name, folder)
+    definition.keep_source(as_yaml(values) if text is None else text, name, folder, table, _from_text)
     return of(definition, system)
 
 

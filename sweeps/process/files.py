@@ -69,31 +69,18 @@ def _beside(path: Path) -> Path:
 
 
 @contextmanager
-def temporary_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside `path` for the block, and create its parent.
-
-    What a process that was killed left of one is removed by whoever next makes one for `path`.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(path)
-    folder = _beside(path)
-    try:
-        folder.mkdir()
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextmanager
 def replaced_folder(path: str | Path) -> Iterator[Path]:
     """Yield a temporary folder beside `path`, and move its files to `path` when the block has ended without error.
 
     A folder that was not there appears whole. What a process that was killed left of it is removed first.
     """
     path = Path(path)
-    with temporary_folder(path) as folder:
-        made = folder / "made"
-        made.mkdir()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    remove_leftovers(path)
+    folder = _beside(path)
+    made = folder / "made"
+    try:
+        made.mkdir(parents=True)
         yield made
         try:
             made.rename(path)
@@ -101,6 +88,8 @@ def replaced_folder(path: str | Path) -> Iterator[Path]:
             path.mkdir(exist_ok=True)
             for file in made.iterdir():
                 file.replace(path / file.name)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _flush(path: Path) -> None:

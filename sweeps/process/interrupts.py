@@ -39,19 +39,12 @@ def end_with_the_parent() -> None:
 def abandon(pool: Executor) -> None:
     """End a pool and the processes that this process has started by `multiprocessing`.
 
-    The processes first: one that is only starting would miss what it shares with the pool, and say so.
-    """
-    abandon_processes()
-    pool.shutdown(wait=False, cancel_futures=True)
-
-
-def abandon_processes() -> None:
-    """End the processes that this process has started by `multiprocessing`.
-
-    What was half-written, who shared the place with them removes, or the next run.
+    The processes first: one that is only starting would miss what it shares with the pool, and say so. What was
+    half-written, who shared the place with them removes, or the next run.
     """
     children = multiprocessing.active_children()
     for child in children:
         child.terminate()
     for child in children:
         child.join(PATIENCE)
+    pool.shutdown(wait=False, cancel_futures=True)

@@ -82,13 +82,9 @@ def age(path: Path) -> float:
         return 0.0
 
 
-def of_number(made_by: str) -> tuple[str, str]:
-    """Return (process number, host) of a mark, "" where there is none."""
+def in_words(made_by: str) -> str:
+    """Return the process of a mark in words: "process 123", of another machine or container "process 123 on HOST"."""
     match = _FORM.search(made_by)
-    return (match[4], match[1]) if match else ("", "")
-
-
-def is_here(made_by: str) -> bool:
-    """Return True if a mark is of this machine and container."""
-    match = _FORM.search(made_by)
-    return match is not None and f"{match[2]}-{match[3]}" == _world()
+    if match is None:
+        return "process unknown"
+    return f"process {match[4]}" + ("" if f"{match[2]}-{match[3]}" == _world() else f" on {match[1]}")

@@ -15,7 +15,7 @@ from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -71,9 +71,7 @@ class Definition(Strict):
         description="the equations of motion: name of a system, or path of a .py file relative to this file's folder",
     )
     grid: Strict = Field(description="what is varied")
-    integration: Integration = Field(
-        Integration.model_construct(), description="how each run is made: a mapping with " + keys_of(Integration)
-    )
+    integration: Integration = mapping("how each run is made", Integration)
     sample: Sample = Field(
         default=None,
         description="points drawn over the grid's ranges, in place of all their combinations: a mapping with "
@@ -100,17 +98,13 @@ class Definition(Strict):
     _reader: Callable[[str, str, str], "Definition"] = PrivateAttr(None)
     _rows: Any = PrivateAttr(None)
 
-    def read_by(self, reader: Callable[[str, str, str], "Definition"], text: str, name: str, folder: str) -> None:
-        """Keep the text, name and folder of the definition, and the function that reads it again in another process."""
-        self._reader, self._text, self._name, self._folder = reader, text, name, folder
-
-    def take(self, rows: Any) -> None:
-        """Keep the rows of its table (see `sweeps.points.tables`)."""
-        self._rows = rows
+    def keep_source(self, text: str, name: str, folder: str, rows: Any, reader: Callable) -> None:
+        """Keep text, name, folder, the rows of its table, and the function that reads it again in another process."""
+        self._text, self._name, self._folder, self._rows, self._reader = text, name, folder, rows, reader
 
     @property
     def rows(self) -> Any:
-        """The rows of its table; None without one."""
+        """The rows of its table (see `sweeps.points.tables`); None without one."""
         return self._rows
 
     @property

@@ -1,6 +1,6 @@
 """What a file of a system's maps may hold: names, types and allowed values, before any definition is read."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
@@ -28,6 +28,11 @@ class Layout:
     spare: tuple[str, ...] = ()  #: names of the coordinates that only some maps have
     #: coordinate → the dimensions, in storage order, along some of which it may lie where it is none.
     over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def required(self, held: Collection[str]) -> set[str]:
+        """Return the names of the coordinates that a map must have, from those that it has."""
+        beside = self.beside if self.along in held else ()
+        return {*self.values, *beside} & {*self.coordinates} - {*self.spare}
 
 
 def wrong(item: Any, value: float | str) -> str:

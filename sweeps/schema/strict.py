@@ -1,12 +1,22 @@
 """The base of all models of a definition."""
 
-from pydantic import BaseModel, ConfigDict
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from sweeps.schema.refusals import keys_of
 
 
 class Strict(BaseModel):
     """A frozen model that converts nothing and knows no other keys than its own; made ready when it is first used.
 
-    A default that is a model is given by `model_construct`, which uses none.
+    A default that is a model is given by `model_construct`, which uses none: see `mapping`.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
+
+
+def mapping(words: str, model: type[Strict], required: bool = False) -> Any:
+    """Return the field of a mapping, whose description lists the keys; left out, it has the model's defaults."""
+    default = ... if required else model.model_construct()
+    return Field(default, description=f"{words}: a mapping with {keys_of(model)}")

@@ -19,14 +19,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from sweeps.reading.sandbox import ChildError, parts_from_child
 from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, grid_model, spread
 from sweeps.schema.quantities import Parameter, Quantity
-from sweeps.schema.refusals import DescriptionError, keys_of
+from sweeps.schema.refusals import DescriptionError
+from sweeps.schema.strict import mapping
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.kernel import Kernel
@@ -142,7 +142,7 @@ class Described(Dynamics):
                 "__module__": __name__,
                 "__doc__": self.base_model.__doc__,
                 "__annotations__": {"grid": grid} | dict.fromkeys(self.constants(), ClassVar),
-                "grid": Field(grid(), description="what is varied: a mapping with " + keys_of(grid)),
+                "grid": mapping("what is varied", grid),
                 **self.constants(),
             },
         )

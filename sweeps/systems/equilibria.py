@@ -10,26 +10,6 @@ from sweeps.schema.values import whole
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.shared_variables import STEPS, status
 
-REASONS = ("proved", "undecided_rounding", "undecided_too_large", "undecided_family")  # of sweeps.mechanics.equilibria
-
-CERTIFIED = Variable(
-    "equilibria_certified",
-    None,
-    "whether all equilibria of the point are found",
-    "i1",
-    REASONS,
-    comment="proved: by interval arithmetic; undecided where rounding hides whether one is single, several or none, "
-    "where the bounds are too large to be searched to the end, and where equilibria form a family",
-)
-
-FAMILY_DIMENSION = Variable(
-    "family_dimension",
-    "1",
-    "dimension of the family of equilibria that the equilibrium lies in; 0 for one that is isolated",
-    "i1",
-    comment="each direction along the family has an eigenvalue 0 of its own",
-)
-
 
 def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
     """Return the rows of each run: bound on rates, window, steps, status, and what is known of the equilibria.
@@ -44,7 +24,16 @@ def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
     samples_used  1  i4  number of samples inside the measurement window{which}
     window_end    s  time of the last sample inside the measurement window
     """
-    return measured, STEPS, status(), CERTIFIED, FAMILY_DIMENSION
+    equilibria = """
+    equilibria_certified  -  whether all equilibria of the point are found
+        flags: 0 proved undecided_rounding undecided_too_large undecided_family
+        comment: proved: by interval arithmetic; undecided where rounding hides whether one is single, several or none,
+        where the bounds are too large to be searched to the end, and where equilibria form a family
+    family_dimension      1  i1  dimension of the family of equilibria that the equilibrium lies in; 0 for one that is
+        isolated
+        comment: each direction along the family has an eigenvalue 0 of its own
+    """
+    return measured, STEPS, status(), equilibria
 
 
 def layout(

@@ -23,8 +23,9 @@ def perturbation(default: float, of: str, words: str, more: str = "") -> Paramet
 def rows(*parts: str | Variable) -> dict[str, Variable]:
     """Return name → variable of a table, of which parts are text: one variable a row.
 
-    Its columns, two spaces apart, are name, unit, type (f8 where left out), meaning and [role]; indented lines continue
-    the row above, and what follows "comment:" is its comment. X_theory, X_exact and X_error of the same table are X's.
+    Its columns, two spaces apart, are name, unit (- for none), type (f8 where left out), meaning and [role]; indented
+    lines continue the row above. After "flags:" follow the first number of a flag variable and the meanings from it on,
+    and after "comment:" its comment. X_theory, X_exact and X_error of the same table are X's.
     """
     variables, written = {}, []
     for part in parts:
@@ -40,9 +41,13 @@ def rows(*parts: str | Variable) -> dict[str, Variable]:
 
 def _row(text: str) -> Variable:
     row, _, comment = re.sub(r"\n +", " ", text).partition(" comment: ")
+    row, _, flags = row.partition(" flags: ")
     row, _, role = row.removesuffix("]").partition(" [")
     name, units, *dtype, meaning = re.split(r"  +", row.rstrip())
-    return Variable(name, units, meaning, *dtype, comment=comment, role=Role(role))
+    first, *words = flags.split() or "0"
+    dtype = ["i1"] if words else dtype or ["f8"]
+    units = None if units == "-" else units
+    return Variable(name, units, meaning, *dtype, tuple(words), comment, int(first), role=Role(role))
 
 
 def status(last: int = len(statuses.STATUSES) - 1, long_name: str = TRUSTED, comment: str = "") -> Variable:

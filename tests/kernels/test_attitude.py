@@ -261,16 +261,11 @@ def test_random_starts_agree_with_scipy():
             assert off.max() < 2e-11  # DOP853 at 1e-13 over a hundred steps
 
 
-def test_momentum_stands_still_in_space_and_a_start_turns_all():
+def test_momentum_stands_still_in_space():
     moments, start, times = (1.0, 2.0, 3.0), (0.2, -0.9, 0.4), np.linspace(-9.0, 9.0, 50)
     q = exact.attitude(moments, start, times)
     L = Rotation.from_quat(q, scalar_first=True).apply(np.array(moments) * exact.rotation(moments, start, times))
     np.testing.assert_allclose(L, np.tile(np.multiply(moments, start), (50, 1)), atol=2e-14)
-    first = np.array([0.5, -0.5, 0.1, 0.7])
-    first /= np.linalg.norm(first)
-    np.testing.assert_allclose(
-        exact.attitude(moments, start, times, 3 * first), np.array(multiplied(first, q.T)).T, atol=1e-15
-    )
 
 
 TURNING = [name for name in CASES if name not in ("sphere", "spin about 1", "spin about 2", "spin about 3")]
@@ -287,7 +282,7 @@ def stepped(moments, start, h):
     m_d, m_j, m_k = rigid_body.relabel(*(f * x for x in m), d)
     qd, qj, qk = rigid_body.relabel(*(f * x for x in q_), d)
     m, R, size, out = (m_d, f * m_j, m_k), None, 0.5 / (1.0 + m_d), [(q0, *q_)]
-    R = attitude.product((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
+    R = multiplied((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
     # along the unstable axis each rounding grows as e^{pt}
     for _ in range(64 if top.motion.m1 >= 1e-3 else int(2.0 / abs(top.motion.p * top.motion.unit * h))):
         R, m = attitude.step(m, R, size, steps.x, steps.y), exact.step(*m, *q)
@@ -327,7 +322,5 @@ def test_a_bent_coefficient_of_the_direct_step_is_seen():
 def test_bad_input_is_named(function):
     with pytest.raises(ValueError, match="omega_start must not be zero"):
         function((1, 2, 3), (0, 0, 0), [1.0])
-    with pytest.raises(ValueError, match="attitude_start"):
-        function((1, 2, 3), (1, 0, 0), [1.0], attitude_start=(0, 0, 0, 0))
     with pytest.raises(ValueError, match="moments"):
         function((1, 2, -3), (1, 0, 0), [1.0])

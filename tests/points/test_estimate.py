@@ -28,8 +28,9 @@ def free(monkeypatch, disk=AMPLE, memory=AMPLE):
     return asked
 
 
-def test_an_estimate_counts_points_bytes_and_seconds():
-    found = estimate(sweep_of(100, integration={"rotations": 8}), bytes_per_point=200)
+def test_an_estimate_counts_points_bytes_and_seconds(monkeypatch):
+    monkeypatch.setattr(module, "_bytes_per_point", lambda sweep: 200)
+    found = estimate(sweep_of(100, integration={"rotations": 8}))
     coordinates = 8 * (2 + 300 + 3)
     assert found.points == 2_000_000
     assert found.shards == 1

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict
+from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import (
     TOLERANCE,
     Axis,
@@ -305,7 +305,7 @@ class Once(Strict):
 class FollowedDefinition(BodiesDefinition):
     """A sweep of bodies that are followed once round."""
 
-    integration: Once = Field(Once(), description="how each motion is integrated: a mapping with " + keys_of(Once))
+    integration: Once = mapping("how each motion is integrated", Once)
 
     @property
     def follows_attitude(self) -> bool:

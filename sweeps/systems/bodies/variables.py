@@ -7,11 +7,10 @@ from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
-from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.shared_variables import perturbation
+from sweeps.schema.variables import Variable, table
+from sweeps.systems.shared_variables import perturbation, rows
 
 MOMENTS = ("I1", "I2", "I3")
-SHAPES = ("asymmetric", "oblate", "prolate", "sphere")
 
 Spin = Annotated[
     float, number(lambda x: MIN_SPIN_RATE <= x <= MAX_SPIN_RATE, "a number with 1e-150 ≤ omega0 ≤ 1e150 in rad s-1")
@@ -38,24 +37,19 @@ PRINCIPAL = tuple(
     for i in (1, 2, 3)
 )
 
-AXIS = Variable("axis", "1", "spin axis (1, 2 or 3)", "i1")
-BODY = Variable("body", None, "body", "str")
-MOMENTS_ARE_RATIOS = Variable(
-    "moments_are_ratios",
-    None,
-    "whether the moments are known as ratios only",
-    "i1",
-    ("kilogram_square_metres", "ratios"),
-    "where 1, I1, I2 and I3 of the body are in a unit of their own",
-)
-TRIANGLE_MARGIN = Variable(
-    "triangle_margin",
-    "1",
-    "least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically impossible",
-    "f4",
-    role=Role.EXISTENCE,
-)
-SHAPE = Variable("shape", None, "symmetry class", "i1", SHAPES)
+AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = rows(
+    """
+    axis   1  i1  spin axis (1, 2 or 3)
+    body   -  str  body
+    shape  -  symmetry class
+        flags: 0 asymmetric oblate prolate sphere
+    moments_are_ratios  -  whether the moments are known as ratios only
+        flags: 0 kilogram_square_metres ratios
+        comment: where 1, I1, I2 and I3 of the body are in a unit of their own
+    triangle_margin     1  f4  least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes; negative where physically
+        impossible [existence]
+    """
+).values()
 TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
 
 

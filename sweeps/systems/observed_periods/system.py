@@ -6,10 +6,9 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import keys_of
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
-from sweeps.systems.bodies.family import MeasuredOnce
+from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.observed_periods import variables
@@ -22,11 +21,6 @@ class Nothing(Strict):
     """How each motion is followed: not at all."""
 
     @property
-    def measured(self) -> bool:
-        """Return False: the energies are solved for in closed form."""
-        return False
-
-    @property
     def samples(self) -> int:
         """Return 1: nothing is sampled."""
         return 1
@@ -35,11 +29,11 @@ class Nothing(Strict):
 class ObservedPeriodsDefinition(BodiesDefinition):
     """A sweep of bodies of which two periods were observed."""
 
-    grid: PeriodsGrid = Field(description="what is varied: a mapping with " + keys_of(PeriodsGrid))
+    grid: PeriodsGrid = mapping("what is varied", PeriodsGrid, required=True)
     integration: Nothing = Field(Nothing(), description="an empty mapping: energies are computed in closed form")
 
 
-class ObservedPeriods(MeasuredOnce):
+class ObservedPeriods(FreeBody):
     """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
 
     name = "observed_periods"
@@ -53,7 +47,7 @@ class ObservedPeriods(MeasuredOnce):
         Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
     )
     tables = variables
-    closed = "energies from tumbling periods, in closed form"
+    method_text = "closed form of the energies from tumbling periods"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
 

@@ -5,13 +5,11 @@ from typing import Annotated
 from kernels import statuses
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import number
-from sweeps.schema.variables import Role, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status
 
 ARGUMENTS = (*MOMENTS, "P_psi", "P_phi", "sigma_psi", "sigma_phi")
-POSSIBLE = ("none", "sam", "lam", "both")
 EXCLUDED = 3.0  # standard errors beyond which a mode counts as excluded
 
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
@@ -34,16 +32,12 @@ def _mode(mode: str) -> str:
 
 
 VARIABLES = rows(
-    Variable(
-        "modes",
-        None,
-        "modes that allow both observed periods",
-        "i1",
-        POSSIBLE,
-        f"a mode is listed unless it is excluded by more than {EXCLUDED:g} standard errors; sam: short-axis mode; lam: "
-        "long-axis mode",
-        role=Role.HEADLINE,
-    ),
+    f"""
+    modes  -  modes that allow both observed periods [headline]
+        flags: 0 none sam lam both
+        comment: a mode is listed unless it is excluded by more than {EXCLUDED:g} standard errors; sam: short-axis mode;
+        lam: long-axis mode
+    """,
     status(
         statuses.NOT_CONVERGED,
         "whether the closed form reproduces the observed ratio from each energy",
@@ -53,7 +47,6 @@ VARIABLES = rows(
     _mode("lam"),
     bodies.TRIANGLE_MARGIN,
 )
-EXACT = VARIABLES  # nothing is followed
 
 Period = Annotated[float, number(lambda x: x > 0, "a number > 0, in s")]
 Error = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]

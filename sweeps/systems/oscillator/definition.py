@@ -5,7 +5,8 @@ from typing import Annotated, ClassVar
 from pydantic import AfterValidator, Field, model_validator
 
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
+from sweeps.schema.refusals import Problem, display, refusal, refusals
+from sweeps.schema.strict import mapping
 from sweeps.schema.values import Positive, Tolerance, number
 
 Component = Annotated[float, number(lambda x: True, "any finite number")]
@@ -37,10 +38,7 @@ class OscillatorIntegration(Integration):
 class OscillatorDefinition(Definition):
     """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
 
-    integration: OscillatorIntegration = Field(
-        OscillatorIntegration.model_construct(),
-        description="how each run is made: a mapping with " + keys_of(OscillatorIntegration),
-    )
+    integration: OscillatorIntegration = mapping("how each run is made", OscillatorIntegration)
     moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
 
     @model_validator(mode="after")

@@ -2,13 +2,12 @@
 
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Variable
 from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
 from sweeps.systems.shared_variables import perturbation, regime, rows
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
-BRANCHES = ("decided", "undecided")
 
 VARIABLES = rates.columns(
     reduced="extrapolated from a half and a quarter of it",
@@ -44,16 +43,13 @@ DEGENERATE = rows(
     """
 )
 
-FOLLOWED = table(
-    Variable(
-        "branches_decided",
-        None,
-        "whether the branches are identified at this point",
-        "i1",
-        BRANCHES,
-        "decided: each equilibrium is followed from the default parameters with a proof, or straight through a "
-        "bifurcation; undecided: two branches fit one equilibrium nearly as well, or one appears or ends alone",
-    ),
+FOLLOWED = rows(
+    """
+    branches_decided  -  whether the branches are identified at this point
+        flags: 0 decided undecided
+        comment: decided: each equilibrium is followed from the default parameters with a proof, or straight through a
+        bifurcation; undecided: two branches fit one equilibrium nearly as well, or one appears or ends alone
+    """
 )
 
 NUDGE = (

@@ -3,8 +3,7 @@
 from pydantic import Field
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import keys_of
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import Tolerance
 
 
@@ -24,6 +23,4 @@ class OnePeriod(Strict):
 class PeriodicDefinition(Definition):
     """A sweep of systems that are periodic in time."""
 
-    integration: OnePeriod = Field(
-        OnePeriod(), description="how each period is followed: a mapping with " + keys_of(OnePeriod)
-    )
+    integration: OnePeriod = mapping("how each period is followed", OnePeriod)

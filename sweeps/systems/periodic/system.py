@@ -15,7 +15,7 @@ from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Cost, Points
+from sweeps.systems.system import Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -97,10 +97,6 @@ class Periodic(Described):
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)
-
-    def cost(self, definition: Definition) -> Cost:
-        """Return the work of a point: one period."""
-        return Cost(1)
 
 
 KIND = Periodic

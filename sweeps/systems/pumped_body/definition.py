@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import keys_of
+from sweeps.schema.strict import mapping
 from sweeps.schema.values import choice
 from sweeps.systems.bodies.body import AXES, Axes
 from sweeps.systems.bodies.shapes import RATIOS
@@ -23,4 +23,4 @@ class PumpedDefinition(PeriodicDefinition):
     modulation: Annotated[str, choice(MODULATIONS)] = Field(
         "moment", description="what is I (1 + depth cos(frequency t + lag)): each moment, or its inverse"
     )
-    grid: PumpedGrid = Field(description="what is varied: a mapping with " + keys_of(PumpedGrid))
+    grid: PumpedGrid = mapping("what is varied", PumpedGrid, required=True)

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field
 
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.refusals import keys_of
+from sweeps.schema.strict import mapping
 from sweeps.schema.values import Positive, Tolerance, whole
 
 MOST_RUNS = 4
@@ -27,7 +27,4 @@ class FlowIntegration(Integration):
 class FlowDefinition(Definition):
     """A sweep of relative equilibria; each system's own model has its parameters in `grid`."""
 
-    integration: FlowIntegration = Field(
-        FlowIntegration.model_construct(),
-        description="how each run is made: a mapping with " + keys_of(FlowIntegration),
-    )
+    integration: FlowIntegration = mapping("how each run is made", FlowIntegration)

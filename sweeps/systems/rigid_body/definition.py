@@ -6,8 +6,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import Problem, display, hint, keys_of, refusals
-from sweeps.schema.strict import Strict
+from sweeps.schema.refusals import Problem, display, hint, refusals
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, in_unit, line_of_text, not_empty
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
@@ -96,19 +96,14 @@ class NearAxisDefinition(BodiesDefinition):
 
     shareable: ClassVar = SHAREABLE
     axes: Axes = Field((1, 2, 3), description=AXES)
-    grid: GridEntries = Field(
-        GridEntries.model_construct(), description="what is varied: a mapping with " + keys_of(GridEntries)
-    )
+    grid: GridEntries = mapping("what is varied", GridEntries)
     bodies: list_of(SpunBody) = Field(default=(), description=BODIES)
 
 
 class RigidBodyDefinition(NearAxisDefinition):
     """A sweep of free rigid bodies, each integrated and measured."""
 
-    integration: RigidBodyIntegration = Field(
-        RigidBodyIntegration.model_construct(),
-        description="how each run is made: a mapping with " + keys_of(RigidBodyIntegration),
-    )
+    integration: RigidBodyIntegration = mapping("how each run is made", RigidBodyIntegration)
 
     @property
     def follows_attitude(self) -> bool:

@@ -12,7 +12,6 @@ SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
 REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
-ENCIRCLED = ("none", "minor_axis", "major_axis", "separatrix")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 
 VARIABLES = rates.columns(
@@ -28,17 +27,14 @@ VARIABLES = rates.columns(
     """,
     *regime(REGIMES, is_determined=True),
     bodies.SHAPE,
-    "growing_fraction  1  f4  projection of the initial perturbation on the growing mode",
-    Variable(
-        "encircles",
-        None,
-        "principal axis that the angular momentum encircles at the amplitude of the motion, exact",
-        "i1",
-        ENCIRCLED,
-        "from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where rounding hides "
-        "the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)",
-    ),
-    "samples_used  1  i4  number of samples inside the measurement window",
+    """
+    growing_fraction  1  f4  projection of the initial perturbation on the growing mode
+    encircles     -  principal axis that the angular momentum encircles at the amplitude of the motion, exact
+        flags: 0 none minor_axis major_axis separatrix
+        comment: from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where rounding
+        hides the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)
+    samples_used  1  i4  number of samples inside the measurement window
+    """,
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
     STEPS,
     status(statuses.NON_FINITE),

@@ -8,7 +8,7 @@ from pydantic import Field
 from kernels.triangle import triangle_margin
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import keys_of
+from sweeps.schema.strict import mapping
 from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
@@ -29,10 +29,8 @@ class TopIntegration(Integration):
 class SymmetricTopDefinition(Definition):
     """A sweep of symmetric tops."""
 
-    grid: TopGrid = Field(description="what is varied: a mapping with " + keys_of(TopGrid))
-    integration: TopIntegration = Field(
-        TopIntegration.model_construct(), description="how each run is made: a mapping with " + keys_of(TopIntegration)
-    )
+    grid: TopGrid = mapping("what is varied", TopGrid, required=True)
+    integration: TopIntegration = mapping("how each run is made", TopIntegration)
 
 
 class SymmetricTop(Dynamics):

@@ -12,8 +12,6 @@ from sweeps.schema.variables import Role, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.shared_variables import STEPS, rows, status
 
-SENSES = ("undetermined", "none", "with_spin", "against_spin")
-
 _SCATTER = "scatter of the samples only"
 _ERROR = "bounds the distance from the closed form: scatter, integration error and rounding"
 _RESOLVED = "0 where it cannot be distinguished from rounding"
@@ -45,16 +43,9 @@ VARIABLES = rows(
     """
     period_theory  s  period of the precession, closed form; missing where the rate is 0
     period         s  period of the precession, measured; missing where the rate is 0
+    sense          -  sense of the measured precession, relative to the spin about the figure axis [headline]
+        flags: -1 undetermined none with_spin against_spin
     """,
-    Variable(
-        "sense",
-        None,
-        "sense of the measured precession, relative to the spin about the figure axis",
-        "i1",
-        SENSES,
-        first_flag=-1,
-        role=Role.HEADLINE,
-    ),
     bodies.SHAPE,
     """
     body_cone             degree  angle between the angular velocity and the figure axis, measured

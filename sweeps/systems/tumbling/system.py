@@ -7,7 +7,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sweeps.schema.parameters import grid_model, spread
-from sweeps.schema.refusals import Problem, display, keys_of, refusals
+from sweeps.schema.refusals import Problem, display, refusals
+from sweeps.schema.strict import mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -40,7 +41,7 @@ class TumblingDefinition(FollowedDefinition):
     """A sweep of tumbling bodies."""
 
     shareable: ClassVar = ("energy", "omega0")
-    grid: TumblingGrid = Field(TumblingGrid(), description="what is varied: a mapping with " + keys_of(TumblingGrid))
+    grid: TumblingGrid = mapping("what is varied", TumblingGrid)
     bodies: list_of(Tumbler) = Field(default=(), description=BODIES)
 
     @model_validator(mode="after")

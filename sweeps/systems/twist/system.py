@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.refusals import keys_of
+from sweeps.schema.strict import mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -30,7 +30,7 @@ class TwistDefinition(FollowedDefinition):
     """A sweep of throws."""
 
     shareable: ClassVar = ("omega0",)
-    grid: TwistGrid = Field(description="what is varied: a mapping with " + keys_of(TwistGrid))
+    grid: TwistGrid = mapping("what is varied", TwistGrid, required=True)
     bodies: list_of(Racket) = Field(default=(), description=BODIES)
 
 

@@ -6,13 +6,11 @@ from typing import Annotated
 from kernels import statuses
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase, number
-from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status, with_exact
 
 ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
-ENDS = ("undetermined", "same_side", "reversed")
 
 _MISSING = "missing where L is parallel to the handle"
 
@@ -31,19 +29,14 @@ EXACT = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-MEASURED = table(
+MEASURED = rows(
     *with_exact("twist", "rad", _TWIST, "twist", bodies.TWO_RUNS, _MISSING),
-    Variable("twist_defect", "rad", "shortfall of the twist from a half turn, measured: pi - abs(twist)"),
+    "twist_defect  rad  shortfall of the twist from a half turn, measured: pi - abs(twist)",
     *with_exact("time_of_turn", "s", _TURN, "time of the revolution", bodies.TWO_RUNS, _MISSING),
-    Variable(
-        "ends_reversed",
-        None,
-        "side of the handle on which L lies after the revolution",
-        "i1",
-        ENDS,
-        first_flag=-1,
-        role=Role.HEADLINE,
-    ),
+    """
+    ends_reversed  -  side of the handle on which L lies after the revolution [headline]
+        flags: -1 undetermined same_side reversed
+    """,
     status(statuses.NON_FINITE),
 )
 

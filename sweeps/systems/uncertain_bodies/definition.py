@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, mapping
 from sweeps.schema.values import Positive, choice, converted, finite, number, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
@@ -133,10 +133,7 @@ class UncertainDefinition(NearAxisDefinition):
     bodies: list_of(UncertainBody) = Field(
         default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
     )
-    integration: UncertainIntegration = Field(
-        UncertainIntegration.model_construct(),
-        description="how each draw is measured: a mapping with " + keys_of(UncertainIntegration),
-    )
+    integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
     uncertainty: GivenUncertainty = Field(default=None, description=f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = Field(10_000, description="least number of draws of each body")
     seed: Seed = Field(1, description="seed of the draws: whole, ≥ 0")

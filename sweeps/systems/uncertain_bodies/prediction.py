@@ -15,7 +15,7 @@ from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
-from sweeps.systems.uncertain_bodies.variables import STABILITIES
+from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
 
@@ -100,7 +100,7 @@ def facts(result: Answer) -> dict:
 
 def _plain(summary: Mapping) -> dict:
     plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
-    return plain | {"stability": STABILITIES[summary["stability"]]}
+    return plain | {"stability": VARIABLES["stability"].flags[summary["stability"]]}
 
 
 def rows(result: Answer) -> list[tuple[str, str]]:

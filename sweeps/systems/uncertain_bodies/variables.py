@@ -1,5 +1,7 @@
 """What a map of uncertain bodies holds: probabilities, quantiles over `quantile`, sensitivities over `input`."""
 
+from dataclasses import replace
+
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
@@ -7,8 +9,6 @@ from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
 from sweeps.systems.shared_variables import rows
 
-STABILITIES = ("stable", "uncertain", "unstable")
-STATUSES = ("ok", "undecided")
 _ERROR = "from independent replicates"
 _OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
 _ALL = "over all draws: {}"
@@ -35,28 +35,21 @@ VARIABLES = rows(
         role=Role.MEASUREMENT,
     ),
     *_with_error("probability_middle", "1", "probability that the axis is the intermediate axis"),
-    Variable(
-        "probability_middle_theory",
-        "1",
-        "probability that the axis is the intermediate axis, for normally distributed moments; missing where the "
-        "principal axes tilt",
-    ),
+    """
+    probability_middle_theory  1  probability that the axis is the intermediate axis, for normally distributed moments;
+        missing where the principal axes tilt
+    """,
     *_with_error(
         "probability_flip",
         "1",
         "probability that the body flips within `turns` turns of the spin, from the measured draws",
         "`turns` is a key of the definition; over the draws that were followed to their flips",
     ),
-    Variable(
-        "stability",
-        None,
-        "stable or unstable with a probability above 0.99, otherwise uncertain",
-        "i1",
-        STABILITIES,
-        role=Role.HEADLINE,
-    ),
-    Variable("status", None, "whether fewer than 1 % of the draws are undecided", "i1", STATUSES, role=Role.STATUS),
     """
+    stability                -  stable or unstable with a probability above 0.99, otherwise uncertain [headline]
+        flags: 0 stable uncertain unstable
+    status                   -  whether fewer than 1 % of the draws are undecided [status]
+        flags: 0 ok undecided
     undecided                1  fraction of the draws whose regime is marginal or undetermined, or whose status is not
         ok
     impossible_naive         1  fraction of Gaussian samples that violate the triangle inequality of moments
@@ -97,20 +90,24 @@ TWISTS = table(
     )
 )
 
-KEPT = table(
-    *(Variable(f"I{i}_draw", "kg m2", f"moment about axis {i} of a draw", over=("draw",)) for i in (1, 2, 3)),
-    Variable("growth_rate_draw", "s-1", "growth rate of a draw, measured", over=("draw",)),
-    Variable("frequency_draw", "rad s-1", "angular frequency of a draw, measured", over=("draw",)),
-    Variable("regime_draw", None, "regime of a draw, measured", "i1", REGIMES, first_flag=-1, over=("draw",)),
-    Variable(
-        "flip_period_draw",
-        "s",
-        "time between two flips of a draw; missing where the spin keeps its sign",
-        over=("draw",),
-    ),
-    Variable("max_tilt_draw", "rad", "largest tilt of a draw", over=("draw",)),
-    Variable("twist_draw", "rad", "absolute twist of a draw, where `twist` is true", over=("draw",)),
-)
+KEPT = {
+    name: replace(variable, over=("draw",))
+    for name, variable in rows(
+        """
+        I1_draw           kg m2  moment about axis 1 of a draw
+        I2_draw           kg m2  moment about axis 2 of a draw
+        I3_draw           kg m2  moment about axis 3 of a draw
+        growth_rate_draw  s-1  growth rate of a draw, measured
+        frequency_draw    rad s-1  angular frequency of a draw, measured
+        """,
+        Variable("regime_draw", None, "regime of a draw, measured", "i1", REGIMES, first_flag=-1),
+        """
+        flip_period_draw  s  time between two flips of a draw; missing where the spin keeps its sign
+        max_tilt_draw     rad  largest tilt of a draw
+        twist_draw        rad  absolute twist of a draw, where `twist` is true
+        """,
+    ).items()
+}
 
 ARGUMENTS = ("body", "axis", *SHAREABLE)
 FURTHER = table(
