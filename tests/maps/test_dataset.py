@@ -144,7 +144,7 @@ def test_values_sit_at_their_coordinates(tiny):
 def test_provenance(tiny):
     assert tiny.attrs["title"] == "One example of each symmetry class"
     assert tiny.attrs["Conventions"] == "CF-1.11"
-    assert tiny.attrs["contract_version"].split(".")[0] == "2"
+    assert tiny.attrs["contract_version"].split(".")[0] == "3"
     assert read(TINY).definition.text == tiny.attrs["definition"]
     assert tiny.attrs["system"] == "rigid_body"
     for name in ("kernel_fingerprint", "content_hash"):

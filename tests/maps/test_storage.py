@@ -279,9 +279,9 @@ def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
 def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny):
     path = tmp_path / "map.nc"
     tiny.assign_attrs(contract_version="1.9").to_netcdf(path)
-    with pytest.raises(storage.MapError, match=r"contract_version: is 1\.9; allowed: 2\."):
+    with pytest.raises(storage.MapError, match=r"contract_version: is 1\.9; allowed: 3\."):
         sweeps.open_map(path)
-    tiny.assign_attrs(contract_version="2.9").to_netcdf(tmp_path / "later.nc")
+    tiny.assign_attrs(contract_version="3.9").to_netcdf(tmp_path / "later.nc")
     sweeps.open_map(tmp_path / "later.nc").close()
     tiny.drop_vars(["status", "regime"]).to_netcdf(tmp_path / "short.nc")
     with pytest.raises(storage.MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
