@@ -262,7 +262,7 @@ def _hash(script: str) -> str:
 
 def _json(value) -> Markup:
     """Return JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
-    text = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
         text = text.replace(sign, escape)
     return Markup(text)

@@ -124,6 +124,6 @@ SHAPES = {"box": _box(), "racket": _racket()}
 def for_scripts() -> dict[str, list]:
     """Return the shapes as a page's scripts take them: of each face its colour (to 255), veil and corners."""
     return {
-        name: [([round(255 * x) for x in color], veil, corners.round(5).tolist()) for corners, color, veil in faces]
+        name: [([round(255 * x) for x in color], veil, corners.round(3).tolist()) for corners, color, veil in faces]
         for name, faces in SHAPES.items()
     }
