@@ -254,7 +254,10 @@ class System:
         self.rates[state] = self._expression(f"rate of {state}", f, self._moving())
 
     def conserved(self, expression, name: str) -> None:
-        """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out."""
+        """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out.
+
+        Where a combination of those given is definite at an equilibrium, this is proved to be stable.
+        """
         self._check_name(name)
         if name in self.conserved_quantities:
             raise DescriptionError(f"conserved {name}: given twice; allowed: names that all differ")

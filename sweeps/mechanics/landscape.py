@@ -23,8 +23,9 @@ class Landscape(RootProblem):
         self._slopes, self._terms = self._written(slopes), self._written([magnitude(e) for e in slopes])
         self._a = self._written(equations.a.subs(equations.still)) if equations.v else None
         self._third = self._written(equations.third) if equations.natural else None
-        self._gradients = self._written(equations.gradients)
-        self._curvatures = self._written([magnitude(e) for matrix in equations.curvatures for e in matrix])
+        gradients, bends = list(equations.gradients), [e for matrix in equations.curvatures for e in matrix]
+        self._gradients = [self._written(es) for es in (gradients, map(magnitude, gradients))]
+        self._curvatures = [self._written(es) for es in (bends, map(magnitude, bends))]
         self._sizes = self._written([self._size(place) for place in equations.places])
 
     def _written(self, expressions):
@@ -57,22 +58,22 @@ class Landscape(RootProblem):
         return self._third(*parameters, *x)
 
     def gradients(self, parameters, x):
-        """Return the derivatives of the conserved quantities, shape (points, quantities, n)."""
-        return self._shaped(self._gradients, (-1, self.n), parameters, x)
+        """Return the derivatives of the conserved quantities and their terms' absolute values: (points, q, n)."""
+        return [self._shaped(f, (-1, self.n), parameters, x) for f in self._gradients]
 
     def conserved_slopes(self, parameters, x, sizes):
         """Return the changes of conserved quantities along each state's size, shape (points, quantities, n), or 0.
 
         Where all that is left is a rounding of what they change in second order, they have no slope.
         """
-        slopes = self.gradients(parameters, x) * sizes[:, None, :]
-        bent = np.einsum("pi,pqij,pj->pq", sizes, self.curvatures(parameters, x), sizes)
+        slopes = self.gradients(parameters, x)[0] * sizes[:, None, :]
+        bent = np.einsum("pi,pqij,pj->pq", sizes, self.curvatures(parameters, x)[1], sizes)
         slopes[np.abs(slopes).sum(axis=2) <= FLAT * bent] = 0.0
         return slopes
 
     def curvatures(self, parameters, x):
-        """Return the absolute second derivatives of the conserved quantities, shape (points, quantities, n, n)."""
-        return self._shaped(self._curvatures, (-1, self.n, self.n), parameters, x)
+        """Return the second derivatives of the conserved quantities, and their terms' absolute values: (…, n, n)."""
+        return [self._shaped(f, (-1, self.n, self.n), parameters, x) for f in self._curvatures]
 
     def sizes(self, parameters, x):
         """Return the sizes of the places, shape (points, m); NaN where none is given."""

@@ -134,10 +134,10 @@ class RootProblem:
 
 
 def changed(f, place, error):
-    """Return how much a matrix f(place) changes where each coordinate of the place is off by its error, to first order.
+    """Return how much matrices f(place) change where each coordinate of the place is off by its error, to first order.
 
     Args:
-        f: matrices, shape (points, n, n), of places.
+        f: matrices, shape (points, …, n, n), of places.
         place: shape (points, m).
         error: of each coordinate, shape (points, m).
     """

@@ -32,8 +32,9 @@ def _of_equilibria(model, parameters):
     else:
         places = model.equilibria(parameters).places
         point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
-        paired = relative.paired(model, [p[point] for p in parameters], places[point, slot])
-        yield "time reversal: eigenvalues come in pairs ±μ", paired
+        found = [p[point] for p in parameters], places[point, slot]
+        yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *found)
+        yield "stable by a definite conserved quantity", relative.definite(model, *found)
     if model.quantities:
         zeros = model.equations.n - model.n
         left_out = f"; {zeros} of {model.equations.n} eigenvalues, which are zero, are left out" if zeros else ""

@@ -16,6 +16,7 @@ from kernels import statuses
 from kernels.blocks import W
 from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics.equilibria import runs_of
+from sweeps.mechanics.problem import changed
 
 CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together: a block at least
 SMALL = 1e-25  # no larger perturbation has an amplitude that counts
@@ -23,6 +24,7 @@ TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are o
 ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
 ALIKE = 1e-12  # of the scale: real parts nearer than this are in an order of rounding's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
+EXACT = 1e-12  # of their terms: what slopes and curvatures of conserved quantities are known to, with room
 
 
 def usual_runs(model) -> int:
@@ -64,7 +66,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         changes = _changes(model, parameters, place, sizes, gradients)
     spectra = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
     located |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
-    located |= {"paired": paired(model, parameters, place)}
+    located |= {"paired": paired(model, parameters, place), "definite": definite(model, parameters, place)}
     return located | spectra | {"parameters": parameters, "changes": changes}
 
 
@@ -120,6 +122,51 @@ def paired(model, parameters, place):
     return np.einsum("pii->p", np.linalg.matrix_power(joined, model.equations.n | 1)) == 0.0
 
 
+def definite(model, parameters, place):
+    """Return where a combination of the conserved quantities proves that an equilibrium is stable.
+
+    The gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all gradients: then
+    |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden and Ratiu,
+    Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are tried.
+    """
+    proved = np.zeros(len(place), dtype=bool)
+    quantities = model.system.conserved_quantities.values()
+    if not quantities or any(e.has(model.system.time) for e in quantities):
+        return proved
+    rows = np.flatnonzero(np.isfinite(place).all(1))
+    place, parameters, land = place[rows], [p[rows] for p in parameters], model.landscape
+    x = list(place.T)
+    with np.errstate(all="ignore"):
+        sizes, error = land.sizes(parameters, x), land.place_error(parameters, place)
+        slack = EXACT + (error / sizes).max(1)
+        (slopes, steep), (bent, terms) = land.gradients(parameters, x), land.curvatures(parameters, x)
+        both = (sizes[:, :, None] * sizes[:, None])[:, None]
+        whole = (steep * sizes[:, None]).sum(2) + (terms * both).sum((2, 3))  # no unit of a quantity counts
+        moved = changed(lambda at: land.curvatures(parameters, list(at.T))[0], place, error)
+        loose = (moved + slack[:, None, None, None] * terms) * both / whole[:, :, None, None]
+        slopes, bent = slopes * sizes[:, None] / whole[:, :, None], bent * both / whole[:, :, None, None]
+    sound = np.isfinite(slopes).all((1, 2)) & np.isfinite(bent + loose).all((1, 2, 3))
+    proved[rows[sound]] = _extremal(*(values[sound] for values in (slopes, bent, loose, slack)))
+    return proved
+
+
+def _extremal(slopes, bent, loose, slack):
+    """Return where a combination without a slope has definite second derivatives across all slopes, beyond errors."""
+    left, singular, right = np.linalg.svd(slopes)
+    steep = np.zeros((len(slopes), max(slopes.shape[1:])), dtype=bool)
+    steep[:, : singular.shape[1]] = singular > slack[:, None]
+    weights = left * ~steep[:, None, : left.shape[1]] @ np.swapaxes(left, 1, 2)
+    H = right[:, None] @ np.einsum("prk,pkij->prij", weights, bent) @ np.swapaxes(right, 1, 2)[:, None]
+    room = np.linalg.norm(np.einsum("prk,pkij->prij", np.abs(weights), loose), axis=(2, 3))
+    off = slack / np.where(singular > slack[:, None], singular, 1.0).min(1)  # of the directions without a slope
+    room += 4.0 * (off * np.sqrt((bent**2).sum((1, 2, 3))))[:, None]
+    steep = steep[:, None, : right.shape[1], None]
+    H = np.where(steep | np.swapaxes(steep, 2, 3), 0.0, H)
+    filled = np.where(steep, np.eye(right.shape[1]), 0.0)  # the steep directions are left out
+    least = np.maximum(*(np.linalg.eigvalsh(sign * H + filled)[:, :, 0] for sign in (1.0, -1.0)))
+    return (least > room).any(1)
+
+
 def _changes(model, parameters, place, sizes, gradients):
     """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
     x = list(place.T)
@@ -130,7 +177,7 @@ def _changes(model, parameters, place, sizes, gradients):
         return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
     if not model.quantities:
         return []
-    curvatures = model.landscape.curvatures(parameters, x)
+    curvatures = model.landscape.curvatures(parameters, x)[1]
     curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, curvatures, sizes)
     sloped = np.abs(gradients).sum(2)
     return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
@@ -244,6 +291,8 @@ def _columns(model, theory, measured):
     columns["regime_theory"] = _on_family(columns["regime_theory"], family, true.real, true.imag, slack, slack)
     smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
     columns["regime"] = _on_family(regimes(re, im, e_re, e_im, smooth, pairs), family, re, im, e_re, e_im)
+    for name, spectrum in (("regime_theory", (true.real, true.imag, slack)), ("regime", (re, im, e_re))):
+        columns[name] = _where_definite(columns[name], theory["definite"], *spectrum)
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):
@@ -428,6 +477,14 @@ def _on_family(regime, dimension, re, im, re_error, im_error):
     zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
     attracts = (dimension > 0) & (zero.sum(1) == dimension) & (zero | decays).all(1)
     return np.where(attracts, kernel.STABLE, regime).astype(np.int8)
+
+
+def _where_definite(regime, proved, re, im, re_error):
+    """Return the regimes, stable where `definite` proves it and a marginal spectrum is seen to turn on the axis."""
+    from kernels import flows as kernel
+
+    level = (np.abs(re) <= re_error).all(1) & (re_error.max(1) < np.abs(im).max(1))
+    return np.where(proved & level & (regime == kernel.MARGINAL), kernel.STABLE, regime).astype(np.int8)
 
 
 def _told_apart(re, im, errors):

@@ -1,9 +1,14 @@
 import numpy as np
 import pytest
+import sympy as sp
 
+from sweeps.mechanics import System, relative
+from sweeps.mechanics.model import Model
 from sweeps.mechanics.proofs import proofs
+from sweeps.mechanics.relative import definite
 from sweeps.points import catalogue
 from sweeps.systems import resolve
+from sweeps.systems.relative_equilibrium.variables import REGIMES
 
 
 def said(name, **values):
@@ -32,6 +37,8 @@ def test_a_symmetry_is_said_where_it_holds_and_of_how_many_points(name, symmetri
 def test_what_is_conserved_and_linear_is_said():
     assert "1 of 3 eigenvalues, which are zero, are left out" in said("gyrostat")
     assert "conserved: energy" in said("pendulum")
+    words = "stable by a definite conserved quantity"
+    assert f"{words} (at 1 of 2 looked at)" in said("gravity_gradient", k1=[0.7, -0.3])
     assert "linear about an equilibrium" in said("mathieu")
     assert "linear about an equilibrium" not in said("swing")
     assert said("rotor") == ""
@@ -43,3 +50,83 @@ def test_check_says_what_is_proved(capsys):
     assert main(["check", "kapitzas_racket"]) == 0
     assert "proved      Hamilton's equations, or no divergence" in capsys.readouterr().out
     assert catalogue.plan(catalogue.resolve("tiny")).sweep.system.proofs(None) == ()
+
+
+def made(rates, conserved, place, bounds=(-9.0, 9.0)):
+    """Return whether conserved quantities, functions of the states, prove that a place of x' = rates(x) is stable."""
+    system = System("Made", most=1)
+    states = [system.state(f"x{k}", bounds=bounds) for k in range(len(place))]
+    for state, rate in zip(states, rates(*states), strict=True):
+        system.rate(state, rate)
+    for k, quantity in enumerate(conserved):
+        system.conserved(quantity(*states), f"C{k}")
+    system.equilibrium("place", dict(zip(states, place, strict=True)))
+    return definite(Model(system), [np.zeros(1)], np.array([place], dtype=float))[0]
+
+
+def free_body(moments, turned, k, scale=(1.0, 1.0)):
+    """Return whether energy and momentum prove the rotation about a principal axis, in axes that are turned, stable."""
+    inverse = turned @ np.diag(1.0 / moments) @ turned.T
+
+    def energy(*L):
+        return scale[0] * (sp.Matrix(L).T * sp.Matrix(inverse) * sp.Matrix(L))[0]
+
+    return made(
+        lambda *L: list(sp.Matrix(L).cross(sp.Matrix(inverse) * sp.Matrix(L))),
+        [energy, lambda *L: scale[1] * sum(x**2 for x in L)],
+        tuple(2.0 * turned[:, k]),
+    )
+
+
+def test_rotation_of_a_free_body_is_proved_stable_but_about_the_intermediate_axis():
+    """In any axes of the body, and in any units of what is conserved: Euler's theorem."""
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        moments = np.sort(rng.uniform(1.0, 2.0, 3)) + 0.1 * np.arange(3)
+        turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        found = [free_body(moments, turned, k, 10.0 ** rng.uniform(-9, 9, 2)) for k in range(3)]
+        assert found == [True, False, True]
+    for moments, stable in (([1, 1, 2], [False, False, True]), ([1, 2, 2], [True, False, False])):
+        assert [free_body(np.array(moments, float), np.eye(3), k) for k in range(3)] == stable  # along the equator: no
+
+
+@pytest.mark.parametrize(
+    ("conserved", "is_definite"),
+    [
+        ([lambda x, y, u, v: x**2 + y**2 + u**2 + v**2], True),
+        ([lambda x, y, u, v: -(x**2) - y**2 - 3 * u**2 - 3 * v**2], True),
+        ([lambda x, y, u, v: x**2 + y**2 - u**2 - v**2], False),
+        ([lambda x, y, u, v: x**2 + y**2, lambda x, y, u, v: x**2 + y**2 + u**2 + v**2], True),
+        ([lambda x, y, u, v: x**2 + y**2], False),
+        ([lambda x, y, u, v: (x**2 + y**2) ** 2 + u**2 + v**2], False),
+        ([lambda x, y, u, v: x**2 + y**2 + 1e-14 * (u**2 + v**2)], False),  # rounding could have made it
+    ],
+)
+def test_two_oscillators_are_proved_stable_by_what_is_definite(conserved, is_definite):
+    assert made(lambda x, y, u, v: (y, -x, 2 * v, -2 * u), conserved, (0, 0, 0, 0)) == is_definite
+
+
+def test_the_gyrostats_and_gravity_gradients_conserved_quantities_prove_what_books_say():
+    """Ω² > 0 of the gyrostat; the gravity gradient's minimum of the energy, but not the region of gyroscopic forces."""
+    rng = np.random.default_rng(4)
+    I1, I2, I3, h, W = values = [*rng.uniform(1.0, 2.0, (3, 400)), *rng.uniform(-2.0, 2.0, (2, 400))]
+    place = np.stack([0.0 * W, W, 0.0 * W], axis=1)
+    squared = ((I2 - I3) * W + h) * ((I2 - I1) * W + h)
+    np.testing.assert_array_equal(definite(resolve("gyrostat").mechanism, values, place), squared > 0.0)
+    k1, k3 = rng.uniform(-0.99, 0.99, (2, 400))
+    place = np.zeros((400, 6))
+    place[:, 1] = -np.abs(W)
+    found = definite(resolve("gravity_gradient").mechanism, [k1, k3, np.abs(W)], place)
+    np.testing.assert_array_equal(found, (k3 > 0.0) & (k3 < k1))
+
+
+def test_a_proof_decides_a_marginal_spectrum_alone():
+    """None that is seen to grow, nor one whose errors exceed its rates; nor is anything decided without a proof."""
+    marginal, unstable, stable = (REGIMES.index(word) - 1 for word in ("marginal", "unstable", "stable"))
+    regime = np.array([marginal, unstable, marginal, marginal, marginal, -1])
+    proved = np.array([True, True, True, True, False, True])
+    re = np.array([[0.0, 0.0], [1.0, 1.0], [2e-8, 2e-8], [0.0, 0.0], [0.0, 0.0], [np.nan, np.nan]])
+    im, error = np.tile([-1.0, 1.0], (6, 1)), np.full((6, 2), 1e-8)
+    error[3] = 2.0
+    expected = [stable, unstable, marginal, marginal, marginal, -1]
+    assert relative._where_definite(regime, proved, re, im, error).tolist() == expected

@@ -21,7 +21,11 @@ VARIABLES = rows(
     *_measured("eigenvalue_real", "s-1", _REAL, **_RATE),
     *_measured("eigenvalue_imag", "s-1", _IMAG, **_RATE),
     *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
-    *regime(REGIMES, "stable, too, where motions end at a family of equilibria; marginal where errors leave it open"),
+    *regime(
+        REGIMES,
+        "stable, too, where motions end at a family of equilibria, or a conserved quantity is proved to be definite; "
+        "marginal where errors leave it open",
+    ),
     """
     eigenvalue_condition     1  condition number of the eigenvalue, linear theory: sensitivity to changes of the
         equations
