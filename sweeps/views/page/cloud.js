@@ -46,7 +46,7 @@ function drawCloud() {
   markDot();
   const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
-  drawLegend({ cells: [dots], column, scale });
+  drawLegend({ flat: dots, column, scale });
   drawHistogram(column, dots, document.getElementById("histogram"), "points");
   showTable("map-table", () => cloudTable(column, shown));
 }

@@ -10,7 +10,18 @@ function chosenColumn() {
   return theMap.choices.find((choice) => choice.name === state.color);
 }
 
-/** The plane as rows of places, values and whether what they are of can exist. */
+/** A cell of the plane: its value, whether what that is of can exist, and its numbers along both sides. */
+class Cell {
+  constructor(value, exists, i, j) {
+    [this.value, this.exists, this.i, this.j] = [value, exists, i, j];
+  }
+
+  get place() {
+    return theMap.order.map((name, k) => (name === state.x ? this.i : name === state.y ? this.j : state.place[k]));
+  }
+}
+
+/** The plane as rows of cells. */
 function planeCells() {
   const [xs, ys] = [state.x, state.y].map((name) => (name ? ascending(name) : [null]));
   const column = chosenColumn();
@@ -20,10 +31,10 @@ function planeCells() {
   const cells = ys.map((j) => xs.map((i) => {
     if (kx >= 0) place[kx] = i;
     if (ky >= 0) place[ky] = j;
-    return { value: column.at(place), exists: !margin || !(margin.at(place) < 0), place: [...place] };
+    return new Cell(column.at(place), !margin || !(margin.at(place) < 0), i, j);
   }));
   const values = (name, order) => (name ? order.map((i) => theMap.coordinates[name].values[i]) : []);
-  return { cells, x: values(state.x, xs), y: values(state.y, ys), column };
+  return { cells, flat: cells.flat(), x: values(state.x, xs), y: values(state.y, ys), column };
 }
 
 /** As high as what stands beside it, or nearly square. */
@@ -140,8 +151,7 @@ function rangeOf(edges, type) {
 }
 
 function heatmap(plane) {
-  const { cells, column, xEdges, yEdges } = plane;
-  const flat = cells.flat();
+  const { cells, flat, column } = plane;
   const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
   const own = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
   const [x, y, at] = rasterOf(plane, theMap.slant);
@@ -276,8 +286,7 @@ function curve({ cells, x, column }) {
 // ---------------------------------------------------------------------------------------------------------
 // In words, and by keys
 
-function planeSummary({ cells, column }) {
-  const flat = cells.flat();
+function planeSummary({ flat, column }) {
   const where = placeText(state.place, [state.x, state.y]);
   const impossible = flat.filter((cell) => !cell.exists).length;
   const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
@@ -287,8 +296,9 @@ function planeSummary({ cells, column }) {
 
 function valuesInWords(column, cells) {
   if (column.isFlag) {
-    const found = column.flags.map((flag) => [flagText(flag.meaning), cells.filter((cell) => cell.value === flag.value).length]);
-    return found.filter(([, n]) => n > 0).map(([word, n]) => `${n} × ${word}`).join("; ");
+    const counts = new Map();
+    for (const { value } of cells) counts.set(value, (counts.get(value) ?? 0) + 1);
+    return column.flags.filter((flag) => counts.has(flag.value)).map((flag) => `${counts.get(flag.value)} × ${flagText(flag.meaning)}`).join("; ");
   }
   const values = cells.map((cell) => cell.value).filter(Number.isFinite);
   if (values.length === 0) return "no number at any of these points";
@@ -297,10 +307,10 @@ function valuesInWords(column, cells) {
   return `${cells.length} points from ${column.text(low)} to ${column.text(high)}${missing ? `, ${missing} without a number` : ""}`;
 }
 
-function drawLegend({ cells, column, scale }) {
+function drawLegend({ flat, column, scale }) {
   const legend = document.getElementById("legend");
   if (scale?.bar) return legend.replaceChildren(colorBar(scale));
-  const entries = column.isFlag ? usedFlags(column, cells.flat()) : [];
+  const entries = column.isFlag ? usedFlags(column, flat) : [];
   legend.replaceChildren(...entries.map(({ text, color }) => {
     const swatch = element("span", { className: "swatch" });
     swatch.style.background = color;

@@ -47,7 +47,7 @@ function drawBodies() {
   const flat = places.map((place) => ({ value: column.at(place), place }));
   document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, flat)}.`;
   const shown = column.isFlag ? column : regime;
-  if (shown) drawLegend({ cells: [places.map((place) => ({ value: shown.at(place) }))], column: shown });
+  if (shown) drawLegend({ flat: places.map((place) => ({ value: shown.at(place) })), column: shown });
 }
 
 function buildBodies() {
