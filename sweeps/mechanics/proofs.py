@@ -32,9 +32,9 @@ def _of_equilibria(model, parameters):
     else:
         places = model.equilibria(parameters).places
         point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
-        found = [p[point] for p in parameters], places[point, slot]
-        yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *found)
-        yield "stable by a definite conserved quantity", relative.definite(model, *found)
+        of_places = [p[point] for p in parameters], places[point, slot]
+        yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *of_places)
+        yield "stable by a definite conserved quantity", relative.definite(model, *of_places)
     if model.quantities:
         zeros = model.equations.n - model.n
         left_out = f"; {zeros} of {model.equations.n} eigenvalues, which are zero, are left out" if zeros else ""
