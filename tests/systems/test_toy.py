@@ -45,7 +45,7 @@ def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
         np.testing.assert_allclose(ds.decay, 1 / ds.tau.broadcast_like(ds.decay), rtol=1e-6)  # h = 1/64: h^4 = 6e-8
     assert [file.name for file in made[1].iterdir()] == ["decay.png"]
     page = made[2].read_text()
-    for words in ("When does it stop?", "slows down", "damped-top", '"drag": "viscous"', "τ"):
+    for words in ("When does it stop?", "slows down", "damped-top", '"drag":"viscous"', "τ"):
         assert words in page
     shown = said(capsys, "show", path)
     assert "v slows" in shown
