@@ -287,12 +287,11 @@ def _columns(model, theory, measured):
     pairs = theory["paired"]
     exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
-    columns["regime_theory"] = regimes(true.real, true.imag, slack, slack, exact, pairs)
-    columns["regime_theory"] = _on_family(columns["regime_theory"], family, true.real, true.imag, slack, slack)
     smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
-    columns["regime"] = _on_family(regimes(re, im, e_re, e_im, smooth, pairs), family, re, im, e_re, e_im)
-    for name, spectrum in (("regime_theory", (true.real, true.imag, slack)), ("regime", (re, im, e_re))):
-        columns[name] = _where_definite(columns[name], theory["definite"], *spectrum)
+    by_theory, as_measured = (true.real, true.imag, slack, slack), (re, im, e_re, e_im)
+    for name, spectrum, of_four in (("regime_theory", by_theory, exact), ("regime", as_measured, smooth)):
+        regime = _on_family(regimes(*spectrum, of_four, pairs), family, *spectrum)
+        columns[name] = _where_definite(regime, theory["definite"], *spectrum[:3])
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):

@@ -170,7 +170,7 @@ def test_the_triangle_has_every_point_and_the_named_bodies(folder):
     mesh = next(c for c in large.collections if c.get_gid() == "cells")
     rate = np.sign(ds["omega_squared"].sel(axis=2)) * np.sqrt(np.abs(ds["omega_squared"].sel(axis=2)))
     np.testing.assert_array_equal(mesh.get_array(), rate.values.reshape(6, 6))
-    assert np.abs(mesh.get_array()).max() < 1  # no body's nudge is faster than its spin
+    assert np.abs(mesh.get_array()).max() < 1  # no perturbation grows or turns faster than its body spins
     corners = mesh.get_coordinates()
     middle = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
     # each body's cell is where its moments are; I2/I3 is a product, so that a middle is exact but for rounding

@@ -1,4 +1,4 @@
-"""What a definition of uncertain bodies may say: the uncertainty of each body, and how it is sampled."""
+"""The definition of uncertain bodies: the uncertainty of each body, and how it is sampled."""
 
 from functools import cached_property
 from typing import Annotated, Any
