@@ -170,18 +170,18 @@ class _Body:
         middle = (self.moments[:, a] > others[0]) != (self.moments[:, a] > others[1])
         unstable = rates["regime"] == UNSTABLE
         decided = (unstable | np.isin(rates["regime"], STABLE)) & (rates["status"] == 0)
-        found = {}
+        summary = {}
         for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
-            found |= _share(name, holds.reshape(self.shape))
+            summary |= _share(name, holds.reshape(self.shape))
 
         def spread(name):
             return _quantiles(f"{name}_quantile", np.nan_to_num(rates[f"{name}_reduced"], nan=0.0).reshape(self.shape))
 
         for quantiles in self.run(spread, ("growth_rate", "frequency")):
-            found |= quantiles
-        likely = float(found["probability_unstable"])
+            summary |= quantiles
+        likely = float(summary["probability_unstable"])
         undecided = 1.0 - float(np.mean(decided))
-        return found | {
+        return summary | {
             "impossible_naive": float(np.mean(self.impossible)),
             "undecided": undecided,
             "draws": math.prod(self.shape),
@@ -192,10 +192,10 @@ class _Body:
     def _flip_summary(self, nonlinear: Mapping[str, np.ndarray], rate: np.ndarray) -> dict:
         shape = self.shape[0], rate.size // self.shape[0]
         turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
-        found = _share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
+        summary = _share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
         for name in nonlinear:
-            found |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
-        return found | {"draws_followed": rate.size}
+            summary |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+        return summary | {"draws_followed": rate.size}
 
     def _moment_summary(self, axis: int) -> dict:
         """Return mean and spread of the moment about an axis, as requested and as drawn."""
@@ -223,12 +223,12 @@ class _Body:
 
         def rate2(normals):
             moments, _, turned = distribution.inertia(normals)
-            found = self._rates(_points(distribution, moments, turned, normals, spin))
-            return np.nan_to_num(found["omega_squared_reduced"] / spin.omega0**2)
+            rates = self._rates(_points(distribution, moments, turned, normals, spin))
+            return np.nan_to_num(rates["omega_squared_reduced"] / spin.omega0**2)
 
         half = max(designs.LEAST, min(sampling.draws // SHARE_SENSITIVE, SENSITIVE))
-        found = designs.sobol_indices(rate2, distribution.groups, half, sampling.seed, sampling.method, self.run)
-        return {f"sensitivity_{kind}": values for kind, values in found.items()}
+        indices = designs.sobol_indices(rate2, distribution.groups, half, sampling.seed, sampling.method, self.run)
+        return {f"sensitivity_{kind}": values for kind, values in indices.items()}
 
     def _kept(self, rates, nonlinear, followed) -> dict[str, np.ndarray]:
         kept = dict(zip(MOMENTS, self.moments.T, strict=True)) | {"regime": rates["regime"]}
@@ -275,6 +275,6 @@ def _share(name: str, holds: np.ndarray) -> dict:
 
 
 def _quantiles(name: str, values: np.ndarray) -> dict:
-    found, error = designs.quantiles(values, QUANTILES)
-    finite = np.isfinite(found)  # "never" is missing
-    return {name: np.where(finite, found, np.nan), f"{name}_error": np.where(finite, error, np.nan)}
+    quantiles, error = designs.quantiles(values, QUANTILES)
+    finite = np.isfinite(quantiles)  # "never" is missing
+    return {name: np.where(finite, quantiles, np.nan), f"{name}_error": np.where(finite, error, np.nan)}
