@@ -74,11 +74,17 @@ def _model(description: "mechanics.System") -> "Model":
 def is_described(system: object) -> bool:
     """Return True for a described system: itself, a Python file, or the name of one that ships."""
     from sweeps import mechanics, systems
+
+    is_given = isinstance(system, mechanics.System) or systems.is_file(system)
+    return is_given or (isinstance(system, str) and system in _shipped())
+
+
+def _shipped() -> list[str]:
+    """Return the names of the described systems that ship."""
+    from sweeps import systems
     from sweeps.systems import described
 
-    if isinstance(system, mechanics.System) or systems.is_file(system):
-        return True
-    return isinstance(system, str) and any(system in described.shipped(kind) for kind in systems.kinds())
+    return [name for kind in systems.kinds() for name in described.shipped(kind)]
 
 
 def _description(system) -> "mechanics.System":
@@ -90,7 +96,7 @@ def _description(system) -> "mechanics.System":
         return system
     if systems.is_file(system):
         return described.script(system, "").system
-    names = [name for kind in systems.kinds() for name in described.shipped(kind)]
+    names = _shipped()
     if system not in names:
         wrong = f"{system!r} is no described system" + hint(system, names)
         raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
