@@ -25,7 +25,7 @@ class Landscape(RootProblem):
         self._third = self._written(equations.third) if equations.natural else None
         gradients, bends = list(equations.gradients), [e for matrix in equations.curvatures for e in matrix]
         self._gradients = [self._written(es) for es in (gradients, map(magnitude, gradients))]
-        self._curvatures = [self._written(es) for es in (bends, map(magnitude, bends))]
+        self._curvatures, self._bends = (self._written(es) for es in (bends, map(magnitude, bends)))
         self._sizes = self._written([self._size(place) for place in equations.places])
 
     def _written(self, expressions):
@@ -67,13 +67,17 @@ class Landscape(RootProblem):
         Where all that is left is a rounding of what they change in second order, they have no slope.
         """
         slopes = self.gradients(parameters, x)[0] * sizes[:, None, :]
-        bent = np.einsum("pi,pqij,pj->pq", sizes, self.curvatures(parameters, x)[1], sizes)
+        bent = np.einsum("pi,pqij,pj->pq", sizes, self.bends(parameters, x), sizes)
         slopes[np.abs(slopes).sum(axis=2) <= FLAT * bent] = 0.0
         return slopes
 
     def curvatures(self, parameters, x):
         """Return the second derivatives of the conserved quantities, and their terms' absolute values: (…, n, n)."""
-        return [self._shaped(f, (-1, self.n, self.n), parameters, x) for f in self._curvatures]
+        return self._shaped(self._curvatures, (-1, self.n, self.n), parameters, x), self.bends(parameters, x)
+
+    def bends(self, parameters, x):
+        """Return the absolute values of the terms of `curvatures`."""
+        return self._shaped(self._bends, (-1, self.n, self.n), parameters, x)
 
     def sizes(self, parameters, x):
         """Return the sizes of the places, shape (points, m); NaN where none is given."""

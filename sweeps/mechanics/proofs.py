@@ -32,9 +32,10 @@ def _of_equilibria(model, parameters):
     else:
         places = model.equilibria(parameters).places
         point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
-        of_places = [p[point] for p in parameters], places[point, slot]
-        yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *of_places)
-        yield "stable by a definite conserved quantity", relative.definite(model, *of_places)
+        at, place = [p[point] for p in parameters], places[point, slot]
+        slopes = model.landscape.slopes(at, list(place.T))
+        yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *slopes)
+        yield "stable by a definite conserved quantity", relative.definite(model, at, place)
     if model.quantities:
         zeros = model.equations.n - model.n
         left_out = f"; {zeros} of {model.equations.n} eigenvalues, which are zero, are left out" if zeros else ""

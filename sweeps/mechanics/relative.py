@@ -56,30 +56,30 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     parameters = model.parameters(points, slot.size)
     located = model.located(parameters, slot)
     place = located["place"]
+    x, land = list(place.T), model.landscape
     with np.errstate(all="ignore"):
-        J, terms, sizes = _jacobian(model, parameters, place)
-        S, sizes = _scales(terms, sizes)
-        gradients = model.landscape.conserved_slopes(parameters, list(place.T), sizes)
+        slopes, terms = land.slopes(parameters, x)
+        J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
+        S, sizes = _scales(bound, sizes)
+        gradients = land.conserved_slopes(parameters, x, sizes)
         basis = _free(gradients, model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
-        changes = _changes(model, parameters, place, sizes, gradients)
+        changes = _changes(model, parameters, x, sizes, terms, gradients)
     spectra = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
     located |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
-    located |= {"paired": paired(model, parameters, place), "definite": definite(model, parameters, place)}
-    return located | spectra | {"parameters": parameters, "changes": changes}
+    located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
+    return located | spectra
 
 
-def _jacobian(model, parameters, place):
+def _jacobian(model, parameters, x, slopes, terms):
     """Return the Jacobian, its terms' absolute values, and the states' sizes (of velocities: of size in 1/S)."""
-    x = list(place.T)
-    slopes, terms = model.landscape.slopes(parameters, x)
     sizes = model.landscape.sizes(parameters, x)
     if not model.equations.v:
         return slopes, terms, sizes
     inverse = _inverse(model, parameters, x)
     m = model.equations.m
-    J, bound = (np.zeros((len(place), model.equations.n, model.equations.n)) for _ in range(2))
+    J, bound = (np.zeros((len(sizes), model.equations.n, model.equations.n)) for _ in range(2))
     J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
     J[:, m:] = inverse @ slopes
     bound[:, m:] = np.abs(inverse) @ terms
@@ -101,8 +101,8 @@ def _inverse(model, parameters, x):
     return inverse
 
 
-def paired(model, parameters, place):
-    """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ.
+def paired(model, slopes, terms):
+    """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ; of `slopes` of a landscape.
 
     Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
     symmetric and those by the velocities antisymmetric (Hamilton's equations). States: the Jacobian couples each
@@ -110,8 +110,7 @@ def paired(model, parameters, place):
     no closed walk in the graph of its entries has an odd length.
     """
     if model.equations.v and model.equations.conservative:
-        return np.ones(len(place), dtype=bool)
-    slopes, terms = model.landscape.slopes(parameters, list(place.T))
+        return np.ones(len(slopes), dtype=bool)
     if model.equations.v:
         m = model.equations.m
         turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
@@ -167,18 +166,15 @@ def _extremal(slopes, bent, loose, slack):
     return (least > room).any(1)
 
 
-def _changes(model, parameters, place, sizes, gradients):
+def _changes(model, parameters, x, sizes, terms, gradients):
     """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
-    x = list(place.T)
     if model.equations.conservative:
-        m = model.equations.m
-        terms, a = model.landscape.slopes(parameters, x)[1], np.abs(model.landscape.a(parameters, x))
+        m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
         potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
         return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
     if not model.quantities:
         return []
-    curvatures = model.landscape.curvatures(parameters, x)[1]
-    curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, curvatures, sizes)
+    curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, model.landscape.bends(parameters, x), sizes)
     sloped = np.abs(gradients).sum(2)
     return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
 
@@ -289,9 +285,11 @@ def _columns(model, theory, measured):
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
     smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
     by_theory, as_measured = (true.real, true.imag, slack, slack), (re, im, e_re, e_im)
-    for name, spectrum, of_four in (("regime_theory", by_theory, exact), ("regime", as_measured, smooth)):
-        regime = _on_family(regimes(*spectrum, of_four, pairs), family, *spectrum)
-        columns[name] = _where_definite(regime, theory["definite"], *spectrum[:3])
+    both = [
+        _on_family(regimes(*spectrum, of_four, pairs), family, *spectrum)
+        for spectrum, of_four in ((by_theory, exact), (as_measured, smooth))
+    ]
+    columns["regime_theory"], columns["regime"] = _where_definite(model, theory, both, [by_theory, as_measured])
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):
@@ -478,12 +476,23 @@ def _on_family(regime, dimension, re, im, re_error, im_error):
     return np.where(attracts, kernel.STABLE, regime).astype(np.int8)
 
 
-def _where_definite(regime, proved, re, im, re_error):
-    """Return the regimes, stable where `definite` proves it and a marginal spectrum is seen to turn on the axis."""
+def _where_definite(model, theory, both, spectra):
+    """Return regimes of spectra, stable where `definite` proves it and a marginal one is seen to turn on the axis."""
+    from kernels import flows as kernel
+
+    turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
+    rows = np.flatnonzero(np.any(turning, axis=0))
+    proved = np.zeros(len(theory["place"]), dtype=bool)
+    proved[rows] = definite(model, [p[rows] for p in theory["parameters"]], theory["place"][rows])
+    return [np.where(here & proved, np.int8(kernel.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
+
+
+def _turns_marginally(regime, re, im, re_error):
+    """Return where a spectrum is marginal, none of it is seen to grow, and its errors are less than its rates."""
     from kernels import flows as kernel
 
     level = (np.abs(re) <= re_error).all(1) & (re_error.max(1) < np.abs(im).max(1))
-    return np.where(proved & level & (regime == kernel.MARGINAL), kernel.STABLE, regime).astype(np.int8)
+    return level & (regime == kernel.MARGINAL)
 
 
 def _told_apart(re, im, errors):
