@@ -76,14 +76,14 @@ def take(D, P, Q, numbers, direction, k):
     whole_vectors()
     count, states, n, quantities, runs = numbers[0], numbers[1], numbers[2], numbers[4], numbers[5]
     weight = QUANTITY + 2 * quantities + direction * count + k
-    first = QUANTITY + 2 * quantities + runs * count + (direction * count + k) * n
+    first, pair = QUANTITY + 2 * quantities + runs * count + (direction * count + k) * n, Q[PAIR, 0] > 0.0
     for lane in range(W):
         Q[SIZE, lane], Q[FAR, lane] = 0.0, 0.0
     for i in range(n):
         for lane in range(W):
             x, half, quarter = D[i, lane], D[n + i, lane], D[2 * n + i, lane]
-            y = at_zero(x, half, quarter) if Q[PAIR, lane] > 0.0 else x
-            once = y - (quarter + (quarter - half) / 3.0) if Q[PAIR, lane] > 0.0 else 0.0
+            y = at_zero(x, half, quarter) if pair else x
+            once = y - (quarter + (quarter - half) / 3.0) if pair else 0.0
             Q[first + i, lane] = y
             Q[SIZE, lane] = max(Q[SIZE, lane], max(abs(x), abs(y)))
             Q[FAR, lane] += once * once
