@@ -2,8 +2,9 @@ r"""Monodromy matrices from perturbed motions: segment after segment, and the pr
 
 From each direction, and from its other side, a perturbed motion is followed through every segment of the period beside
 the base motion, whose series all directions share. Half the difference of both sides is a column of the segment's
-matrix S, and :math:`M = S_K\cdots S_1`. Where the equations are not linear, one more motion begins at twice the sum of
-all directions: from twice the sum of their ends it differs by more than each column does from a linear motion.
+matrix S, and :math:`M = S_K\cdots S_1`. Where the equations are linear, one motion follows a direction of each block of
+states that no others influence. Where they are not, one more motion begins at twice the sum of all directions: from
+twice the sum of their ends it differs by more than each column does from a linear motion.
 
 *Half a period.* Where Hamilton's equations are even in the time and have no terms in the velocities, :math:`u(-t)`
 solves them where u(t) does: the segments of the second half are :math:`R\,S_k^{-1}R` in reverse order, R with
@@ -137,7 +138,7 @@ def _tell_minors(compound, squares, d, n, out):
             trace += compound[i * d + i, lane]
             error += math.sqrt(squares[i * d + i, lane])
         if most > LARGE:
-            out[3 * n * n + 1, lane], out[3 * n * n + 2, lane] = trace, error
+            out[2 * n * n + 1, lane], out[2 * n * n + 2, lane] = trace, error
 
 
 @cache
@@ -145,9 +146,9 @@ def compose_of(n):
     """Return the compiled function that multiplies the matrices of n states: ``compose(S, out, steps)``.
 
     S holds a :class:`Record` of each step and one more, flat, of which S and o are given. Written into out
-    (3 n n + 3, W): the product; that of the cycle that begins ELSEWHERE; the root of the sum of the squares of what G,
-    and one rounding of each product, become; the number of times that the first column turned through whole half turns,
-    of n = 2; where an entry is large, the trace of the second compound, and the error of that.
+    (2 n n + 3, W): the product; the root of the sum of the squares of what G, and one rounding of each product, become;
+    the number of times that the first column turned through whole half turns, of n = 2; where an entry is large, the
+    trace of the second compound, and the error of that.
     """
     record = Record(n)
     d, height, size = len(record.pairs), record.height, n * n
@@ -160,7 +161,7 @@ def compose_of(n):
     def compose(S, out, steps):
         whole_vectors()
         R, alike = S.reshape(S.size // W, W), 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
-        last, later = R[steps * height :], R[round(ELSEWHERE * steps) * height :]
+        last = R[steps * height :]
         for i in range(n):
             for lane in range(W):
                 R[P + i * n + i, lane], last[Y + i * n + i, lane] = 1.0, 1.0
@@ -176,15 +177,14 @@ def compose_of(n):
             here = S[s * height * W :]
             for lane in range(W):
                 after(here, lane)
-        product_in_lanes(later[P:], later[Y:], out[size:], n)
         most = 0.0
         for i in range(size):
             for lane in range(W):
-                out[i, lane], out[2 * size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
+                out[i, lane], out[size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
                 most = max(most, abs(last[P + i, lane]))
         for lane in range(W):
-            out[3 * size, lane] = last[turns, lane]
-            out[3 * size + 1, lane] = out[3 * size + 2, lane] = np.nan
+            out[2 * size, lane] = last[turns, lane]
+            out[2 * size + 1, lane] = out[2 * size + 2, lane] = np.nan
         if d > 0 and most > LARGE:
             for i in range(d):
                 for lane in range(W):
@@ -202,6 +202,13 @@ def compose_of(n):
             _tell_minors(last[Q:], R[F:], d, n, out)
 
     return compose
+
+
+@njit(**OPTIONS)
+def begun_elsewhere(R, steps, height, n, out):
+    """Write the matrix of the period that begins ELSEWHERE: R holds the records, multiplied, of so many rows."""
+    later, before = R[round(ELSEWHERE * steps) * height :], 2 * n * n + 3
+    product_in_lanes(later[before:], later[before + n * n :], out, n)
 
 
 @njit(**OPTIONS)
@@ -256,10 +263,11 @@ def store(source, first, target):
 
 
 @njit(**OPTIONS)
-def _differences(C, length, matrix, work, numbers):
+def _differences(C, length, matrix, work, numbers, owner):
     """Write half the differences of both sides, and by what the sum of all columns is off in the row behind these.
 
-    numbers: n; first row of the states in a column; sides. The last row of work: the largest sum of both sides.
+    numbers: n; first row of the states in a column; sides. owner: of each entry of the matrix the motion that has it;
+    -1 where it vanishes. The last row of work: the largest sum of both sides.
     """
     whole_vectors()
     (n, states, sides), (half, linear, terms, uneven) = numbers, (work[0], work[1], work[2], work[3])
@@ -269,10 +277,12 @@ def _differences(C, length, matrix, work, numbers):
     for i in range(n):
         for lane in range(W):
             linear[lane], terms[lane] = 0.0, 0.0
-        for j in range(of_sides):
-            plus, minus = C[j, (states + i) * W :], C[len(C) - of_sides + j, (states + i) * W :]
+        for j in range(max(n, of_sides)):
+            c = owner[i * n + j] if j < n else j
+            share, c = (0.5, c) if c >= 0 else (0.0, 0)
+            plus, minus = C[c, (states + i) * W :], C[len(C) - of_sides + c, (states + i) * W :]
             for lane in range(W):
-                half[lane] = 0.5 * (plus[lane] + sign * minus[lane]) * length[i, lane]
+                half[lane] = share * (plus[lane] + sign * minus[lane]) * length[i, lane]
             if j < n:
                 row = matrix[i * n + j]
                 for lane in range(W):
@@ -301,24 +311,25 @@ def measure(advance, compose, base, columns, lengths, numbers):
         base (numpy.ndarray, shape (rows, segments, points)): The base motion where segments begin; or where the first
             one begins, and motions go on from it.
         columns (numpy.ndarray, shape (motions, rows, segments or 1, points)): Perturbed motions where segments begin:
-            n of one side, and one of twice their sum where equations are not linear, then those of the other.
+            those of one side, and one of twice their sum where equations are not linear, then those of the other.
         lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
             the difference of sides. Where half a period is followed, the rows of :func:`mirror` come after these.
         numbers (numpy.ndarray): n; segments; those that are followed, all or half; steps in each; rows of S; first row
-            of the states in a column, and the row of what the steps leave out; sides; rows of a record.
+            of the states in a column, and the row of what the steps leave out; sides; rows of a record; and of each
+            entry of a segment's matrix the motion that has it, or -1 where it vanishes.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
+        numpy.ndarray, shape (2 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
             steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
-    n, segments, followed, steps, rows, states, left_out, sides, height = numbers
-    motions, size, out = columns.shape[1], n * n, np.empty((3 * n * n + 5, lengths.shape[1]))
+    n, segments, followed, steps, rows, states, left_out, sides, height = numbers[:9]
+    motions, size, out = columns.shape[1], n * n, np.empty((2 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
     length, records = rows_of(len(lengths)), scratch((segments + 1) * height)
     out_rows, work = rows_of(len(out)), rows_of(4)
     R, coherent = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE
-    lost, wide, half, uneven = out_rows[3 * size + 3], out_rows[3 * size + 4], work[0], work[3]
+    lost, wide, half, uneven = out_rows[2 * size + 3], out_rows[2 * size + 4], work[0], work[3]
     for first in range(0, lengths.shape[1], W):
         load(lengths, first, length)
         for lane in range(W):
@@ -333,7 +344,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
-            _differences(C, length, R[s * height :], work, (n, states, sides))
+            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[9:])
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = 0.0

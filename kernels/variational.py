@@ -18,7 +18,7 @@ import numpy as np
 from kernels.blocks import W, rows_of, scratch
 from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
-from kernels.monodromy import FUNCTION, ROWS, load, mirror, store
+from kernels.monodromy import FUNCTION, ROWS, begun_elsewhere, load, mirror, store
 from kernels.straight import lines
 
 WRITTEN_OUT = 2  # unknowns at each point up to which a step's elimination is written out
@@ -181,7 +181,7 @@ def step_of(m, n, entries):
     **OPTIONS,
 )
 def flow(step, compose, factors, slopes, lengths, numbers):
-    """Write the matrix of the period of each point, and what it is known by.
+    """Return the matrix of the period of each point, and what it is known by.
 
     Args:
         step, compose (function): Of :func:`step_of` and of :func:`kernels.monodromy.compose_of`.
@@ -193,8 +193,8 @@ def flow(step, compose, factors, slopes, lengths, numbers):
         numbers (numpy.ndarray): n; steps in a period; those that are followed, all or half; rows of a record.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 3, points): As written by
-            :func:`kernels.monodromy.compose_of`, in the states' sizes.
+        numpy.ndarray, shape (3 n n + 3, points): As written by :func:`kernels.monodromy.compose_of`, in the states'
+            sizes; then the matrix of the period that begins ELSEWHERE.
     """
     whole_vectors()
     n, steps, followed, height = numbers
@@ -239,5 +239,6 @@ def flow(step, compose, factors, slopes, lengths, numbers):
         if followed < steps:
             mirror(R, steps, height, n, length[n:])
         compose(records, result, steps)
+        begun_elsewhere(R, steps, height, n, result[2 * size + 3 :])
         store(result, first, out)
     return out

@@ -270,7 +270,7 @@ def lambdified(arguments, expressions, whole=True):
 
     def evaluate(*arrays):
         with np.errstate(all="ignore"):
-            values = [np.real_if_close(np.asarray(value)) for value in function(*arrays)]
+            values = [np.real_if_close(v) if np.iscomplexobj(v) else np.asarray(v) for v in function(*arrays)]
         if not whole:
             return [value.astype(np.float64, copy=False) for value in values]
         shape = np.broadcast_shapes(*(np.shape(x) for x in arrays)) if arrays else ()

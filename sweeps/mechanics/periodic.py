@@ -365,24 +365,29 @@ class Monodromy(NamedTuple):
     """Matrices of points in the states' sizes, and what they are known by; see `kernels.monodromy`.
 
     Attributes:
-        matrix, other, noise: Of the period; of the period that begins later; errors. Shapes (points, n, n).
+        matrix, noise: Of the period; errors. Shapes (points, n, n).
         turns: Whole half turns of the first direction.
         minors: Trace of the second compound and its error, shape (2, points); NaN where no entry is large.
-        further: What steps left out, and what the amplitude changes; or the integral of the trace of the equations.
+        further: What steps left out, and what the amplitude changes; or the entries of the matrix of the period that
+            begins later, and the integral of the trace of the equations.
     """
 
     matrix: np.ndarray
-    other: np.ndarray
     noise: np.ndarray
     turns: np.ndarray
     minors: np.ndarray
     further: np.ndarray
 
     @classmethod
-    def of(cls, rows, n, further=None) -> "Monodromy":
+    def of(cls, rows, n) -> "Monodromy":
         """Return what rows hold."""
-        matrices, rest = np.moveaxis(rows[: 3 * n * n].reshape(3, n, n, -1), 3, 1), rows[3 * n * n :]
-        return cls(*matrices, rest[0], rest[1:3], rest[3:] if further is None else further)
+        matrices, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
+        return cls(*matrices_of(matrices, n), turns, np.array(minors), further)
+
+
+def matrices_of(rows: np.ndarray, n: int) -> np.ndarray:
+    """Return rows of entries (matrices n n, points) as matrices (matrices, points, n, n)."""
+    return np.moveaxis(rows.reshape(-1, n, n, rows.shape[1]), 3, 1)
 
 
 def first_steps(base: Base) -> int:
@@ -412,7 +417,7 @@ def varied(base: Base, steps: int, begin: float = 0.0) -> Monodromy:
     trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
     functions, height = variation.kernels(still)
     rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
-    return Monodromy.of(rows, n, trace + np.zeros(points))
+    return Monodromy.of(np.vstack([rows, trace + np.zeros(points)]), n)
 
 
 def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
@@ -425,16 +430,15 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     """
     n, K, code = base.sizes.shape[1], int(base.number[0]), base.code
     some, sides = K // 2 if base.even[0] else K, [1.0] if code.linear or base.mirrored[0] else [1.0, -1.0]
-    phases, directions = np.arange(some if code.is_mixed else 1) / K, np.eye(n)
-    if not code.linear:
-        directions = np.vstack([directions, np.full(n, 2.0)])
+    phases, (directions, owner) = np.arange(some if code.is_mixed else 1) / K, code.directions
     place, sizes = [*base(phases), base.period * phases[:, None]], base.sizes.T
     x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, base.period.size)
     rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
     row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
-    numbers = np.array([n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height])
+    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height, *owner.flat]
     lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
-    result = monodromy.measure(jit.passed(code.module().advance), compose, rows, columns, lengths, numbers)
+    advance = jit.passed(code.module().advance)
+    result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
     return Monodromy.of(result, n)
 
 
@@ -469,12 +473,13 @@ def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> 
     """
     steps = steps or first_steps(base)
     flow, coarser = varied(base, steps), varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-    apart = COARSER * floquet.largest(flow.other - coarser.matrix)
+    (other,) = matrices_of(flow.further[:-1], base.sizes.shape[1])
+    apart = COARSER * floquet.largest(other - coarser.matrix)
     other = np.nan_to_num(np.abs(flow.minors[0] - coarser.minors[0]))  # none where no entry is large there
     minors = flow.minors * [[1.0], [2.0 * ROUNDING]] + [0.0 * other, other]
     matrices = floquet.Matrices(flow.matrix, ROUNDING * flow.noise + apart[:, None, None], flow.turns, minors)
     elsewhere = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix))
-    determinant = np.exp(flow.further)
+    determinant = np.exp(flow.further[-1])
     rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
     left = np.flatnonzero(~(apart <= ROUNDING * floquet.largest(flow.noise)) & ~rounded)
     if left.size and 3 * steps // 4 * 2 <= FINEST:

@@ -98,8 +98,26 @@ class PerturbedCode(Code):
     @property
     def is_mixed(self) -> bool:
         """Return whether a function depends on states and time at once, or the base motion moves."""
-        mixed = (self._deviates(k) and self._is_timed(k) for kind, k in self.perturbed if kind == "w")
+        mixed = (self._deviates(k) and self.time in self._states_of(k) for kind, k in self.perturbed if kind == "w")
         return not self.still or any(mixed)
+
+    @cached_property
+    def directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return where motions begin, (motions, states), and of each entry of a matrix the motion that has it, or -1.
+
+        Where equations are linear, a motion begins in a direction of each block at once: no rate depends on a state of
+        another block. Else there is one motion a direction, and one more from twice their sum.
+        """
+        n = self.time
+        if not self.linear:
+            return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
+        block = np.arange(n)
+        for i, rate in [*enumerate(self.graph.rates[:n])] * n:
+            joined = [i, *(self._states_of(rate) - {n})]
+            block[joined] = block[joined].min()
+        same = block[:, None] == block
+        within = np.tril(same, -1).sum(axis=1)
+        return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 
     def starts(self, parameters, place, epsilon, step, x) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of base motions (rows, segments, points) and of perturbed ones (motions, rows, …).
@@ -117,11 +135,11 @@ class PerturbedCode(Code):
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [np.broadcast_to(y, shape) for y in place])
             functions = [*self.perturbed.items()][2 * self.time :]
-            if functions:
-                deviation = [*np.moveaxis(columns[:, : self.time], 1, 0), np.zeros((len(x), *shape))]
+            for column in columns if functions else []:
+                deviation = [*column[: self.time], np.zeros(shape)]
                 hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
                 for (_, number), row in functions:
-                    columns[:, row] = hat[number]
+                    column[row] = hat[number]
         base = np.empty((len(self.base), *shape))
         for (kind, number), row in self.base.items():
             base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step]}[kind][number]
@@ -241,18 +259,15 @@ class PerturbedCode(Code):
 
     def _deviates(self, number):
         """Return whether a node depends on the states, and not on the time alone."""
-        key = ("deviates", number)
+        return bool(self._states_of(number) - {self.time})
+
+    def _states_of(self, number):
+        """Return the numbers of the states that a node depends on; the last one is the time."""
+        key = ("states", number)
         if key not in self._names:
             node = self.graph.nodes[number]
-            parts = node.parts if node.kind not in (X, CONSTANT) else ()
-            self._names[key] = (node.kind == X and node.parts[0] != self.time) or any(map(self._deviates, parts))
+            self._names[key] = {*node.parts} if node.kind == X else set().union(*map(self._states_of, node.parts))
         return self._names[key]
-
-    def _is_timed(self, number):
-        """Return whether a node depends on the time."""
-        node = self.graph.nodes[number]
-        parts = node.parts if node.kind not in (X, CONSTANT) else ()
-        return (node.kind == X and node.parts[0] == self.time) or any(map(self._is_timed, parts))
 
     def _rate(self, kind, i, n):
         rate = self._term(kind, self.graph.rates[i], n - 1)

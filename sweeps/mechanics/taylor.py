@@ -25,6 +25,7 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 
 import hashlib
 import json
+import sys
 from functools import cached_property
 from pathlib import Path
 
@@ -411,7 +412,7 @@ class Code:
 
     def module(self):
         """Return the compiled module: functions `advance(S, steps)` and `check(S)`."""
-        return load(self.path)
+        return sys.modules.get(self.name) or load(self.path)
 
     def integrator(self) -> Integrator:
         """Return the compiled functions and the number of states, as kernels take them."""
