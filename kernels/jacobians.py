@@ -77,12 +77,19 @@ def conditions(A, values, scale):
     """Return the condition numbers of eigenvalues, (points, n); infinite where two are one, NaN where one is NaN."""
     n = A.shape[1]
     A, values = np.ascontiguousarray(np.moveaxis(A, 0, -1)) / scale, np.ascontiguousarray(values.T) / scale
-    one = np.eye(n)[:, :, None]
-    N, adjugate = one, np.zeros((n, *A.shape), dtype=complex)  # adj(λ - A) = Σ λ^(n-1-k) N_k
-    for k in range(1, n + 1):
-        adjugate = adjugate * values[:, None, None] + N
-        N = _product(A, N)
-        N = N - np.trace(N) / k * one
-    size = np.sqrt(sum(np.square(x).sum(axis=(1, 2)) for x in (adjugate.real, adjugate.imag)))
+    one, N, size = np.eye(n)[:, :, None], [], np.empty(values.shape)  # adj(λ - A) = Σ λ^(n-1-k) N_k
+    for k in range(n):
+        T = _product(A, N[-1]) if k > 1 else A
+        N.append(T - np.trace(T) / k * one if k else one)
+    for e, (x, y) in enumerate(zip(values.real, values.imag, strict=True)):
+        re, im = np.zeros(A.shape), np.zeros(A.shape)
+        for term in N:
+            turned = re * y
+            re *= x
+            re -= im * y
+            re += term
+            im *= x
+            im += turned
+        size[e] = np.sqrt(np.einsum("ijp,ijp->p", re, re) + np.einsum("ijp,ijp->p", im, im))
     apart = np.abs(values[:, None] - values) + one
     return np.maximum(1.0, size / apart.prod(axis=1)).T

@@ -240,8 +240,8 @@ def survey(
     linear = theory(model, motions)
     measurement = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
     columns = _columns(model, linear, measurement)
-    number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
-    return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
+    each = back * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
+    return {name: values.reshape(-1)[each if values.ndim == 2 else back] for name, values in columns.items()}
 
 
 def _columns(model, theory, measured):
