@@ -1,7 +1,7 @@
-"""Small dense matrices: products of a block's, and one at a time solving, eigenvalues, exponential and logarithm.
+"""Small dense matrices: products and solving of a block's, and one at a time eigenvalues.
 
-Source: Golub and Van Loan, Matrix Computations, sections 3.4 (elimination), 7.4 (Hessenberg's form), 7.5 (Francis'
-step) and 9.3 (exponential).
+Source: Golub and Van Loan, Matrix Computations, sections 3.4 (elimination), 7.4 (Hessenberg's form) and 7.5 (Francis'
+step).
 """
 
 import math
@@ -12,48 +12,6 @@ from kernels.blocks import W
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
-
-
-@njit(**OPTIONS)
-def solve(A, B, n, m):
-    """Overwrite B, shape (n, m), by A⁻¹B, elimination with row exchange; A is lost. Return True if A is regular."""
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(A[i, k]) > abs(A[best, k]):
-                best = i
-        if not abs(A[best, k]) > 0.0:
-            return False
-        if best != k:
-            for j in range(k, n):
-                A[k, j], A[best, j] = A[best, j], A[k, j]
-            for j in range(m):
-                B[k, j], B[best, j] = B[best, j], B[k, j]
-        for i in range(k + 1, n):
-            factor = A[i, k] / A[k, k]
-            if factor != 0.0:
-                for j in range(k + 1, n):
-                    A[i, j] -= factor * A[k, j]
-                for j in range(m):
-                    B[i, j] -= factor * B[k, j]
-    for k in range(n - 1, -1, -1):
-        for j in range(m):
-            total = B[k, j]
-            for i in range(k + 1, n):
-                total -= A[k, i] * B[i, j]
-            B[k, j] = total / A[k, k]
-    return True
-
-
-@njit(**OPTIONS)
-def _multiply(A, B, C, n):
-    """Write A B into C."""
-    for i in range(n):
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += A[i, k] * B[k, j]
-            C[i, j] = total
 
 
 @njit(**OPTIONS)
@@ -312,64 +270,3 @@ def order(re, im, n, same):
                         im[j], im[j - 1] = im[j - 1], im[j]
                         re[j], re[j - 1] = re[j - 1], re[j]
             first = k
-
-
-@njit(void(float64[:, ::1], float64[:, ::1], float64[::1], int64[:, ::1]), nogil=True, **OPTIONS)
-def order_all(re, im, same, number):
-    """Sort each row as :func:`order`, with its own ``same``; write the unsorted number of each into ``number``."""
-    n = re.shape[1]
-    x, y = np.empty(n), np.empty(n)
-    for i in range(re.shape[0]):
-        for k in range(n):
-            x[k], y[k] = re[i, k], im[i, k]
-        order(re[i], im[i], n, same[i])
-        taken = np.zeros(n, dtype=np.bool_)
-        for k in range(n):
-            for m in range(n):
-                if not taken[m] and x[m] == re[i, k] and y[m] == im[i, k]:
-                    taken[m], number[i, k] = True, m
-                    break
-
-
-@njit(**OPTIONS)
-def _exponential(Y, n, E, T, U):
-    """Write exp Y into E: Taylor's series of Y/8, squared three times."""
-    for i in range(n):
-        for j in range(n):
-            E[i, j] = 1.0 if i == j else 0.0
-    for k in range(13, 0, -1):  # Horner: E = 1 + Y/(8k) E
-        _multiply(Y, E, T, n)
-        for i in range(n):
-            for j in range(n):
-                E[i, j] = T[i, j] * (0.125 / k) + (1.0 if i == j else 0.0)
-    for _ in range(3):
-        _multiply(E, E, U, n)
-        for i in range(n):
-            for j in range(n):
-                E[i, j] = U[i, j]
-
-
-@njit(**OPTIONS)
-def logarithm(M, n, Y):
-    """Write the logarithm of M near 1 into Y, by Halley's step Y + 2 (M - e^Y)(M + e^Y)⁻¹; whether that was regular."""
-    E, T, U = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
-    for i in range(n):
-        for j in range(n):
-            Y[i, j], E[i, j] = 0.0, 1.0 if i == j else 0.0
-    for turn in range(5):
-        if turn > 0:
-            _exponential(Y, n, E, T, U)
-        for i in range(n):
-            for j in range(n):
-                T[i, j] = M[i, j] + E[i, j]
-                U[i, j] = M[i, j] - E[i, j]
-        if not solve(T, U, n, n):  # the factors commute
-            return False
-        largest = 0.0
-        for i in range(n):
-            for j in range(n):
-                Y[i, j] += 2.0 * U[i, j]
-                largest = max(largest, abs(U[i, j]))
-        if largest < 1e-6:  # the next step would be of its cube
-            break
-    return True

@@ -36,7 +36,7 @@ import numpy as np
 from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import checked_times, euler_coefficients
 from kernels.straight import formula
-from kernels.taylor import ORDERS, step_12, turn_12
+from kernels.taylor import ORDERS, turn_12
 
 MOST_STEPS = 10_000
 NEAR_SHARE = 0.15  # of the tolerance, that a step near the axis may leave out
@@ -146,18 +146,7 @@ def _several_steps(excess, square, coefficients):
 
 @njit(**OPTIONS)
 def _follow(state, k, durations, counts, out):
-    """Write the state after each of the given durations (in units of 1/spin), counts[i] steps each, into out."""
-    a, b, c = state
-    for i in range(durations.size):
-        h = durations[i] / counts[i]
-        for _ in range(counts[i]):
-            a, b, c = step_12(a, b, c, k[0] * h, k[1] * h, k[2] * h)
-        out[i, 0], out[i, 1], out[i, 2] = a, b, c
-
-
-@njit(**OPTIONS)
-def _follow_attitude(state, k, durations, counts, out):
-    """Follow the quaternion beside the state as :func:`_follow` does; write quaternions (w, x, y, z)."""
+    """Write state and attitude (w, x, y, z) after each of the durations (in 1/spin), counts[i] steps each, into out."""
     a, b, c = state
     w, x, y, z = 1.0, 0.0, 0.0, 0.0
     for i in range(durations.size):
@@ -165,7 +154,8 @@ def _follow_attitude(state, k, durations, counts, out):
         for _ in range(counts[i]):
             a, b, c, w, x, y, z = turn_12(a, b, c, w, x, y, z, k[0] * h, k[1] * h, k[2] * h, 0.5 * h)
         size = math.sqrt(w * w + x * x + y * y + z * z)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = w / size, x / size, y / size, z / size
+        out[i, 0], out[i, 1], out[i, 2] = a, b, c
+        out[i, 3], out[i, 4], out[i, 5], out[i, 6] = w / size, x / size, y / size, z / size
 
 
 def _three(values, name):
@@ -195,17 +185,7 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
         ValueError: If a moment is not positive, a number is not finite, a shape is wrong, or the tolerance is out of
             range.
     """
-    omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
-    spin = np.abs(omega).max()
-    if spin == 0 or times.size == 0:
-        return np.broadcast_to(omega, (times.size, 3)).copy()
-    out, bound = np.empty((times.size, 3)), np.abs(coefficients).max()
-    for order, durations in _walks(times, spin):
-        part = np.empty((order.size, 3))
-        counts = _counts(np.abs(durations) * bound, tolerance)
-        _follow(tuple(omega / spin), coefficients, durations, counts, part)
-        out[order] = part * spin
-    return out
+    return _followed(moments, omega_start, times, tolerance, False)[:, :3].copy()
 
 
 def attitude(moments, omega_start, times, tolerance=1e-10):
@@ -223,36 +203,33 @@ def attitude(moments, omega_start, times, tolerance=1e-10):
     Raises:
         ValueError: As for :func:`rotation`.
     """
-    omega, times, coefficients = _checked(moments, omega_start, times, tolerance)
-    spin = np.abs(omega).max()
-    if spin == 0:
+    if not np.any(omega_start):
         raise ValueError("omega_start must not be zero: nothing turns")
-    out, bound = np.empty((times.size, 4)), max(1.0, np.abs(coefficients).max()) * np.linalg.norm(omega / spin)
-    for order, durations in _walks(times, spin):
-        part = np.empty((order.size, 4))
-        counts = _counts(np.abs(durations) * bound, tolerance)
-        _follow_attitude(tuple(omega / spin), coefficients, durations, counts, part)
-        out[order] = part
-    return out
+    return _followed(moments, omega_start, times, tolerance, True)[:, 3:].copy()
 
 
-def _checked(moments, omega_start, times, tolerance):
-    """Return angular velocity, times and Euler coefficients of a body; raise ValueError unless they can be followed."""
-    moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
-    times = checked_times(times)
+def _followed(moments, omega_start, times, tolerance, turning):
+    """Return angular velocity and attitude at times, shape (n, 7); the tolerance is of the attitude if ``turning``."""
+    moments, omega, times = _three(moments, "moments"), _three(omega_start, "omega_start"), checked_times(times)
     if not (moments > 0).all():
         raise ValueError(f"moments must be positive, not {moments!r}")
     if not 1e-13 <= tolerance < 1:
         raise ValueError(f"tolerance must lie in [1e-13, 1), not {tolerance!r}")
-    return omega, times, np.array(euler_coefficients(*moments))
-
-
-def _walks(times, spin):
-    """Yield indices of times ahead, then behind, in the order of the walk, and the durations between, times spin."""
-    for forward in (True, False):
+    spin, out = np.abs(omega).max(), np.empty((times.size, 7))
+    if spin == 0:
+        out[:] = 0.0
+        return out
+    coefficients = np.array(euler_coefficients(*moments))
+    bound = np.abs(coefficients).max()
+    bound = max(1.0, bound) * np.linalg.norm(omega / spin) if turning else bound
+    for forward in (True, False):  # times ahead, then behind, each in the order of the walk
         order = np.flatnonzero(times >= 0 if forward else times < 0)
         order = order[np.argsort(np.abs(times[order]), kind="stable")]
-        yield order, np.diff(times[order], prepend=0.0) * spin
+        durations, part = np.diff(times[order], prepend=0.0) * spin, np.empty((order.size, 7))
+        _follow(tuple(omega / spin), coefficients, durations, _counts(np.abs(durations) * bound, tolerance), part)
+        out[order] = part
+    out[:, :3] *= spin
+    return out
 
 
 def _counts(x, tolerance):

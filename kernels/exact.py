@@ -71,7 +71,7 @@ from importlib import import_module
 
 import numpy as np
 
-from kernels.elliptic import RUNGS, K, argument, climb, jacobi_short, ladder, separatrix_functions
+from kernels.elliptic import RUNGS, K, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
 from kernels.straight import formula
@@ -182,20 +182,6 @@ def amplitudes(top):
     A_d = math.copysign(math.hypot(w_d, nod * w_s), w_d)
     A_s = math.copysign(math.hypot(w_s, w_c / ratio), c_s * A_d)
     return A_s, math.hypot(w_c, ratio * w_s), A_d
-
-
-@njit(**OPTIONS)
-def phase(top):
-    """Return the argument u0 at the start, -2K to 2K: ``w_s = A_s sn(p t + u0)``, w_c, w_d likewise.
-
-    Zero for an exact spin about the least or greatest axis, infinite for one about the middle axis, the far end of
-    its separatrix.
-    """
-    A_s, A_c, _ = amplitudes(top)
-    w_s, w_c, _ = top.w
-    sn = w_s / A_s if A_s != 0.0 else 0.0
-    cn = w_c / A_c if A_c != 0.0 else 1.0
-    return argument(sn, cn, top.m, top.m1)
 
 
 @njit(**OPTIONS)

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.blocks import put, rows_of, scratch
-from kernels.dense import add_inner, eigenvalues, logarithm, order, product_in_lanes, solve_in_lanes
+from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, solve_in_lanes
 from kernels.fitting import (
     DISCRIMINANT,
     DISCRIMINANT_ERROR,
@@ -43,8 +43,8 @@ from kernels.jit import OPTIONS, PASSED, njit, whole_vectors
 
 SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
-ARTANH = 20  # terms of artanh's series for a logarithm: of Z², where the rates bound |Z| by tan π/8
-REACHED = 2e-6  # square of the size of Z to the eighth, below which what these terms leave is below rounding
+ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and else
+REACHED = 2e-6  # square of the size of Z to the eighth, below which what ARTANH terms leave is below rounding
 FIRM = 20.0  # slope of the characteristic polynomial over its rounding, from which on an error is divided by it
 FARTHER, MOVED = 100.0, 10.0  # else A is changed by so many times what it may be off, and moves count so many times
 # Roundings that a term of a covariance may hold, which a large sum of terms cancels down to: at least, and over the
@@ -77,11 +77,11 @@ class Polynomial(NamedTuple):
 def _logarithms(M, n, Y, room):
     """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; room is scratch.
 
-    Where so many terms do not reach, as Z to the eighth tells, :func:`logarithm` does.
+    Where ARTANH terms do not reach, as Z to the eighth tells, MORE do.
     """
     whole_vectors()
     T, U, Z, f = room
-    lanes = f.size
+    lanes, most = f.size, ARTANH
     for i in range(n):
         for j in range(n):  # transposed, for the factors commute, and rows of a product are its transpose's columns
             one = 1.0 if i == j else 0.0
@@ -90,35 +90,26 @@ def _logarithms(M, n, Y, room):
                 Z[i * n + j, lane] = M[i * n + j, lane] - one
     solve_in_lanes(T, Z, n, n, True, -math.inf, f)
     product_in_lanes(Z, Z, U, n)
+    product_in_lanes(U, U, T, n)
+    product_in_lanes(T, T, Y, n)
+    f[:] = 0.0
+    for at in range(n * n):
+        for lane in range(lanes):
+            f[lane] += Y[at, lane] * Y[at, lane]
+    for lane in range(lanes):
+        f[lane] = MORE if f[lane] >= REACHED else ARTANH
+        most = max(most, int(f[lane]))
     Y[:] = 0.0
-    for k in range(ARTANH, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
-        if k < ARTANH:
-            product_in_lanes(U, Y, T, n)
-            put(Y, T)
+    for k in range(most, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
+        product_in_lanes(U, Y, T, n)
+        put(Y, T)
         for i in range(n):
             for lane in range(lanes):
-                Y[i * n + i, lane] += 1.0 / (2 * k + 1)
+                Y[i * n + i, lane] += 1.0 / (2 * k + 1) if k <= f[lane] else 0.0
     product_in_lanes(Z, Y, T, n)
     for at in range(n * n):
         for lane in range(lanes):
             Y[at, lane] = 2.0 * T[at, lane]
-    product_in_lanes(U, U, T, n)
-    product_in_lanes(T, T, U, n)
-    f[:] = 0.0
-    for at in range(n * n):
-        for lane in range(lanes):
-            f[lane] += U[at, lane] * U[at, lane]
-    a, b = np.empty((n, n)), np.empty((n, n))
-    for lane in range(lanes):
-        if f[lane] < REACHED:
-            continue
-        for i in range(n):
-            for j in range(n):
-                a[i, j] = M[i * n + j, lane]
-        sound = logarithm(a, n, b)
-        for i in range(n):
-            for j in range(n):
-                Y[i * n + j, lane] = b[i, j] if sound else math.nan
 
 
 @njit(**OPTIONS)

@@ -13,6 +13,8 @@ Source: Landau and Lifshitz, Mechanics, section 23.
 
 import numpy as np
 
+from kernels.matrices import by_matrix
+
 
 def normal_modes(hessian, a):
     """Return the signed ω² and the modes of many points.
@@ -34,7 +36,7 @@ def normal_modes(hessian, a):
     which = np.flatnonzero(np.isfinite(hessian).all(axis=(1, 2)) & positive(a))
     unit = 1.0 / np.sqrt(np.einsum("pii->pi", a[which]))
     pair = unit[:, :, None] * unit[:, None, :]
-    inverse = _inverse_factors(a[which] * pair)
+    inverse = by_matrix(lambda a: np.linalg.inv(np.linalg.cholesky(a)), a[which] * pair)
     sound = np.isfinite(inverse).all(axis=(1, 2))
     which, unit, inverse = which[sound], unit[sound], inverse[sound]
     turned = np.swapaxes(inverse, 1, 2)
@@ -42,17 +44,6 @@ def normal_modes(hessian, a):
     vectors[which] = unit[:, :, None] * (turned @ directions)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None, :], axis=1)
     return squares, vectors * np.where(largest < 0.0, -1.0, 1.0)
-
-
-def _inverse_factors(a):
-    """Return inverses of Cholesky's factors; NaN where rounding leaves none."""
-    try:
-        return np.linalg.inv(np.linalg.cholesky(a))
-    except np.linalg.LinAlgError:
-        if len(a) == 1:
-            return np.full(a.shape, np.nan)
-        half = len(a) // 2
-        return np.concatenate([_inverse_factors(a[:half]), _inverse_factors(a[half:])])
 
 
 def scale(hessian_terms, a):

@@ -287,8 +287,7 @@ class Base:
             rate = np.sqrt((terms[:, m:, :m] * ratio).max(axis=(1, 2)))
             rate = np.maximum(rate, (terms[:, m:, m:] * ratio).max(axis=(1, 2)))
             sizes = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
-        self.scale, self.sizes = np.empty(len(sizes)), np.empty(sizes.shape)
-        jacobians.scales(np.ascontiguousarray(terms), np.ascontiguousarray(sizes), self.scale, self.sizes)
+        self.scale, self.sizes = jacobians.scales(terms, sizes)
         return (rates <= STILL * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):

@@ -12,8 +12,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import statuses
+from kernels import jacobians, matrices, statuses
 from kernels.blocks import W
+from kernels.invariants import SAME
 from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.problem import changed
@@ -60,7 +61,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
     with np.errstate(all="ignore"):
         slopes, terms = land.slopes(parameters, x)
         J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
-        S, sizes = _scales(bound, sizes)
+        S, sizes = jacobians.scales(bound, sizes)
         gradients = land.conserved_slopes(parameters, x, sizes)
         basis = _free(gradients, model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
@@ -87,18 +88,14 @@ def _jacobian(model, parameters, x, slopes, terms):
     pulled, dragged = bound[:, m:, :m] * ratio, bound[:, m:, m:] * ratio
     rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
     scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
-    root = _root(bound * scaled[:, None, :] / scaled[:, :, None])
+    root = jacobians.roots(bound * scaled[:, None, :] / scaled[:, :, None])
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
 
 def _inverse(model, parameters, x):
     """Return a⁻¹ of coordinates, NaN where there is none."""
     a = model.landscape.a(parameters, x)
-    inverse = np.full(a.shape, np.nan)
-    sound = np.isfinite(a).all((1, 2))
-    sound[sound] = np.abs(np.linalg.det(a[sound])) > 0.0
-    inverse[sound] = np.linalg.inv(a[sound])
-    return inverse
+    return matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))
 
 
 def paired(model, slopes, terms):
@@ -243,8 +240,8 @@ def survey(
     linear = theory(model, motions)
     measurement = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
     columns = _columns(model, linear, measurement)
-    number = np.asarray(points["eigenvalue"]).astype(np.int64) - 1
-    return {name: values[back, number] if values.ndim == 2 else values[back] for name, values in columns.items()}
+    each = back * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
+    return {name: values.reshape(-1)[each if values.ndim == 2 else back] for name, values in columns.items()}
 
 
 def _columns(model, theory, measured):
@@ -306,24 +303,6 @@ def directions(n: int, runs: int) -> np.ndarray:
     return np.array([[np.cos(1.0 + 2.399963229728653 * (i + 1) * (r + 1) + r) for i in range(n)] for r in range(runs)])
 
 
-def _root(bound):
-    """Return Perron roots of matrices of absolute values, shape (points,); NaN where one is not finite or vanishes."""
-    from kernels import jacobians
-
-    root = np.empty(len(bound))
-    jacobians.roots(np.ascontiguousarray(bound), root)
-    return root
-
-
-def _scales(terms, sizes):
-    """Return S and the states' sizes, from the absolute values of the Jacobian's terms and the description."""
-    from kernels import jacobians
-
-    S, scaled = np.empty(len(sizes)), np.empty(sizes.shape)
-    jacobians.scales(np.ascontiguousarray(terms), np.ascontiguousarray(sizes), S, scaled)
-    return S, scaled
-
-
 def _free(gradients, n):
     """Return an orthonormal basis orthogonal to the gradients, shape (points, N, n); NaN where it has more vectors."""
     points, count, N = gradients.shape
@@ -341,25 +320,13 @@ def _free(gradients, n):
 
 def _eigen(matrix, S):
     """Return eigenvalues in order, and their condition numbers."""
-    from kernels import jacobians
-
-    values = np.full(matrix.shape[:2], np.nan, dtype=complex)
-    sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
-    values[sound] = np.linalg.eigvals(matrix[sound])
-    values, _ = _ordered(values, S)
-    condition = np.full(matrix.shape[:2], np.nan)
-    jacobians.conditions(np.ascontiguousarray(matrix), values, S, condition)
-    return {"eigenvalues": values, "condition": condition}
+    values, _ = _ordered(matrices.eigenvalues(matrix), S)
+    return {"eigenvalues": values, "condition": jacobians.conditions(matrix, values, S)}
 
 
 def _ordered(values, S):
     """Return eigenvalues in order, and which of the unsorted each is."""
-    from kernels import dense, invariants
-
-    re, im = np.ascontiguousarray(values.real), np.ascontiguousarray(values.imag)
-    number = np.zeros(values.shape, dtype=np.int64)
-    dense.order_all(re, im, 2.0 * invariants.SAME * np.nan_to_num(S), number)
-    return re + 1j * im, number
+    return matrices.ordered(values, 2.0 * SAME * np.nan_to_num(S))
 
 
 def _vectors(matrix, S):
@@ -369,19 +336,8 @@ def _vectors(matrix, S):
     sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
     values[sound], right[sound] = np.linalg.eig(matrix[sound])
     right = np.take_along_axis(right, _ordered(values, S)[1][:, None, :], axis=2)
-    left[sound] = _inverses(right[sound])
+    left[sound] = matrices.by_matrix(np.linalg.inv, right[sound])  # none of a matrix without a basis of right ones
     return {"left": np.conj(np.swapaxes(left, 1, 2)), "right": right}
-
-
-def _inverses(matrices):
-    """Return inverses; NaN where there is none: a matrix without a basis of eigenvectors has no left ones."""
-    try:
-        return np.linalg.inv(matrices)
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full(matrices.shape, np.nan)
-        half = len(matrices) // 2
-        return np.concatenate([_inverses(matrices[:half]), _inverses(matrices[half:])])
 
 
 def _invariants(matrix):

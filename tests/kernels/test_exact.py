@@ -354,7 +354,7 @@ def test_degenerate_bodies_give_no_nan(name):
             *(exact.max_tilt(top, axis) for axis in (1, 2, 3)),
         ]
         assert np.isfinite(finite).all(), (moments, start)
-        assert not np.isnan([exact.period(top), exact.flip_period(top), exact.phase(top)]).any()
+        assert not np.isnan([exact.period(top), exact.flip_period(top)]).any()
 
 
 @pytest.mark.parametrize("moment_unit", [2.0**-996, 2.0**530, 2.0**990])
@@ -499,7 +499,6 @@ def test_constants_of_a_trajectory():
         assert top.axes == tuple(i + 1 for i in theirs.roles)
         for found, wanted in zip(exact.amplitudes(top), theirs.amplitudes, strict=True):
             assert abs(found * top.unit / wanted - 1) < 1e-15
-        assert exact.phase(top) == pytest.approx(float(theirs.u0), rel=4e-15, abs=4e-15)
 
 
 def test_period_frequency_and_flip_period():
@@ -537,12 +536,6 @@ def test_what_never_returns_has_an_infinite_period(moments, start):
     top = exact.set_up(*moments, *start)
     assert exact.period(top) == exact.flip_period(top) == math.inf
     assert exact.frequency(top) == 0.0
-
-
-def test_an_exact_spin_begins_at_the_phase_nought_but_about_the_middle_axis():
-    for axis, spin in ((1, 0.7), (1, -0.7), (3, 0.7), (3, -0.7)):
-        assert exact.phase(exact.set_up(1.0, 2.0, 3.0, *np.roll([spin, 0.0, 0.0], axis - 1))) == 0.0
-    assert math.isinf(exact.phase(exact.set_up(1.0, 2.0, 3.0, 0.0, 0.7, 0.0)))
 
 
 def test_an_exact_spin_has_the_frequency_of_small_nudges():

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 
-SECONDS = {"jacobians": 10.0, "monodromy": 5.0, "variational": 1.0}  # to compile
+SECONDS = {"monodromy": 5.0, "variational": 1.0}  # to compile
 
 
 class Periodic(Described):

@@ -41,7 +41,6 @@ class RelativeEquilibrium(Described):
         Kernel("invariants", seconds=8.0, stage=1),
         Kernel("projection", seconds=4.0, stage=1),
         Kernel("spectrum", seconds=5.0, stage=1),
-        Kernel("jacobians", seconds=3.0, stage=1),
         Kernel("flows", seconds=2.0, stage=2),
         Kernel("roots", seconds=6.0),
         Kernel("enclosures", seconds=3.0),

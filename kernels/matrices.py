@@ -1,0 +1,35 @@
+"""Stacks of small matrices, shape (points, n, n): what NumPy's LAPACK leaves to be done."""
+
+import numpy as np
+
+
+def by_matrix(function, *stacks):
+    """Return a function of LAPACK's of stacks of matrices; NaN for a matrix for which it fails."""
+    try:
+        return function(*stacks)
+    except np.linalg.LinAlgError:
+        half = len(stacks[0]) // 2
+        if not half:
+            return np.full(stacks[-1].shape, np.nan)
+        parts = [[stack[part] for stack in stacks] for part in (slice(half), slice(half, None))]
+        return np.concatenate([by_matrix(function, *part) for part in parts])
+
+
+def eigenvalues(A):
+    """Return the eigenvalues, complex, shape (points, n); NaN where a matrix is not finite."""
+    values, sound = np.full(A.shape[:2], np.nan, dtype=complex), np.isfinite(A).all(axis=(1, 2))
+    values[sound] = np.linalg.eigvals(A[sound])
+    return values
+
+
+def ordered(values, same):
+    """Return eigenvalues, shape (points, n), sorted by imaginary, then real part, and which of the unsorted each is.
+
+    Imaginary parts nearer than ``same``, shape (points,), to a neighbour count as one.
+    """
+    number = np.argsort(values.imag, axis=1, kind="stable")
+    by_imag = np.take_along_axis(values, number, axis=1)
+    group = np.zeros(values.shape, dtype=np.int64)
+    group[:, 1:] = np.cumsum(np.diff(by_imag.imag, axis=1) > same[:, None], axis=1)
+    number = np.take_along_axis(number, np.lexsort((by_imag.real, group)), axis=1)
+    return np.take_along_axis(values, number, axis=1), number
