@@ -43,7 +43,7 @@ from kernels.jit import OPTIONS, PASSED, njit, whole_vectors
 
 SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
-ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and else
+ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and at most
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what ARTANH terms leave is below rounding
 FIRM = 20.0  # slope of the characteristic polynomial over its rounding, from which on an error is divided by it
 FARTHER, MOVED = 100.0, 10.0  # else A is changed by so many times what it may be off, and moves count so many times
@@ -77,7 +77,7 @@ class Polynomial(NamedTuple):
 def _logarithms(M, n, Y, room):
     """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; room is scratch.
 
-    Where ARTANH terms do not reach, as Z to the eighth tells, MORE do.
+    Where ARTANH terms do not reach, as Z to the eighth tells, more do.
     """
     whole_vectors()
     T, U, Z, f = room
@@ -97,7 +97,8 @@ def _logarithms(M, n, Y, room):
         for lane in range(lanes):
             f[lane] += Y[at, lane] * Y[at, lane]
     for lane in range(lanes):
-        f[lane] = MORE if f[lane] >= REACHED else ARTANH
+        needed = ARTANH * math.log(REACHED) / math.log(f[lane]) if REACHED <= f[lane] < 1.0 else MORE
+        f[lane] = min(math.ceil(needed), MORE) if f[lane] >= REACHED else ARTANH
         most = max(most, int(f[lane]))
     Y[:] = 0.0
     for k in range(most, -1, -1):  # Horner: Y = 1/(2k + 1) + Z² Y
