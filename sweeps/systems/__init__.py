@@ -119,7 +119,8 @@ def presentation_of(ds: "xr.Dataset") -> "Presentation":
 
 def presented(system: Dynamics) -> "Presentation":
     """Return the presentation of a system."""
-    return import_module(system.presentation).PRESENTATION(system)
+    module = system.beside("presentation") or import_module("sweeps.systems.presentation")
+    return module.PRESENTATION(system)
 
 
 def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dynamics:
@@ -145,4 +146,5 @@ def all_kernels() -> list[Kernel]:
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
     every = {name: resolve(name) for name in (*MODULES, *_brought())}
-    return tuple(name for name, one in every.items() if one.motion_in or type(one).motion is not Dynamics.motion)
+    own = [name for name, one in every.items() if type(one).motion is not Dynamics.motion]
+    return tuple(n for n, one in every.items() if n in own or hasattr(one.beside("motion"), "motion"))

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -54,8 +55,10 @@ class Points(Protocol):
 class Dynamics(ABC):
     """A system of equations of motion, with its parameters and its columns.
 
-    Importing a system imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is
-    `tests/toy/damped_top/system.py`.
+    Three modules beside that of its class are found by name: `presentation`, whose PRESENTATION shows its maps;
+    `motion`, whose function of this name :meth:`motion` calls; `references`, whose REFERENCE, or function `reference`
+    of the system, :meth:`reference` returns. Importing a system imports no kernel, no xarray and no Matplotlib. A whole
+    one, of one module, is `tests/toy/damped_top/system.py`.
     """
 
     name: str  #: value of a definition's key `system`
@@ -66,13 +69,7 @@ class Dynamics(ABC):
     point_seconds: float = 0.0  #: for what is worked out of each point beside its run (equilibria, theory), s, about
     start_seconds: float = 1.5  #: until a command has read and checked such a definition, s, about
     picture_seconds: float = 1.5  #: for all pictures of a map, s, about
-    #: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
-    presentation: str = "sweeps.systems.presentation"
     method_text: str = ""  #: method of computation of every map, see :meth:`method`
-    #: name of the module with the REFERENCE that :meth:`reference` returns, or with a function `reference` of the
-    #: system that makes it; "" for none.
-    references_in: str = ""
-    motion_in: str = ""  #: name of the module whose function `motion` :meth:`motion` calls; "" for none
     #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
     #: none, it covers every kernel.
     kernels: tuple[str, ...] = ()
@@ -178,11 +175,16 @@ class Dynamics(ABC):
         Returns:
             Variables over `time` (s), each with its units.
         """
-        return import_module(self.motion_in).motion(point, duration, samples, tolerance) if self.motion_in else None
+        follow = getattr(self.beside("motion"), "motion", None)
+        return follow(point, duration, samples, tolerance) if follow else None
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
-        if not self.references_in:
-            return None
-        module = import_module(self.references_in)
-        return module.reference(self) if hasattr(module, "reference") else module.REFERENCE
+        module = self.beside("references")
+        return module.reference(self) if hasattr(module, "reference") else getattr(module, "REFERENCE", None)
+
+    @classmethod
+    def beside(cls, name: str) -> ModuleType | None:
+        """Return the module of this name in the package of the system; None where it has none."""
+        package = cls.__module__.rpartition(".")[0]
+        return import_module(f"{package}.{name}") if package and find_spec(f"{package}.{name}") else None

@@ -38,8 +38,6 @@ class ObservedPeriods(FreeBody):
 
     name = "observed_periods"
     samples_per_second = 5_000
-    presentation = "sweeps.systems.observed_periods.presentation"
-    references_in = "sweeps.systems.observed_periods.references"
     model = ObservedPeriodsDefinition
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (

@@ -27,7 +27,6 @@ class Oscillator(Described):
 
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
-    presentation = "sweeps.systems.oscillator.presentation"
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
     compiled = (

@@ -30,8 +30,6 @@ class Periodic(Described):
 
     samples_per_second = 5_000
     start_seconds = 2.5
-    presentation = "sweeps.systems.periodic.presentation"
-    references_in = "sweeps.systems.periodic.references"
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
     kernels = ("floquet", "jacobians", "monodromy", "paths", "runs", "statuses", "straight", "variational")
     compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)

@@ -23,8 +23,6 @@ class PumpedBody(Dynamics):
     """
 
     name = "pumped_body"
-    presentation = "sweeps.systems.pumped_body.presentation"
-    references_in = "sweeps.systems.pumped_body.references"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
     kernels = (*Periodic.kernels, "triangle")
     existence = variables.CHANGING

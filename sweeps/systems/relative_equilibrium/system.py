@@ -31,8 +31,6 @@ class RelativeEquilibrium(Described):
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
-    presentation = "sweeps.systems.relative_equilibrium.presentation"
-    references_in = "sweeps.systems.relative_equilibrium.references"
     method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots")
     compiled = (

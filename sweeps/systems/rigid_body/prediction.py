@@ -10,7 +10,7 @@ from sweeps.systems.bodies import shapes, wording
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
-from sweeps.systems.rigid_body.spins import Spin, in_words, spins, twist_of
+from sweeps.systems.rigid_body.spins import AXES, Axes, in_words, spins, twist_of
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 
@@ -56,52 +56,46 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     return chosen, setting(requested, chosen)
 
 
-def facts(body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False) -> dict:
+def facts(body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, thrown: bool = False) -> dict:
     """Return the answer for machines: SI units, angles in rad; see :func:`answer`."""
     said = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
         said |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
     if body.solid is not None:
         said |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
-    axes = [asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)} for spin in _chosen(body, spun, axis)]
+    answers = [asdict(s) | {"max_tilt": math.radians(s.max_tilt)} for s in spins(body.moments, **spun, axes=axes)]
     if thrown:
-        axes = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], spun)} for spin in axes]
-    return said | {"axes": axes}
+        answers = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], spun)} for spin in answers]
+    return said | {"axes": answers}
 
 
 def answer(
-    body: SpunBody, spun: Mapping[str, float], axis: int | None = None, thrown: bool = False
+    body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, thrown: bool = False
 ) -> tuple[list[str], list[tuple[str, str]], list[str]]:
     """Return the answer for people: lines about the body, (axis, outcome) of each spin, and what is known.
 
-    `axis` is the one axis to spin it about, None for all; with `thrown` the twist of the throw is added.
+    With `thrown` the twist of the throw is added, but not about the handle, whose direction then stays near L.
     """
-    about_axes = _chosen(body, spun, axis)
-    rows = []
+    about_axes, rows = spins(body.moments, **spun, axes=axes), []
     for one in about_axes:
-        text = in_words(one, wording.duration) + (_thrown(body, spun, one.axis) if thrown else "")
+        text = in_words(one, wording.duration)
+        if thrown and (twist := twist_of(body.moments, one.axis, spun)) is not None:
+            size, angle = f"ε = {spun['epsilon']:.3g}", f"{math.degrees(twist):.3g}°"
+            text += f"; thrown with {size}, it twists by {angle} per revolution of its handle"
         rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
-    return [*_described(body), *_spun(spun, about_axes)], rows, list(_known(body))
+    turn, size = wording.duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
+    rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn})"
+    lines = [*_described(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
+    if any(spin.flip_period is not None for spin in about_axes):
+        lines.append(f"flip times are for ε = {size}; larger perturbations flip sooner")
+    return lines, rows, list(_known(body))
 
 
-def axis_of(value: object) -> int | None:
-    """Return the one axis that is asked for, None for all three."""
-    if value not in (None, 1, 2, 3):
+def axes_of(value: object) -> Axes:
+    """Return the one axis that is asked for, or all three."""
+    if value not in (None, *AXES):
         raise DefinitionError(f"body: axis: {display(value)} is out of range; allowed: 1, 2 or 3")
-    return None if value is None else int(value)
-
-
-def _chosen(body: SpunBody, spun: Mapping[str, float], axis: int | None) -> list[Spin]:
-    return [spin for spin in spins(body.moments, **spun) if axis in (None, spin.axis)]
-
-
-def _thrown(body: SpunBody, spun: Mapping[str, float], axis: int) -> str:
-    """Return the twist of this throw; nothing about the handle, whose direction then stays near L."""
-    twist = twist_of(body.moments, axis, spun)
-    if twist is None:
-        return ""
-    size, angle = f"ε = {spun['epsilon']:.3g}", f"{math.degrees(twist):.3g}°"
-    return f"; thrown with {size}, it twists by {angle} per revolution of its handle"
+    return AXES if value is None else (int(value),)
 
 
 def _described(body: SpunBody) -> Iterator[str]:
@@ -116,14 +110,6 @@ def _described(body: SpunBody) -> Iterator[str]:
     yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}{typed}"
     if broken := shapes.violation(body.moments):
         yield f"no rigid body has these moments: {broken}"
-
-
-def _spun(spun: Mapping[str, float], about_axes: list[Spin]) -> Iterator[str]:
-    turn = wording.duration(2 * math.pi / abs(spun["omega0"]))
-    size = f"{spun['epsilon']:.2g}"
-    yield f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn}), perturbed by ε = {size} (transverse ω over ω₀)"
-    if any(spin.flip_period is not None for spin in about_axes):
-        yield f"flip times are for ε = {size}; larger perturbations flip sooner"
 
 
 def _known(body: SpunBody) -> Iterator[str]:

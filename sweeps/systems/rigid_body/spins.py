@@ -16,6 +16,7 @@ import numpy as np
 from kernels import exact, linear, twist
 from sweeps.systems.rigid_body import motion
 
+Axes, AXES = tuple[int, ...], (1, 2, 3)
 REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
 
 
@@ -41,9 +42,11 @@ class Spin:
 
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
-def spins(moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float) -> list[Spin]:
-    """Return the perturbed spins of a body about its three axes."""
-    return [_spin(moments, axis, omega0, epsilon, phase) for axis in (1, 2, 3)]
+def spins(
+    moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float, axes: Axes = AXES
+) -> list[Spin]:
+    """Return the perturbed spins of a body about some of its axes."""
+    return [_spin(moments, axis, omega0, epsilon, phase) for axis in axes]
 
 
 def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:

@@ -22,9 +22,6 @@ class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"
-    presentation = "sweeps.systems.rigid_body.presentation"
-    references_in = "sweeps.systems.rigid_body.references"
-    motion_in = "sweeps.systems.rigid_body.motion"
     kernels = ("survey", "in_space")
     compiled = KERNELS
     tables = variables

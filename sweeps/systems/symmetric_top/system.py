@@ -37,9 +37,6 @@ class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
 
     name = "symmetric_top"
-    presentation = "sweeps.systems.symmetric_top.presentation"
-    references_in = "sweeps.systems.symmetric_top.references"
-    motion_in = "sweeps.systems.symmetric_top.motion"
     method_text = "direct integration of Euler's equations"
     kernels = ("symmetric_top",)
     existence = ("ratio",)

@@ -75,9 +75,6 @@ class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
-    presentation = "sweeps.systems.tumbling.presentation"
-    references_in = "sweeps.systems.tumbling.references"
-    motion_in = "sweeps.systems.tumbling.motion"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
@@ -89,6 +86,21 @@ class Tumbling(MeasuredOnce):
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
+
+    def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return moments (ascending, kg m2) and ω at time 0 (rad s-1) of a point: L = I3 omega0, w2 = 0."""
+        from kernels import tumbling
+
+        moments = np.sort([float(point[name]) for name in MOMENTS])
+        omega = np.array(tumbling.start(*moments / moments[2], float(point["energy"])))
+        return moments, omega * float(point["omega0"])
+
+    def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+        """Return two periods of ω in the body."""
+        from kernels import exact
+        from sweeps.systems.motion import span
+
+        return span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.tumbling`."""

@@ -10,14 +10,14 @@ from kernels import twist
 from sweeps.systems.bodies.body import Once
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.system import Reference
-from sweeps.systems.twist.motion import start
+from sweeps.systems.twist.system import SYSTEM
 
 GROWN = 100.0  # by which the steps' errors grow about the middle axis
 
 
 def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     """Return the time of one revolution of the handle about L in s, by DOP853; NaN along the handle."""
-    moments, omega = start({**point, "omega0": 1.0})
+    moments, omega = SYSTEM.start({**point, "omega0": 1.0})
     c, L = coefficients(moments), float(np.linalg.norm(moments * omega))
     if not omega[1:].any():
         return math.nan

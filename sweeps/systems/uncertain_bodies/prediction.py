@@ -17,7 +17,7 @@ from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
 from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
-OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
+OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def definition(
 ) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
-    `given` has uncertainty (text of YAML, or its value), axis, and `OPTIONS`, each None where it was not given.
+    `given` has uncertainty (text of YAML, or its value) and `OPTIONS`, each None where it was not given.
     """
     try:
         uncertainty = given["uncertainty"]
@@ -68,11 +68,10 @@ def definition(
         raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
     values |= {name: given[name] for name in OPTIONS if given[name] is not None}
-    values |= {"axes": [given["axis"]]} if given["axis"] is not None else {}
     try:
         return load(values)
     except DefinitionError as refused:
-        text = str(refused).replace("definition: bodies[0].", "body: ").replace("definition: axes[0]:", "body: axis:")
+        text = str(refused).replace("definition: bodies[0].", "body: ")
         raise DefinitionError(text.replace("definition: ", "body: ")) from None
 
 

@@ -25,7 +25,6 @@ class UncertainBodies(FreeBody):
     """
 
     name = "uncertain_bodies"
-    presentation = "sweeps.systems.uncertain_bodies.presentation"
     kernels = ("survey", "principal", "twist")
     existence = ()
     compiled = (
