@@ -13,13 +13,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.systems.kernel import Kernel
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.described import Described
     from sweeps.systems.presentation import Presentation
 
@@ -107,12 +106,12 @@ def built(system: Any) -> str:
     return described.built(system, kinds())
 
 
-def of_map(ds: "xr.Dataset") -> Dynamics:
+def of_map(ds: Dataset) -> Dynamics:
     """Return the system of a map for its readers, without running a file that the map names."""
     return of_contents(ds.attrs, ds.variables)
 
 
-def presentation_of(ds: "xr.Dataset") -> "Presentation":
+def presentation_of(ds: Dataset) -> "Presentation":
     """Return the presentation of a map's system: figures, page, words and colours."""
     return presented(of_map(ds))
 

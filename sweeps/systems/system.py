@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
 from sweeps.systems.kernel import Kernel
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
 
@@ -163,7 +162,7 @@ class Dynamics(ABC):
 
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-    ) -> "xr.Dataset | None":
+    ) -> Dataset | None:
         """Return the motion at one point of a map; None where the system has none to show.
 
         Args:

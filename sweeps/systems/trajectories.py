@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema import units
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display, hint
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
 
 STATUSES = ("ok", "not_converged", "non_finite")
 
 
-def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> "xr.Dataset":
+def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
     """Return motions of a described system; see `sweeps.motion`."""
     import xarray as xr
 

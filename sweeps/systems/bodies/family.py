@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.system import Dynamics
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.bodies.body import BodiesDefinition, Once
 
 
@@ -79,7 +78,7 @@ class MeasuredOnce(FreeBody):
 
     def motion(
         self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-    ) -> "xr.Dataset":
+    ) -> Dataset:
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 

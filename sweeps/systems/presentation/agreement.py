@@ -7,19 +7,15 @@ system's table of variables and its look. A map is read once, in blocks, so that
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, blocks, flags
+from sweeps.schema.boxes import Dataset, along, blocks, flags
 from sweeps.schema.variables import Role, Variable, of_role
 from sweeps.systems.presentation.look import Compared, Look
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK_POINTS = 2**18
 MOST_DRAWN = 200_000
@@ -52,7 +48,7 @@ class Agreement:
     certificate: float = math.nan  #: largest value of the certificate; NaN where the map has none
 
 
-def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DRAWN) -> Agreement:
+def agreement(ds: Dataset, specs: Specs, one: Compared, most: int = MOST_DRAWN) -> Agreement:
     """Compare a measured quantity with theory; at most `most` points are kept, the other numbers are over all."""
     first = ds[one.names[0]]
     sizes = dict(zip(first.dims, first.shape, strict=True))
@@ -74,7 +70,7 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
     return comparison
 
 
-def _meanings(ds: "xr.Dataset", specs: Specs, role: Role) -> dict[int, str]:
+def _meanings(ds: Dataset, specs: Specs, role: Role) -> dict[int, str]:
     """Return number → meaning of the flag variable of a role; {} of one that the map has not."""
     name = of_role(specs, role)
     return flags(ds[name]) if name in ds.variables else {}
@@ -120,7 +116,7 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
 
 
 def draw(
-    ds: "xr.Dataset", specs: Specs, compared: Collection[Compared], look: Look, ax: Axes | None = None
+    ds: Dataset, specs: Specs, compared: Collection[Compared], look: Look, ax: Axes | None = None
 ) -> Figure | None:
     """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
 
@@ -157,7 +153,7 @@ def draw(
     return figure
 
 
-def _subtitle(ds: "xr.Dataset", specs: Specs, comparisons: list[Agreement], look: Look) -> str:
+def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], look: Look) -> str:
     stride, first = comparisons[0].stride, comparisons[0]
     thinned = "all drawn" if stride == 1 else f"every {_ordinal(stride)} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
@@ -181,7 +177,7 @@ def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.isfinite(columns["deviation"]) & (columns["theory"] > 0)
 
 
-def _groups(ds: "xr.Dataset", specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
+def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
     """Return name, mask, words and look of each group of points; each point that can be drawn is in one."""
     drawable = _is_drawable(columns)
     size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))

@@ -3,14 +3,11 @@ r"""Numbers behind the pictures: signed rates, the power law of deviations in ε
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from sweeps.schema.boxes import Dataset
 
 SECONDS_PER_DAY = 86_400.0
 
@@ -64,7 +61,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
     return max(FLOOR_FACTOR * float(np.median(deviation[first])), float(np.median(error[first])))
 
 
-def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
+def breakdown(ds: Dataset) -> Dataset:
     r"""Fit the exponent p of |Ω²/Ω²_theory − 1| ∝ ε^p for each body and axis.
 
     The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
@@ -110,7 +107,7 @@ class Period:
     note: str  #: what a reader should know
 
 
-def periods(ds: "xr.Dataset") -> list[Period]:
+def periods(ds: Dataset) -> list[Period]:
     """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
     Args:
@@ -128,7 +125,7 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     return periods_of_bodies
 
 
-def _observations(ds: "xr.Dataset") -> Iterator[Period]:
+def _observations(ds: Dataset) -> Iterator[Period]:
     """Yield the observations in a map's definition: plain values, of which any may be of any type."""
     from pydantic import ValidationError
 

@@ -6,12 +6,11 @@ For the pages of systems that descriptions make. Their own script says, in `part
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation import turning
 from sweeps.systems.presentation.moving.equations import facts
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.described import Described
 
 _HERE = Path(__file__).parent
@@ -21,7 +20,7 @@ FILES = (
 )
 
 
-def facts_of(ds: "xr.Dataset", system: "Described", suffix: str = "equilibrium") -> dict:
+def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
     """Return what the scripts are told: the equations, where the map has all that stands in them.
 
     Args:

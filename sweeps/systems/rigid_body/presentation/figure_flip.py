@@ -5,7 +5,7 @@ axis of least moment. Attitude and angular velocity are those of the closed form
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, blocks, dimensions, nearest_by
+from sweeps.schema.boxes import Dataset, along, blocks, dimensions, nearest_by
 from sweeps.systems.bodies import outline as outlines
 from sweeps.systems.bodies.attitude import rotated
 from sweeps.systems.bodies.solid import Face, of_mesh
@@ -22,9 +22,6 @@ from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.presentation.look import settings
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
@@ -44,7 +41,7 @@ COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 INDICES = "₁₂₃"
 
 
-def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
+def most_unstable(ds: Dataset) -> dict[str, float] | None:
     """Return the physically possible point whose perturbation grows fastest for its spin rate; None without one.
 
     Its parameters by name, with `body` where the map has it.
@@ -62,7 +59,7 @@ def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
     return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
-def racket(ds: "xr.Dataset") -> dict[str, float] | None:
+def racket(ds: Dataset) -> dict[str, float] | None:
     """Return the point of a tennis racket thrown about its axis 2; None where none is on the grid."""
     at = racket_at(ds)
     if at is None:
@@ -71,7 +68,7 @@ def racket(ds: "xr.Dataset") -> dict[str, float] | None:
     return {"body": "Tennis racket"} | {name: float(value) for name, value in values.items()}
 
 
-def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
+def racket_at(ds: Dataset) -> dict[str, int] | None:
     """Return dimension → index of that point."""
     if "body" in ds.dims or not {*PARAMETERS} <= set(ds.coords) or not all(ds[name].ndim for name in PARAMETERS):
         return None
@@ -97,7 +94,7 @@ def _upright(L: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z])
 
 
-def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
+def frames(ds: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips."""
     point = racket(ds) or most_unstable(ds)
     if point is None:
@@ -118,7 +115,7 @@ def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
     yield from _drawn(_Shown(f"{name}spin about axis {axis}", words, axis, solid_of(moments)), moments, times, *moving)
 
 
-def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
+def film(motion: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])

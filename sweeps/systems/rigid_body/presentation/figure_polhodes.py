@@ -1,7 +1,6 @@
 """Polhodes: the curves that the angular velocity traces in a body, on the ellipsoid of one energy, far side faint."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +9,10 @@ from matplotlib.figure import Figure
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along
+from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
 from sweeps.systems.rigid_body.presentation.look import LOOK, moments_over
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
@@ -104,7 +100,7 @@ class Scene:
         return float(self.half().mean())
 
 
-def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
+def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw the polhodes of the most asymmetric possible body of a map; None where all have two equal moments."""
     body = chosen(ds)
     if body is None:
@@ -125,7 +121,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     return figure
 
 
-def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
+def chosen(ds: Dataset) -> AsymmetricBody | None:
     """Return the body of a map with the greatest `asymmetry`; None where none has three different moments."""
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
@@ -140,7 +136,7 @@ def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
     return AsymmetricBody(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
 
 
-def _some_moments(ds: "xr.Dataset") -> np.ndarray:
+def _some_moments(ds: Dataset) -> np.ndarray:
     """Return moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
     dims, columns = moments_over(ds), []
     for name in MOMENTS:
@@ -160,7 +156,7 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
     return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
 
 
-def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
+def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
     values = ",  ".join(
         f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
     )

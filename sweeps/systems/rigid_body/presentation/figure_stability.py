@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,14 +16,11 @@ from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
 from sweeps.figure import colors, style
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.schema.boxes import along
+from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
@@ -51,7 +47,7 @@ NAMED = {
 }
 
 
-def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
+def planes(ds: Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
     """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
 
     The moments are two, one or none: the longest dimensions first, in order. Fixed are the least epsilon (theory is
@@ -73,7 +69,7 @@ def _middle(values: np.ndarray) -> float:
     return float(np.sort(values)[(values.size - 1) // 2])
 
 
-def _most_telling(ds: "xr.Dataset", sides: tuple[str, str], third: str) -> float:
+def _most_telling(ds: Dataset, sides: tuple[str, str], third: str) -> float:
     """Return the third moment at which the rarest regime about any axis has the largest share of the bodies."""
     values = np.sort(ds[third].values)
     thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
@@ -122,7 +118,7 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 # The pictures
 
 
-def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+def draw(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies."""
     sides, fixed = planes(ds)
     if not sides:
@@ -136,7 +132,7 @@ def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, sides, fixed)
 
 
-def _slice(ds: "xr.Dataset", axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
+def _slice(ds: Dataset, axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
     """Return the plane (or line) of a picture, at most `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}

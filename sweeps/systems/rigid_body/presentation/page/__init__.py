@@ -1,16 +1,13 @@
 """The rigid body's part of the page: the body turning, bodies in a table, and where linear theory ends."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import Dataset
 from sweeps.systems import rates
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.presentation import TRIANGLE
 from sweeps.systems.presentation import Page, turning
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NAMES = ("first.html", "three.html", "bodies.css", "own.css", "bodies.js", "own.js", "part.js")
 FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name for name in _NAMES))
@@ -45,14 +42,14 @@ PRESETS = [
 ]
 
 
-def page(ds: "xr.Dataset") -> Page:
+def page(ds: Dataset) -> Page:
     """Return the system's part of the page of a map."""
     table = "body" in ds.dims
     facts = turning.FACTS | {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": PRESETS}
     return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 
-def natural_axes(ds: "xr.Dataset") -> dict[str, int]:
+def natural_axes(ds: Dataset) -> dict[str, int]:
     """Return body → usual spin axis, from the definition that a map carries."""
     bodies = definition_of(ds.attrs).get("bodies")
     axes = {}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import dimensions, flags
+from sweeps.schema.boxes import Dataset, dimensions, flags
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.presentation import Page
 from sweeps.systems.rigid_body.presentation.page import FILES as OF_RIGID_BODIES
@@ -21,8 +21,6 @@ from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.uncertain_bodies.distribution import Distribution
     from sweeps.systems.uncertain_bodies.measuring import BodySampling
 
@@ -41,12 +39,12 @@ SEED = 1  # of which draws are shown
 MEANT = ("bodies", "grid", "uncertainty", "draws", "seed", "method")  # keys without which no body is drawn
 
 
-def page(ds: "xr.Dataset") -> Page:
+def page(ds: Dataset) -> Page:
     """Return the system's part of the page of a map."""
     return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds), **facts(ds)})
 
 
-def facts(ds: "xr.Dataset") -> dict:
+def facts(ds: Dataset) -> dict:
     """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
     extra = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
     points = dimensions(ds.drop_dims(extra))
@@ -71,7 +69,7 @@ def _packed(values: np.ndarray) -> dict:
 # Draws that the map keeps
 
 
-def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
+def _kept(ds: Dataset, points: dict[str, int]) -> dict:
     """Return draws of each body and their measured values in each spin."""
     measured = [name for name in KEPT if name in ds.data_vars and name not in MOMENTS]
     if "body" not in points or any(name not in ds.data_vars for name in MOMENTS):
@@ -100,7 +98,7 @@ def _rows(values: np.ndarray) -> np.ndarray:
     return np.asarray(values, "f8").reshape(-1, values.shape[-1])
 
 
-def _described(ds: "xr.Dataset", name: str) -> dict:
+def _described(ds: Dataset, name: str) -> dict:
     spec = KEPT[name]
     units = "" if spec.units in (None, "1") else spec.units
     meanings = flags(ds[name]) if name in ds.data_vars else {}
@@ -112,7 +110,7 @@ def _described(ds: "xr.Dataset", name: str) -> dict:
 # Draws made again
 
 
-def _again(ds: "xr.Dataset") -> dict:
+def _again(ds: Dataset) -> dict:
     """Return bodies drawn again from the map's definition, where nothing else is needed to draw them."""
     if "body" not in ds.dims:
         return {}
@@ -132,7 +130,7 @@ def _again(ds: "xr.Dataset") -> dict:
     return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
 
 
-def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
+def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
     """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
@@ -155,7 +153,7 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
     return meant
 
 
-def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
+def _without_file(ds: Dataset, number: int, body: dict) -> dict:
     """Return a body of the definition; one from a mesh with the moments that the map carries."""
     if "mesh" not in body:
         return body
@@ -167,7 +165,7 @@ def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
 # Quantiles and sensitivities
 
 
-def _spread(ds: "xr.Dataset", points: dict[str, int]) -> dict:
+def _spread(ds: Dataset, points: dict[str, int]) -> dict:
     """Return quantiles and sensitivities, and their errors: a row at each point, in the order of the page's points."""
     names = [name for name, spec in (VARIABLES | TWISTS).items() if spec.over and name in ds.data_vars]
     size = sum(math.prod(points.values()) * ds.sizes[(VARIABLES | TWISTS)[name].over[0]] for name in names)
