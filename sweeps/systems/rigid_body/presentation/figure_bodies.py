@@ -23,6 +23,8 @@ NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
 OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": "white", "mec": colors.INK, "mew": 1.3}
 HOLLOW = ("sphere", "undetermined")  # regimes
+LIGHT = (*HOLLOW, "stable_minor")  # of whose marks the numeral is dark
+NUMERAL = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
 OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 
 
@@ -47,7 +49,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
     elif many:
         _histogram(axes[1], ds)
-    _legend(figure, part)
+    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
+    words = [word for word in REGIMES if word in present]
+    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
+    handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
+    style.legend(figure, handles)
     return figure
 
 
@@ -84,7 +90,9 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
         ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
-            _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
+            x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else "white"
+            ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
+            style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     letters = 7.2 if style.is_narrow() else 9.0
@@ -140,13 +148,6 @@ def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None
 def _row_label(body: xr.Dataset) -> str:
     name = textwrap.fill(str(body["body"].values), NAME_WIDTH)
     return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(no rigid body)")
-
-
-def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
-    ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
-    ink = colors.INK if word in (*HOLLOW, "stable_minor") else "white"
-    look = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
-    style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **look)
 
 
 def _marker(word: str) -> dict:
@@ -219,14 +220,6 @@ def _days(value: float) -> str:
 def gist(note: str) -> str:
     """Return the last sentence of a note, its conclusion."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
-
-
-def _legend(figure: Figure, part: xr.Dataset) -> None:
-    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
-    words = [word for word in REGIMES if word in present]
-    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
-    handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
-    style.legend(figure, handles)
 
 
 def brief_duration(seconds: float) -> str:

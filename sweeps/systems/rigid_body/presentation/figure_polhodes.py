@@ -175,6 +175,8 @@ def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
 def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
     """Return evenly spaced polhodes about both ends of both stable axes, and the two branches of the separatrix.
 
+    These are plane ellipses that cross at the ends of the middle axis.
+
     Returns:
         (regime, closed curve of shape (POINTS, 3)) of each; the separatrix last.
     """
@@ -183,7 +185,9 @@ def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
         for angle in _angles(scene, begin):
             start = np.array([scene.semi[0] * np.cos(angle), 0.0, scene.semi[2] * np.sin(angle)])
             curves += [(kind, exact.polhode(scene.moments, end * start, POINTS)) for end in (1.0, -1.0)]
-    return curves + [("unstable", branch) for branch in _separatrix(scene)]
+    turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
+    x, y, z = scene.semi[0] * np.cos(at) * np.cos(turn), np.sin(turn), scene.semi[2] * np.sin(at) * np.cos(turn)
+    return curves + [("unstable", np.column_stack([x, y, side * z])) for side in (1.0, -1.0)]
 
 
 def _angles(scene: Scene, begin: float) -> np.ndarray:
@@ -192,13 +196,6 @@ def _angles(scene: Scene, begin: float) -> np.ndarray:
     arc = np.hypot(np.diff(scene.semi[0] * np.cos(angles)), np.diff(scene.semi[2] * np.sin(angles))).cumsum()
     parts = int(np.clip(round(arc[-1] / (SPACING * scene.size)), LEAST_CURVES, MOST_CURVES))
     return np.interp(arc[-1] * (np.arange(parts) + 0.5) / (parts + 0.1), arc, angles[1:])
-
-
-def _separatrix(scene: Scene) -> list[np.ndarray]:
-    """Return its two branches, plane ellipses that cross at the ends of the middle axis."""
-    turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
-    x, z = scene.semi[0] * np.cos(at), scene.semi[2] * np.sin(at)
-    return [np.column_stack([x * np.cos(turn), np.sin(turn), side * z * np.cos(turn)]) for side in (1.0, -1.0)]
 
 
 def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:

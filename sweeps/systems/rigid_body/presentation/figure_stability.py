@@ -160,7 +160,7 @@ def _map(figure, part, axis, sides, fixed) -> Figure:
     taken = _mark_bodies(ax, sides, window, fixed[third])
     _name_regions(ax, part, sides, lines, taken)
     color_bar(figure, ax, mesh)
-    style.legend(figure, _vanishing(part) + _missing(part))
+    style.legend(figure, list(_unnamed(part)))
     return figure
 
 
@@ -201,15 +201,12 @@ def _between(scale: str, low: float, high: float) -> np.ndarray:
     return (np.geomspace if scale == "log" else np.linspace)(low, high, 400)
 
 
-def _vanishing(part: Mapping[str, np.ndarray]) -> list:
-    if not np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
-        return []
-    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, lw=0.7, label=r"marginal: $\Omega^2 = 0$")]
-
-
-def _missing(part: Mapping[str, np.ndarray]) -> list:
-    missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"])))
-    return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
+def _unnamed(part: Mapping[str, np.ndarray]) -> Iterator[Patch]:
+    """Yield the legend's entries for regions that are not named in the panel."""
+    if np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
+        yield Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, lw=0.7, label=r"marginal: $\Omega^2 = 0$")
+    if missing := int(np.count_nonzero(~np.isfinite(part["signed_rate"]))):
+        yield Patch(facecolor=MISSING, label=f"no value ({missing:,})")
 
 
 def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
@@ -244,21 +241,19 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
 
 
 @cache
-def _listed(file: str) -> tuple[dict, ...]:
-    return tuple(plain(read_text(file_text(Path(__file__).parents[3] / "definitions" / file)))["bodies"])
-
-
-def real_bodies(*files: str) -> Iterator[tuple[str, tuple[float, float, float], tuple, str]]:
-    """Yield name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
+def real_bodies(*files: str) -> tuple[tuple[str, tuple[float, float, float], tuple, str], ...]:
+    """Return name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
+    bodies = []
     for file, named in NAMED.items():
         if files and file not in files:
             continue
-        for body in _listed(file):
+        for body in plain(read_text(file_text(Path(__file__).parents[3] / "definitions" / file)))["bodies"]:
             if body["name"] in named:
                 given = body.get("ratios", body)
-                moments = [float(given[name]) for name in ("I1", "I2", "I3")]
+                moments = [float(given[name]) for name in MOMENTS]
                 name, offset, side = named[body["name"]]
-                yield name, tuple(moment / moments[2] for moment in moments), offset, side
+                bodies.append((name, tuple(moment / moments[2] for moment in moments), offset, side))
+    return tuple(bodies)
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
@@ -276,7 +271,9 @@ def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
         elif level:
             _outside(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
         else:
-            at = _clear_of(xs, [other for other in lines.values() if other is not line])
+            others = [other for other in lines.values() if other is not line]
+            crossings = [int(np.searchsorted(xs, next(iter(other.values()))[0])) for other in others]
+            at = 176 if all(abs(at - 176) > 40 for at in crossings) else 80  # near the end, if no other crosses there
             ax.add_artist(_Along(_pair_text(pair), xs[[at - 24, at]], ys[[at - 24, at]]))
 
 
@@ -294,12 +291,6 @@ class _Along(Annotation):
             return 0.0
         (x, y), (u, v) = self.axes.transData.transform(self._line)
         return float(np.degrees(np.arctan2(v - y, u - x)))
-
-
-def _clear_of(diagonal: np.ndarray, others) -> int:
-    """Return where on a slanting boundary its name stands: near the end, unless another boundary crosses there."""
-    crossings = [int(np.searchsorted(diagonal, next(iter(other.values()))[0])) for other in others]
-    return 176 if all(abs(at - 176) > 40 for at in crossings) else 80
 
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
@@ -324,7 +315,9 @@ def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mappin
 def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -> None:
     lines = text.split("\n")
     box = np.array([0.011 * max(map(len, lines)) + 0.012, 0.02 * len(lines) + 0.02])  # half width and height
-    room = _room(points, others, box)
+    frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
+    apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
+    room = np.minimum(frame, apart.min(axis=1, initial=np.inf))  # how many times a box can grow until it meets either
     best = int(np.argmax(room))
     if room[best] >= 1.0:
         look = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
@@ -341,13 +334,6 @@ def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]
     """Return points of a boundary: from end to end of the frame where it is upright or level."""
     ends = (ax.get_xlim(), ax.get_ylim())
     return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(sides, ends, strict=True)]
-
-
-def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return how many times a box around each point can grow until it meets another point or the frame."""
-    frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
-    apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
-    return np.minimum(frame, apart.min(axis=1, initial=np.inf))
 
 
 def color_bar(figure: Figure, ax: Axes, mesh) -> None:

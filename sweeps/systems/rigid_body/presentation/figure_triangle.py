@@ -32,7 +32,10 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
     upright = style.is_narrow()  # the others below, and not beside
     size = (4.2, 6.2) if upright else (8.6, 5.9) if others else (5.6, 5.9)
-    figure = style.canvas(*size, title, _subtitle(ds), ax=ax)
+    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
+    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
+    subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
+    figure = style.canvas(*size, title, subtitle, ax=ax)
     shares = (1.9, 1.0) if others else (1.0,)
     shape = (len(shares), 2, None, shares) if upright else (2, len(shares), shares, None)
     grid = figure.add_gridspec(*shape[:2], width_ratios=shape[2], height_ratios=shape[3])
@@ -40,7 +43,8 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     axes |= {axis: figure.add_subplot(grid[1, k] if upright else grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
         mesh = _panel(ax, ds, axis, axis == large)
-        ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
+        size, pad = (10, 18) if axis == large else (9, 6)
+        ax.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", fontsize=size, pad=pad)
     color_bar(figure, axes[large], mesh)
     return figure
 
@@ -67,12 +71,6 @@ def _is_on_triangle(ds: Dataset) -> bool:
     if not names <= set(ds.variables) or any(ds[name].dims not in alone for name in ("I1", "I2", "I3", "omega0")):
         return False
     return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
-
-
-def _subtitle(ds: Dataset) -> str:
-    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
-    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
-    return f"{points}.  Colour: measured rate of the perturbation over the spin rate"
 
 
 def fixed_at(ds: Dataset) -> dict[str, int]:
@@ -121,10 +119,6 @@ def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
     if is_large and not style.is_narrow():
         _name_bodies(ax)
     return mesh
-
-
-def _heading(is_large: bool) -> dict:
-    return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:
