@@ -155,7 +155,8 @@ def draw(
 
 def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], look: Look) -> str:
     stride, first = comparisons[0].stride, comparisons[0]
-    thinned = "all drawn" if stride == 1 else f"every {_ordinal(stride)} drawn"
+    ending = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
+    thinned = "all drawn" if stride == 1 else f"every {stride:,}{ending} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
@@ -166,11 +167,6 @@ def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], look: Loo
     if not np.isnan(first.certificate):
         rows.append(f"Certificate:  largest integration error {style.number(first.certificate, 2)}")
     return "\n".join(rows)
-
-
-def _ordinal(n: int) -> str:
-    ending = "th" if n % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th")
-    return f"{n:,}{ending}"
 
 
 def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:

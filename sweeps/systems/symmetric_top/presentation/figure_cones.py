@@ -28,7 +28,10 @@ def cones(ratio: float, half_angle: float) -> tuple[float, float]:
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw both cones of a long and of a flat top; None where no such top is in the map."""
-    tops = _tops(ds)
+    ratios = ds["ratio"].values
+    sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
+    near = zip(sides, SHOWN, strict=True)
+    tops = [float(side[np.argmin(np.abs(side - wanted))]) for side, wanted in near if side.size]
     if not tops:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
@@ -43,14 +46,6 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
     style.legend(figure)
     return figure
-
-
-def _tops(ds: xr.Dataset) -> list[float]:
-    """Return the ratios nearest to those to be drawn, of possible bodies: at most one long and one flat."""
-    ratios = ds["ratio"].values
-    sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
-    near = zip(sides, SHOWN, strict=True)
-    return [float(side[np.argmin(np.abs(side - wanted))]) for side, wanted in near if side.size]
 
 
 def _seen(points: np.ndarray) -> np.ndarray:
