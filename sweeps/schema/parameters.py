@@ -1,7 +1,7 @@
 """What a grid varies: its parameters, the ranges of their values, and the model that a table of parameters makes."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
@@ -119,16 +119,11 @@ def _kind(value: Any) -> str:
 FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
 
 
-def _listed(item: Any) -> Any:
-    return Annotated[
-        tuple[item, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(_monotonic), Tag(TAGS[1])
-    ]
-
-
 def entry(item: Any, spaced: type[Range]) -> Any:
     """Return the type of an entry of a grid: a number, a list of numbers, or a range."""
-    number = Annotated[item, Tag(TAGS[0])]
-    return Annotated[number | _listed(item) | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
+    number, checks = Annotated[item, Tag(TAGS[0])], map(AfterValidator, (not_empty, different, _monotonic))
+    listed = Annotated[(tuple[item, ...], *checks, Tag(TAGS[1]))]
+    return Annotated[number | listed | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
 
 
 # -- a table of parameters
@@ -188,13 +183,10 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
     namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
         fields[derived.key] = derived.model, Field(None, description=derived.description)
-        namespace["model_config"] = {"json_schema_extra": lambda schema: _require_but(derived.names, schema)}
+        needed = [name for name, (_, field) in fields.items() if field.is_required() and name not in derived.names]
+        namespace["model_config"] = {"json_schema_extra": {"required": needed}}
     base = type(name, (GridOf,), namespace)
     return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
-
-
-def _require_but(names: Sequence[str], schema: dict) -> None:
-    schema["required"] = [name for name in schema.get("required", []) if name not in names]
 
 
 def _description(parameter: Parameter) -> str:

@@ -136,17 +136,13 @@ def hint(key: Any, options: Any) -> str:
     """Return " (did you mean …?)" for the nearest option, "" where none is near."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
-    near = _near(key, list(islice(options, 1000)))
-    return f" (did you mean {near}?)" if near else ""
-
-
-def _near(key: str, options: list[str]) -> str:
-    """Return the option whose name, or one word of it, is most like the key; "" where none is."""
     import difflib
 
+    options = list(islice(options, 1000))
     words = {word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= WORD}
     words |= {option.lower(): option for option in options}
-    return next((words[word] for word in difflib.get_close_matches(key.strip().lower(), words, n=1)), "")
+    near = difflib.get_close_matches(key.strip().lower(), words, n=1)  # the name, or one word of it
+    return f" (did you mean {words[near[0]]}?)" if near else ""
 
 
 def listed(names: list[str]) -> str:

@@ -68,7 +68,7 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
     unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
     values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
     if not values[0] > 4 * np.finfo(float).eps * values[2]:
-        value = _listed(values * unit)
+        value = ", ".join(f"{value:.6g}" for value in values * unit)
         raise InertiaError(
             display(matrix.tolist()), f"has the principal moments {value}", "three principal moments > 0"
         )
@@ -90,10 +90,6 @@ def _check_symmetry(matrix: np.ndarray) -> None:
             f"is not symmetric: {float(matrix[row, column])} against {float(matrix[column, row])} across its diagonal"
         )
         raise InertiaError(display(matrix.tolist()), wrong, "a symmetric tensor")
-
-
-def _listed(values: np.ndarray) -> str:
-    return ", ".join(f"{value:.6g}" for value in values)
 
 
 def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -200,11 +196,14 @@ def _closed(path: str | Path):
         vertices, faces, digest = read(path)
     except MeshError as error:
         raise InertiaError(display(str(path)), error.wrong, error.allowed) from None
-    import trimesh
+    import trimesh.repair
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if mesh.is_watertight and mesh.is_winding_consistent:
+        return mesh, (), digest
     if mesh.is_watertight:
-        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh), digest
+        trimesh.repair.fix_winding(mesh)
+        return mesh, ("its faces looked both ways and were turned",), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = int(np.count_nonzero(uses != 2))
     wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
@@ -239,10 +238,3 @@ def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     if parts.unseen:
         notes += (f"{parts.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
     return notes
-
-
-def _made_consistent(mesh) -> tuple[str, ...]:
-    from trimesh.repair import fix_winding
-
-    fix_winding(mesh)
-    return ("its faces looked both ways and were turned",)

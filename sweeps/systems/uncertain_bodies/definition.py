@@ -100,14 +100,13 @@ class Uncertainty(Strict):
         return {name: value for name, value in values.items() if value not in (None, 0)}
 
 
-def _uncertainty(value: Any) -> Any:
-    """Return an uncertainty; a bare share stands for the moments, or the tensor where that is given."""
-    return value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)}
-
-
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
 GivenUncertainty = Annotated[
-    Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)
+    Uncertainty,
+    BeforeValidator(  # a bare share stands for the moments, or the tensor where that is given
+        lambda value: value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)},
+        json_schema_input_type=Uncertainty | float | str,
+    ),
 ]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]

@@ -90,7 +90,9 @@ class _Body:
     def spun(self, spin: Spun) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Measure one spin; see `measured`."""
         rates = self._tiled(lambda part: self._rates(self._points(part, spin)), len(self.normals))
-        followed = _followed(self.shape)
+        count, size = self.shape
+        some = np.arange(min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1)))))  # of each replicate the first
+        followed = (np.arange(count)[:, None] * size + some).reshape(-1)
         thrown = self._points(followed, spin)
         nonlinear = self._flips(thrown, rates["omega_squared_reduced"][followed])
         if self.sampling.twist:
@@ -251,13 +253,6 @@ def _points(distribution: Distribution, moments, turned, normals, spin: Spun) ->
         phase = np.arctan2(seen[2] / seen[0], seen[1] / seen[0])
     columns = dict(zip(MOMENTS, moments.T, strict=True))
     return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
-
-
-def _followed(shape: tuple[int, int]) -> np.ndarray:
-    """Return numbers of the draws that are followed to their flips: of each replicate the first, a power of two."""
-    count, size = shape
-    size_followed = min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1))))
-    return (np.arange(count)[:, None] * size + np.arange(size_followed)).reshape(-1)
 
 
 def _starts(points) -> np.ndarray:

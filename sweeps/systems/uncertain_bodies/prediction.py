@@ -88,18 +88,14 @@ def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
 def facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
     how = {"draws": designs.made(result.sampling.draws), "seed": result.sampling.seed, "method": result.sampling.method}
-    how |= {
-        "turns": result.sampling.turns,
-        "quantile": list(measuring.QUANTILES),
-        "input": list(result.distribution.inputs),
-    }
+    inputs = list(result.distribution.inputs)
+    how |= {"turns": result.sampling.turns, "quantile": list(measuring.QUANTILES), "input": inputs}
     how["impossible_naive"] = next(iter(result.axes.values()))[0]["impossible_naive"]
-    return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in result.axes.items()}}
-
-
-def _plain(summary: Mapping) -> dict:
-    plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
-    return plain | {"stability": VARIABLES["stability"].flags[summary["stability"]]}
+    axes, words = {}, VARIABLES["stability"].flags
+    for axis, (summary, _) in result.axes.items():
+        plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
+        axes[axis] = plain | {"stability": words[summary["stability"]]}
+    return how | {"axes": axes}
 
 
 def rows(result: Answer) -> list[tuple[str, str]]:
@@ -118,9 +114,8 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
             if fast[number] > 0:
                 time = wording.duration(1 / fast[number])
                 text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
-    text += (
-        f"; P(flips within {result.sampling.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
-    )
+    probability = _probability(summary, "flip", summary["draws_followed"])
+    text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", median time between flips {wording.duration(sooner[2])}"
@@ -129,7 +124,11 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
         thrown = f"; thrown with ε = {result.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
         text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
-    return text + _matters(summary, result.distribution)
+    shares, inputs = np.nan_to_num(summary["sensitivity_total"]), result.distribution.inputs
+    if not shares.size or shares.max() <= 0:
+        return text
+    most = int(shares.argmax())
+    return f"{text}; most of the variance of Ω² comes from {inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def _probability(summary: Mapping, what: str, draws: int) -> str:
@@ -141,14 +140,6 @@ def _probability(summary: Mapping, what: str, draws: int) -> str:
         return f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{digits}g} (95 %)"
     digits = max(2, 1 - math.floor(math.log10(error)))
     return f"= {value:.{digits}f} ± {error:.{digits}f}"
-
-
-def _matters(summary: Mapping, distribution: Distribution) -> str:
-    shares = np.nan_to_num(summary["sensitivity_total"])
-    if not shares.size or shares.max() <= 0:
-        return ""
-    most = int(shares.argmax())
-    return f"; most of the variance of Ω² comes from {distribution.inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def lines(result: Answer) -> Iterator[str]:

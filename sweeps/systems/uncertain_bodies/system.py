@@ -70,7 +70,10 @@ class UncertainBodies(FreeBody):
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition = self._definition
         size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
-        columns = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
+        columns = {}
+        for name, one in table.items():
+            missing = np.nan if one.missing_is_nan else one.first_flag
+            columns[name] = np.full((size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
         spins = zip(points["body"], *(points[name] for name in ARGUMENTS[1:]), strict=True)
         per_body: dict[str, list[tuple[int, measuring.Spun]]] = {}
         for number, (name, axis, *spun) in enumerate(spins):
@@ -107,11 +110,6 @@ class UncertainBodies(FreeBody):
 
 def _most(definition: UncertainDefinition) -> int:
     return max(designs.made(definition.sampling(body).draws) for body in definition.bodies)
-
-
-def _missing(variable: Variable, size: int, inner: tuple[int, ...]) -> np.ndarray:
-    missing = np.nan if variable.missing_is_nan else variable.first_flag
-    return np.full((size, *inner), missing, dtype=variable.dtype)
 
 
 def _put(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:

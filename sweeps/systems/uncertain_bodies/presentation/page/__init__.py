@@ -145,20 +145,15 @@ def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
         if name not in named:
             continue
         try:
-            body = _without_file(ds, number, named[name])
+            body = named[name]
+            if "mesh" in body:  # that is not read: the map carries its moments
+                moments = {n: float(ds[n].isel(body=number, missing_dims="ignore").values) for n in ("I1", "I2", "I3")}
+                body = {key: value for key, value in body.items() if key != "mesh"} | moments
             definition = UncertainDefinition.model_validate({"title": name} | values | {"bodies": (body,)})
         except (ValidationError, DefinitionError, ValueError, KeyError):  # what is shown beside is the map's own
             continue
         meant[number] = definition.distributions[name], definition.sampling(definition.bodies[0])
     return meant
-
-
-def _without_file(ds: Dataset, number: int, body: dict) -> dict:
-    """Return a body of the definition; one from a mesh with the moments that the map carries."""
-    if "mesh" not in body:
-        return body
-    moments = {name: float(ds[name].isel(body=number, missing_dims="ignore").values) for name in ("I1", "I2", "I3")}
-    return {key: value for key, value in body.items() if key != "mesh"} | moments
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -171,13 +166,8 @@ def _spread(ds: Dataset, points: dict[str, int]) -> dict:
     size = sum(math.prod(points.values()) * ds.sizes[(VARIABLES | TWISTS)[name].over[0]] for name in names)
     if not names or size > MOST_NUMBERS:
         return {"spread": {}, "levels": [], "inputs": []}
-    rows = {name: _numbers(ds[name].transpose(*points, ...).values) for name in names}
+    values = {name: _rows(ds[name].transpose(*points, ...).values).tolist() for name in names}
+    rows = {n: [[float(f"{v:.6g}") if math.isfinite(v) else None for v in row] for row in v] for n, v in values.items()}
     levels = ds["quantile"].values.tolist() if "quantile" in ds.coords else []
     inputs = [str(name) for name in ds["input"].values.tolist()] if "input" in ds.coords else []
     return {"spread": rows, "levels": levels, "inputs": inputs}
-
-
-def _numbers(values: np.ndarray) -> list:
-    """Return rows as JSON has them: None for NaN and infinity."""
-    rows = _rows(values).tolist()
-    return [[float(f"{value:.6g}") if math.isfinite(value) else None for value in row] for row in rows]
