@@ -154,11 +154,13 @@ def story(text: str) -> str:
 def make(work: Path, say: Callable[[str], None]) -> None:
     """Measure every shipped sweep with fewer points, and write its picture and report below `work`."""
     import sweeps
-    from sweeps.views import report
+    from sweeps.views import figures, report
 
     for name, path in _definitions(work):
         map_path = evidence.measured(path, work / "gallery" / "maps", say)
-        evidence.draw(map_path, BEST.get(name) or _first_picture(map_path), work / "gallery" / f"{name}.png", say)
+        with sweeps.open_map(map_path) as ds:
+            picture = BEST.get(name) or next(iter(figures.pictures(ds)))
+        evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", say)
         page = work / "extra" / "reports" / f"{name}.html"
         if not evidence.is_up_to_date(page, map_path):
             page.parent.mkdir(parents=True, exist_ok=True)
@@ -181,14 +183,6 @@ def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
         yield name, path
 
 
-def _first_picture(path: Path) -> str:
-    import sweeps
-    from sweeps.views import figures
-
-    with sweeps.open_map(path) as ds:
-        return next(iter(figures.pictures(ds)))
-
-
 def pages() -> dict[str, str]:
     """Return name → text of the page of thumbnails, and of the page of each sweep."""
     texts, grids = {}, []
@@ -198,13 +192,10 @@ def pages() -> dict[str, str]:
             text = file_text(catalogue.shipped()[name])
             title = plain(read_text(text)).get("title", name)
             badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in names()[name][1])
-            fields = {"name": name, "title": title, "badges": badges, "story": _prose(story(text)), "topic": topic}
+            fields = {"story": re.sub(r"([*_<>$])", r"\\\1", story(text))}
+            fields |= {"name": name, "title": title, "badges": badges, "topic": topic}
             grids.append(CARD.format(**fields))
             texts[f"gallery/{name}"] = PAGE.format(**fields)
         grids.append("::::\n")
     toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"gallery/{name}" for name in names()), "```"])
     return {"gallery": "\n".join(["# Gallery", "", INTRODUCTION, "", *grids, toctree, ""])} | texts
-
-
-def _prose(text: str) -> str:
-    return re.sub(r"([*_<>$])", r"\\\1", text)

@@ -40,19 +40,14 @@ def write(folder: Path, work: Path) -> None:
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
     (folder / "included").mkdir(exist_ok=True)
     for name, source in INCLUDED.items():
-        text = _without_links((ROOT / source).read_text(encoding="utf-8"))
+        text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", (ROOT / source).read_text(encoding="utf-8"))
+        text = re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)  # the targets of relative links are not there
         (folder / "included" / name).write_text(text, encoding="utf-8")
     (folder / "gallery/definitions").mkdir()
     for name, path in catalogue.shipped().items():
         shutil.copy2(path, folder / "gallery/definitions")
         shutil.copy2(work / "gallery" / f"{name}.png", folder / "gallery")
     shutil.copytree(work / "extra", folder / "extra")
-
-
-def _without_links(text: str) -> str:
-    """Return a page of the repository with its relative links as words: their targets are not part of the handbook."""
-    text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", text)
-    return re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)
 
 
 def _cell(text: object) -> str:
@@ -93,20 +88,14 @@ def _systems() -> dict[str, str]:
         rows.append((f"[`{name}`](systems/{name}.md)", system.caption))
         text = [f"# `{name}`", "", f"{system.caption}.", "", "## Keys of a definition", ""]
         text.append(_table(("key", "meaning", "default"), ((f"`{key}`", *more) for key, *more in keys(system.model))))
-        for heading, entries in (("Coordinates", _coordinates(system)), ("Variables", _all_variables(system))):
+        layout = system.layout()
+        variables = {**system.variables(), **layout.variables}
+        for heading, entries in (("Coordinates", layout.coordinates), ("Variables", variables)):
             listed = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
             text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
         texts[f"reference/systems/{name}"] = "\n".join(text)
     toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.names()), "```"])
     return texts | {"reference/systems": f"{SYSTEMS}\n{_table(('system', 'equations of motion'), rows)}\n{toctree}\n"}
-
-
-def _coordinates(system) -> dict:
-    return dict(system.layout().coordinates)
-
-
-def _all_variables(system) -> dict:
-    return {**system.variables(), **system.layout().variables}
 
 
 def meaning(variable) -> tuple[str, str]:
@@ -125,11 +114,8 @@ def _commands() -> str:
     commands = parser.add_subparsers()
     for name in NAMES:
         importlib.import_module(f"sweeps.commands.{name}").add(commands)
-    text = [
-        "# Commands",
-        "",
-        "Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);",
-    ]
+    text = ["# Commands", ""]
+    text += ["Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);"]
     text += ["130 interrupted; 1 anything else (of `verify`: the map differs).", ""]
     for name in NAMES:
         text += [f"## `polhode {name}`", "", "```text", commands.choices[name].format_help().rstrip(), "```", ""]

@@ -137,14 +137,10 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
     default = plan(source)
     plans = {default.sweep.name: default}
     files = {**shipped(), default.sweep.name: default.path}
-    for name in filter(None, map(_sweep_of, targets)):
+    parts = [target.removeprefix("./").split("/", 2) for target in targets]
+    for name in [part[1] for part in parts if part[0] == "results" and part[1:] and part[1]]:
         if not re.fullmatch(NAME_PATTERN, name) or name not in files:
             raise DefinitionError(_unknown("target", name, files, "or --config definition=PATH with that file name"))
         if name not in plans:
             plans[name] = plan(files[name])
     return default.sweep.name, plans
-
-
-def _sweep_of(target: str) -> str | None:
-    parts = target.removeprefix("./").split("/", 2)
-    return parts[1] if parts[0] == "results" and len(parts) > 1 else None

@@ -114,7 +114,9 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
-    cached = kept_in() / _key(columns, [FORMAT, digest, path.suffix, fixed])
+    layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    depends = json.dumps([layout, FORMAT, digest, path.suffix, fixed])  # all that the rows depend on
+    cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
     if _size(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
@@ -123,12 +125,6 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     num, ends = _size(cached)
     cached.touch()
     return Table(file, digest, tuple(c.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
-
-
-def _key(columns: Sequence[ColumnOf], beside: list) -> str:
-    """Return the name of a table's rows in the cache: a hash of all that they depend on."""
-    layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    return hashlib.sha256(json.dumps([layout, *beside]).encode()).hexdigest()[:40]
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
