@@ -48,8 +48,7 @@ def _facts(planned) -> dict:
     from sweeps.points.estimate import estimate, lacking
     from sweeps.points.existence import impossible
 
-    grid, definition = planned.sweep.grid, planned.sweep.definition
-    needs = estimate(planned.sweep)
+    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, estimate(planned.sweep)
     return {
         "definition": str(planned.path),
         "title": definition.title,

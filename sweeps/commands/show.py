@@ -48,7 +48,6 @@ def _facts(ds, totals) -> dict:
     facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared}
     facts["deviations"] = {}
     for (reference, name), deviation in totals.deviations.items():
-        facts["deviations"].setdefault(
-            name, said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
-        )
+        entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
+        facts["deviations"].setdefault(name, entry)
     return facts | {"checks": {name: said(worst) for name, worst in totals.checks.items()}}

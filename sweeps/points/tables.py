@@ -108,8 +108,7 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
 
 def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
-    path = Path(opened.path)
-    digest, seen = _digest(opened)
+    path, (digest, seen) = Path(opened.path), _digest(opened)
     source = tables.opened(opened, path.suffix.lower())
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}

@@ -67,15 +67,14 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
     # a power of two is exact, and products neither over- nor underflow
     unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
     values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
+    given = display(matrix.tolist())
     if not values[0] > 4 * np.finfo(float).eps * values[2]:
         value = ", ".join(f"{value:.6g}" for value in values * unit)
-        raise InertiaError(
-            display(matrix.tolist()), f"has the principal moments {value}", "three principal moments > 0"
-        )
+        raise InertiaError(given, f"has the principal moments {value}", "three principal moments > 0")
     if broken := shapes.violation((values * unit).tolist()):
         wrong = f"has principal moments of no rigid body: {broken}"
         allowed = f"{shapes.POSSIBLE} (off-diagonal entries are minus the products of inertia)"
-        raise InertiaError(display(matrix.tolist()), wrong, allowed)
+        raise InertiaError(given, wrong, allowed)
     moments, notes = _equal_within_rounding(values, rounding)
     return Principal(tuple((moments * unit).tolist()), _right_handed(vectors.T), notes)
 

@@ -134,13 +134,12 @@ def _observations(ds: Dataset) -> Iterator[Period]:
     bodies = definition_of(ds.attrs).get("bodies")
     named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
     for body in bodies if isinstance(bodies, tuple) else ():
-        if not isinstance(body, dict) or not isinstance(body.get("name"), str) or body["name"] not in named:
+        given = [body.get(name) for name in ("name", "axis", "note")] if isinstance(body, dict) else [None] * 3
+        if not (isinstance(given[0], str) and given[0] in named and isinstance(given[1], int)):
             continue
         try:
             observed = Observed.model_validate(body.get("observed"))
         except ValidationError:
             continue
-        if isinstance(body.get("axis"), int):
-            note = body.get("note")
-            said = (observed.period_days, observed.what, note if isinstance(note, str) else "")
-            yield Period(body["name"], body["axis"], math.nan, *said)
+        said = (observed.period_days, observed.what, given[2] if isinstance(given[2], str) else "")
+        yield Period(*given[:2], math.nan, *said)

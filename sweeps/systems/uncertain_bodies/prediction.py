@@ -156,8 +156,7 @@ def lines(result: Answer) -> Iterator[str]:
         yield f"{wrong} and are projected to nearly flat bodies"
     for axis, (summary, _) in result.axes.items():
         moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
-        wanted = summary["moment_spread_requested"]
-        spread = summary["moment_spread"] / wanted - 1 if wanted else 0
+        spread = summary["moment_spread"] / wanted - 1 if (wanted := summary["moment_spread_requested"]) else 0
         if abs(moved) > 1e-3 or abs(spread) > 1e-2:
             mean = f"sampled mean {100 * moved:+.2f} % from the requested one"
             yield f"moment about axis {axis}: {mean}, sigma {1 + spread:.3g} x the requested one"

@@ -180,8 +180,7 @@ def _lines(ax, one, x):
 
 def _places(ax, part, name, x, y):
     """Draw the equilibria over x in the middle of y: stable ones in one colour, unstable ones in another."""
-    row = part.isel({y: part.sizes[y] // 2}) if y else part
-    row = row.isel(mode=0)
+    row = (part.isel({y: part.sizes[y] // 2}) if y else part).isel(mode=0)
     line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
     styles = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
     for k, (dash, word) in enumerate(styles):
@@ -195,8 +194,7 @@ def _places(ax, part, name, x, y):
     style.scale_as_spread(ax.xaxis, row[x].values)
     cut = f", {style.fixed_at(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
     ax.set_title(f"equilibria{cut}", loc="left")
-    symbol = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium"))
-    unit = part[name].attrs.get("units", "1")
+    symbol, unit = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium")), part[name].attrs.get("units", "1")
     ax.set(xlabel=style.label_of(part, x), ylabel=style.with_unit(symbol, unit, "  ({})"))
 
 

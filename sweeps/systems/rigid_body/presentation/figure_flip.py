@@ -5,6 +5,7 @@ axis of least moment. Attitude and angular velocity are those of the closed form
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -103,11 +104,10 @@ def frames(ds: Dataset) -> Iterator[np.ndarray]:
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return
-    try:
+    moving = None
+    with suppress(ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
         times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
         moving = _moving(moments, omega, times)
-    except (ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
-        return
     if moving is None:  # moments beyond doubles' products
         return
     axis, name = int(point["axis"]), f"{point['body']}, " if "body" in point else ""

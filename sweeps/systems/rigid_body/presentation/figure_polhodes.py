@@ -106,8 +106,7 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     if body is None:
         return None
     figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
-    ax = figure.subplots()
-    scene = Scene.of(body.moments)
+    ax, scene = figure.subplots(), Scene.of(body.moments)
     ax.set_axis_off()
     _surface(ax, scene)
     _principal_axes(ax, scene, body)

@@ -30,14 +30,12 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw both cones of a long and of a flat top; None where no such top is in the map."""
     ratios = ds["ratio"].values
     sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
-    near = zip(sides, SHOWN, strict=True)
-    tops = [float(side[np.argmin(np.abs(side - wanted))]) for side, wanted in near if side.size]
+    tops = [float(s[np.argmin(np.abs(s - wanted))]) for s, wanted in zip(sides, SHOWN, strict=True) if s.size]
     if not tops:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    title = "Body cone and space cone"
-    figure, axes = style.panels(len(tops), (4.4, 3.6), title, subtitle, ax, beside=(0.0, 1.4))
+    figure, axes = style.panels(len(tops), (4.4, 3.6), "Body cone and space cone", subtitle, ax, beside=(0.0, 1.4))
     for ax, ratio in zip(axes, tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")

@@ -74,8 +74,7 @@ def _closed_form(part, energies):
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = style.canvas(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
-    ax = figure.subplots()
-    is_curve = "energy" in ds.dims
+    ax, is_curve = figure.subplots(), "energy" in ds.dims
     for number, name in enumerate(ds["body"].values.tolist()):
         part = ds.isel(body=number).squeeze().load()
         color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
