@@ -49,11 +49,6 @@ def _run(args):
     import sweeps
 
     ds = sweeps.survey(periods.definition)
-    _write(args, ds)
-    _print(args, periods, answers.of_all(periods, ds))
-
-
-def _write(args, ds) -> None:
     if args.output:
         from sweeps.maps import storage
 
@@ -65,15 +60,17 @@ def _write(args, ds) -> None:
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
+    _print(args, periods, answers.of_all(periods, ds))
 
 
 def _print(args, periods, rows: list[dict]) -> None:
     from sweeps.figure import printing
-    from sweeps.systems.observed_periods import answers
+    from sweeps.systems.observed_periods.answers import in_words
+    from sweeps.systems.observed_periods.variables import WORDS
 
     if args.json:
         printing.print_json(rows)
         return
     console = printing.console()
     for row in rows:
-        console.print(answers.in_words(row, periods))
+        console.print(f"{WORDS[row['mode']]}: {in_words(row, periods)}")

@@ -63,11 +63,7 @@ def begun(
 
 
 def _typed(parts: list[dict[str, np.ndarray]], sweep: Sweep) -> dict[str, np.ndarray]:
-    return {
-        name: _joined([columns[name] for columns in parts]).astype(variable.dtype, copy=False)
-        for name, variable in sweep.variables.items()
-    }
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    """Return the columns of all parts, each in the type of its variable."""
+    columns = {name: [part[name] for part in parts] for name in sweep.variables}
+    joined = {name: one[0] if len(one) == 1 else np.concatenate(one) for name, one in columns.items()}
+    return {name: one.astype(sweep.variables[name].dtype, copy=False) for name, one in joined.items()}

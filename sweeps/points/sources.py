@@ -66,14 +66,11 @@ def _of_dataset(ds: Dataset) -> "dict | pd.DataFrame":
     held = {name: one for name, one in (ds.coords or ds.data_vars).items() if name != "point"}
     if not all(one.dims in ((), (name,)) for name, one in held.items()):
         table = ds[[*held]].to_dataframe().reset_index(drop=True)[[*held]]
-        return table.rename(columns={name: _heading(name, one) for name, one in held.items()})
+        units = {name: one.attrs.get("units", "1") for name, one in held.items()}
+        return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
     grid = {name: _values(one) for name, one in held.items()}
     axes = {"axes": np.atleast_1d(ds["axis"].values).tolist()} if grid.pop("axis", None) is not None else {}
     return {**axes, "grid": grid}
-
-
-def _heading(name: str, one: DataArray) -> str:
-    return f"{name} ({one.attrs['units']})" if one.attrs.get("units", "1") != "1" else str(name)
 
 
 def _values(one: DataArray) -> object:

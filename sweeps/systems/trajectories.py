@@ -111,7 +111,10 @@ def _given(where, values, defaults, unit_of):
     arrays = {}
     for name, default in defaults.items():
         try:
-            arrays[name] = np.asarray(_in_unit(values.get(name, default), unit_of[name]), dtype=np.float64)
+            value, unit = values.get(name, default), unit_of[name]
+            is_list = isinstance(value, list | tuple)  # of numbers, each of which may be text with a unit
+            numbers = [units.number(v, unit) for v in value] if is_list else units.number(value, unit)
+            arrays[name] = np.asarray(numbers, dtype=np.float64)
         except ValueError:
             allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
             raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
@@ -119,11 +122,6 @@ def _given(where, values, defaults, unit_of):
         if not np.isfinite(array).all():
             raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
     return arrays
-
-
-def _in_unit(value, unit: str):
-    """Return a number or a list of numbers, of which each may be text with a unit."""
-    return [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
 
 
 def _columns(equations):

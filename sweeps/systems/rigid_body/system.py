@@ -45,7 +45,7 @@ class RigidBody(FreeBody):
         """Return linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
-        settings = _settings(integration)
+        settings = integration.rotations, integration.samples_per_rotation, integration.tolerance
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
         if integration.collapse and "omega_squared" in columns:
@@ -65,11 +65,6 @@ class RigidBody(FreeBody):
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
-
-
-def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
-    """Return the settings of the kernels for a run: rotations, samples in one, tolerance."""
-    return integration.rotations, integration.samples_per_rotation, integration.tolerance
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:

@@ -46,12 +46,9 @@ class TumblingDefinition(FollowedDefinition):
 
     @model_validator(mode="after")
     def _check_energy(self) -> "TumblingDefinition":
-        if self.grid.energy is not None and (wrong := self._energy_problems()):
-            raise refusals(wrong)
-        return self
-
-    def _energy_problems(self) -> list[Problem]:
-        """Return the problems of energies that no body of the sweep can have."""
+        """Refuse energies that no body of the sweep can have."""
+        if self.grid.energy is None:
+            return self
         if self.bodies:
             most = max(max(body.moments) / min(body.moments) for body in self.bodies)
         else:
@@ -59,10 +56,10 @@ class TumblingDefinition(FollowedDefinition):
             most = max(ends[i, 1] / ends[j, 0] for i in range(3) for j in range(3) if i != j)
         least, greatest = _ends(self.grid.energy)
         if greatest <= most:
-            return []
+            return self
         wrong = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
         value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
-        return [Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")]
+        raise refusals([Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")])
 
 
 def _ends(entry) -> tuple[float, float]:
