@@ -25,7 +25,7 @@ from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
 from sweeps.process import processors, progress
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 
 ROOT = Path(__file__).parents[2]
 SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them

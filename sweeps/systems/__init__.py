@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.carried import DEFAULT_SYSTEM
-from sweeps.systems.kernel import Kernel
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Kernel
 
 if TYPE_CHECKING:
     from sweeps.systems.described import Described

@@ -29,8 +29,7 @@ from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.strict import mapping
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.kernel import Kernel
-from sweeps.systems.system import Dynamics, Points
+from sweeps.systems.system import Dynamics, Kernel, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
@@ -13,11 +13,32 @@ import numpy as np
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
-from sweeps.systems.kernel import Kernel
 
 if TYPE_CHECKING:
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled function that a system calls; `sweeps.points.compile` compiles it before it measures."""
+
+    module: str  #: name of a module of `kernels`, or the path of a generated file
+    name: str = ""  #: a compiled function of the module; "" where importing the module compiles all of it
+    #: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
+    types: str = ""
+    #: what a Python function is called with, which compiles all that it calls.
+    example: tuple = field(default=(), compare=False)
+    seconds: float = 1.0  #: how long it takes on one core of 2024, s, about
+    #: a kernel is compiled after those above it in the table that have a lower stage, which it links; others fill gaps.
+    stage: int = 0
+    #: whether a definition needs it.
+    when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
+
+    @property
+    def call(self) -> tuple:
+        """Return the arguments of `sweeps.points.compiler.compile_kernel` for this kernel."""
+        return self.module, self.name, self.types, self.example, self.stage
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from sweeps.schema.strict import Strict, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.observed_periods import variables
+from sweeps.systems.system import Kernel
 from sweeps.systems.tumbling.system import A_POINT
 
 PeriodsGrid = grid_model("PeriodsGrid", variables.PARAMETERS, __name__, RATIOS)

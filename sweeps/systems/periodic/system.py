@@ -11,11 +11,10 @@ import numpy as np
 from sweeps.schema.definition import Definition
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Points
+from sweeps.systems.system import Kernel, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics

@@ -7,12 +7,11 @@ import numpy as np
 
 from sweeps.schema.parameters import Range, spread
 from sweeps.systems import described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import PumpedDefinition
-from sweeps.systems.system import Dynamics, Points
+from sweeps.systems.system import Dynamics, Kernel, Points
 
 
 class PumpedBody(Dynamics):

@@ -5,22 +5,45 @@ definition names and whose equations are of first order (see `sweeps.mechanics.e
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from pydantic import BeforeValidator, Field
 
 from sweeps.process.processors import cores
 from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.strict import mapping
+from sweeps.schema.values import Positive, Tolerance, whole
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, Described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.relative_equilibrium import variables as tables
-from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Cost
+from sweeps.systems.system import Cost, Kernel
 
 if TYPE_CHECKING:
     from sweeps import mechanics
+
+
+MOST_RUNS = 4
+NUMBER = whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")
+
+
+class FlowIntegration(Integration):
+    """How the runs from a relative equilibrium are made."""
+
+    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
+    tolerance: Tolerance = Field(1e-12, description="relative error allowed on the motion, 1e-13 to 1e-3")
+    runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = Field(
+        None,
+        description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
+        "default one for every two eigenvalues, from two to four",
+    )
+
+
+class FlowDefinition(Definition):
+    """A sweep of relative equilibria; each system's own model has its parameters in `grid`."""
+
+    integration: FlowIntegration = mapping("how each run is made", FlowIntegration)
 
 
 SAMPLE_BYTES = 256  # one number of each motion of a block

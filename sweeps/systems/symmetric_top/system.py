@@ -10,9 +10,8 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.strict import mapping
 from sweeps.schema.values import TOLERANCE, Positive, Tolerance
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Kernel
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 

@@ -13,7 +13,7 @@ from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, l
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 from sweeps.systems.tumbling import variables
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
