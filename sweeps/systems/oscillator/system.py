@@ -68,8 +68,6 @@ class OscillatorDefinition(Definition):
         return self
 
 
-
-
 class Oscillator(Described):
     """The full equations of motion of a described system, near each of its equilibria, mode by mode."""
 
