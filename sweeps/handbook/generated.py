@@ -63,21 +63,15 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 def keys(model: type[BaseModel], before: str = "") -> Iterator[tuple[str, str, str]]:
     """Yield (key, meaning, default) of each key of a model of definitions and of the models within it."""
     for name, field in model.model_fields.items():
-        default = "required" if field.is_required() else _default(field.default)
-        if before + name == "title":  # filled in by the reader of the file
+        value, default = field.default, "required" if field.is_required() else str(field.default)
+        if before + name == "title" or value is None or value == ():  # the reader of the file fills in the title
             default = "left out"
+        elif isinstance(value, BaseModel | tuple):
+            default = ", ".join(map(str, value)) if isinstance(value, tuple) else "as below"
         yield before + name, field.description or "", default
         for kind in (field.annotation, *typing.get_args(field.annotation)):
             if isinstance(kind, type) and issubclass(kind, BaseModel) and kind.model_fields:
                 yield from keys(kind, f"{before}{name}.")
-
-
-def _default(value: object) -> str:
-    if isinstance(value, BaseModel):
-        return "as below"
-    if value is None or value == ():
-        return "left out"
-    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def _systems() -> dict[str, str]:

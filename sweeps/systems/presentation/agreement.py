@@ -147,7 +147,14 @@ def draw(
         words = f"deviation / {look.symbol(spec.scale)}" if spec.scale else "relative deviation"
         lower.set(xscale="log", yscale="log", xlabel=f"theory{unit}", ylabel=words)
         _side(upper, lower, values, _groups(ds, specs, values.columns, look))
-    _share_deviations(axes[1], comparisons)
+    deviations = np.concatenate([values.columns["deviation"] for values in comparisons])
+    deviations = np.clip(deviations[np.isfinite(deviations)], EXACT, MOST_DEVIATION)
+    for lower in axes[1]:  # the same range in all, with the line that stands for "equal to the last bit"
+        lower.set_ylim(min(deviations.min() / 3, 1e-13), max(deviations.max() * 3, 1e-9))
+        style.grid(lower, "y")
+        if lower.get_ylim()[0] < EXACT * 1.5:
+            exponents = range(-15, min(6, int(np.ceil(np.log10(lower.get_ylim()[1])))), 2)
+            style.log_ticks_above_zero(lower.yaxis, EXACT, exponents)
     figure.align_ylabels(axes)
     style.legend(figure)
     return figure
@@ -257,15 +264,3 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     low, high = (np.maximum(v, EXACT) for v in (low, high))
     look = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
     ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **look)
-
-
-def _share_deviations(axes: Iterable[Axes], comparisons: Iterable[Agreement]) -> None:
-    """Set the same range of deviations in all panels, with the line that stands for "equal to the last bit"."""
-    values = np.concatenate([one.columns["deviation"][np.isfinite(one.columns["deviation"])] for one in comparisons])
-    values = np.clip(values, EXACT, MOST_DEVIATION)
-    for ax in axes:
-        ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
-        style.grid(ax, "y")
-        if ax.get_ylim()[0] < EXACT * 1.5:
-            exponents = range(-15, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
-            style.log_ticks_above_zero(ax.yaxis, EXACT, exponents)

@@ -55,7 +55,8 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     point = dict(zip(("I1", "I2", "I3"), moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
     top = exact.set_up(*moments, *motion.start(point)[1])
     tilt = math.degrees(exact.max_tilt(top, axis))
-    space = _space_rate(regime, abs(omega0), rate)
+    slow = rate if regime == "stable_major" else -rate  # of the wobble, in space
+    space = abs(abs(omega0) + slow) if regime.startswith("stable") and rate > 0 else 0.0
     return Spin(
         axis=axis,
         moment=moments[axis - 1],
@@ -68,13 +69,6 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
         space_turns=abs(omega0) / space if space else None,
         twist=1 - twist.defect_theory(*map(float, sorted(moments))) / math.pi if regime == "unstable" else None,
     )
-
-
-def _space_rate(regime: str, spin: float, rate: float) -> float:
-    """Return the rate at which the axis precesses about the angular momentum, rad s-1; 0 where it does not."""
-    if rate == 0 or not regime.startswith("stable"):
-        return 0.0
-    return spin + rate if regime == "stable_major" else abs(spin - rate)
 
 
 @np.errstate(all="ignore")

@@ -99,7 +99,13 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=letters)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
-    _zero_column(ax, zero, low, rows)
+    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
+    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
+    style.grid(ax, "x")
+    for i in range(1, rows):
+        ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
+    ax.tick_params(axis="y", length=0)
 
 
 def _histogram(ax: Axes, ds: xr.Dataset) -> None:
@@ -153,17 +159,6 @@ def _row_label(body: xr.Dataset) -> str:
 def _marker(word: str) -> dict:
     color = LOOK.color(word)
     return {"marker": "o", "ms": 7, "mec": color, "mfc": "white" if word in HOLLOW else color}
-
-
-def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
-    """Separate the column of zero rates, and rows from each other."""
-    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
-    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
-    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
-    style.grid(ax, "x")
-    for i in range(1, rows):
-        ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
-    ax.tick_params(axis="y", length=0)
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:

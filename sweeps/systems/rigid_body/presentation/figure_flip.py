@@ -84,15 +84,10 @@ def racket_at(ds: Dataset) -> dict[str, int] | None:
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return matrices body → space (n, 3, 3) at times (s), L along z; moments in kg m2, omega at time 0 in rad/s."""
     turned = rotated(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
-    return _upright(moments * omega) @ turned
-
-
-def _upright(L: np.ndarray) -> np.ndarray:
-    """Return a rotation that takes a vector onto the z axis."""
-    z = L / np.linalg.norm(L)
+    z = moments * omega / np.linalg.norm(moments * omega)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
+    return np.stack([x, np.cross(z, x), z]) @ turned
 
 
 def frames(ds: Dataset) -> Iterator[np.ndarray]:
@@ -142,14 +137,10 @@ def _moving(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
-    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
-    flip = _flip(moments, omega, axis, period)
-    length = min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
-    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
+    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow.
 
-
-def _flip(moments, omega, axis: int, period: float) -> float:
-    """Return when in one flip period the spin changes sign, or is least; to some 1e-5 of the period, s."""
+    The spin changes sign, or is least, in their middle, to some 1e-5 of the period.
+    """
     low, high = 0.0, period
     for _ in range(2):
         times = np.linspace(low, high, 321)
@@ -157,7 +148,8 @@ def _flip(moments, omega, axis: int, period: float) -> float:
         (changes,) = np.nonzero(np.signbit(spin[1:]) != np.signbit(spin[:-1]))
         at = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spin))) - 1, 0)
         low, high = times[at], times[min(at + (1 if changes.size else 2), times.size - 1)]
-    return 0.5 * (low + high)
+    flip, length = 0.5 * (low + high), min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
+    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
 
 
 class _Shown(NamedTuple):

@@ -71,23 +71,16 @@ def _middle(values: np.ndarray) -> float:
 
 def _most_telling(ds: Dataset, sides: tuple[str, str], third: str) -> float:
     """Return the third moment at which the rarest regime about any axis has the largest share of the bodies."""
-    values = np.sort(ds[third].values)
+    values, best, most = np.sort(ds[third].values), _middle(ds[third].values), 0.0
     thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
-    candidates = values[style.few(values.size, MOST_COMPARED)]
-    shares = [_rarest_share(thinned | {third: value}, ds["axis"].values) for value in candidates]
-    if max(shares) == 0.0:
-        return _middle(values)
-    return float(candidates[int(np.argmax(shares))])
-
-
-def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
-    I1, I2, I3 = (m.reshape(-1) for m in np.meshgrid(*(moments[name] for name in MOMENTS), indexing="ij"))
-    possible = triangle_margin(I1, I2, I3) >= 0
-    if not possible.any():
-        return 0.0
-    kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE)
-    regimes = [linear.regime(I1[possible], I2[possible], I3[possible], int(axis)) for axis in axes]
-    return min(float(np.mean(regime == kind)) for regime in regimes for kind in kinds)
+    for value in values[style.few(values.size, MOST_COMPARED)]:
+        moments = np.meshgrid(*((thinned | {third: value})[name] for name in MOMENTS), indexing="ij")
+        possible = [m.reshape(-1)[triangle_margin(*moments).reshape(-1) >= 0] for m in moments]
+        regimes = [linear.regime(*possible, axis) for axis in ds["axis"].values.tolist()]
+        kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE) if possible[0].size else ()
+        share = min((float(np.mean(regime == kind)) for regime in regimes for kind in kinds), default=0.0)
+        best, most = (float(value), share) if share > most else (best, most)
+    return best
 
 
 def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
@@ -357,7 +350,11 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
-    _theory_curve(ax, axis, name, cells, fixed)
+    xs = _between(ax.get_xscale(), cells[0], cells[-1])
+    moments = [xs if m == name else fixed[m] for m in MOMENTS]
+    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
+    ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
     finite = np.isfinite(part["signed_rate"])
     x, y, codes = (part[which][finite] for which in (name, "signed_rate", "regime"))
     dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec="white", mew=0.5, gid="measured")
@@ -370,11 +367,3 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
     style.legend(figure)
     return figure
-
-
-def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> None:
-    xs = _between(ax.get_xscale(), cells[0], cells[-1])
-    moments = [xs if m == name else fixed[m] for m in MOMENTS]
-    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
-    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
-    ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
