@@ -56,8 +56,7 @@ def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path
     from sweeps.points import loading
 
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{definition.stem}.nc"
-    sweep = loading.read(definition)
+    path, sweep = folder / f"{definition.stem}.nc", loading.read(definition)
     if path.exists():
         with xr.open_dataset(path, decode_cf=False) as old:
             same = sweep.definition.text, sweep.system.fingerprint()

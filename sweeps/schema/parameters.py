@@ -175,10 +175,8 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
         if quantity.noun not in ranges:
             ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
-        fields[parameter.name] = (
-            entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun]),
-            Field(default, description=_description(parameter)),
-        )
+        of_entry = entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun])
+        fields[parameter.name] = of_entry, Field(default, description=_description(parameter))
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
     namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:

@@ -112,15 +112,15 @@ def _given(where, values, defaults, unit_of):
     for name, default in defaults.items():
         try:
             value, unit = values.get(name, default), unit_of[name]
-            is_list = isinstance(value, list | tuple)  # of numbers, each of which may be text with a unit
-            numbers = [units.number(v, unit) for v in value] if is_list else units.number(value, unit)
+            numbers = (
+                [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
+            )
             arrays[name] = np.asarray(numbers, dtype=np.float64)
         except ValueError:
             allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
             raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
+        if not np.isfinite(arrays[name]).all():
+            raise DefinitionError(f"{where}: {name}: {arrays[name]}; allowed: finite numbers")
     return arrays
 
 

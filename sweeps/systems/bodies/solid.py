@@ -108,8 +108,11 @@ def _racket() -> list[Face]:
         top, bottom = placed(part, 1.0), placed(part, -1.0)
         faces += [Face(top, above), Face(bottom[::-1], below)]
         faces += [Face(np.stack([top[k], bottom[k], bottom[j], top[j]]), EDGE) for k, j in sides]
-    bed = ring[:, 0]
-    return [*faces, Face(placed(bed, 0.02), FRONT, STRINGS), Face(placed(bed, -0.02)[::-1], BACK, STRINGS)]
+    return [
+        *faces,
+        Face(placed(ring[:, 0], 0.02), FRONT, STRINGS),
+        Face(placed(ring[:, 0], -0.02)[::-1], BACK, STRINGS),
+    ]
 
 
 #: shapes with a mean square of one along each direction: the longest, the middle and the shortest.

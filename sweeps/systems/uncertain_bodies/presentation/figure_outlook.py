@@ -19,8 +19,7 @@ STEPS = 220
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the probability of instability and the range of the growth rate, per body and axis."""
     part = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
-    bodies = part.sizes["body"]
-    part = part.isel(body=slice(MOST_BODIES)).load()
+    part, bodies = part.isel(body=slice(MOST_BODIES)).load(), ds.sizes["body"]
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
