@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import BeforeValidator, PrivateAttr, model_validator
 
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -35,11 +35,11 @@ DEFAULT_NAME = "sweep"
 class Integration(Strict):
     """How each run is made: its length, its samples, its accuracy."""
 
-    rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega0|: > 0")
-    samples_per_rotation: SamplesPerRotation = Field(
-        16, description="samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9"
+    rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 4.0)
+    samples_per_rotation: SamplesPerRotation = key(
+        "samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9", 16
     )
-    tolerance: Tolerance = Field(1e-10, description=f"relative error allowed on the perturbation, {TOLERANCE}")
+    tolerance: Tolerance = key(f"relative error allowed on the perturbation, {TOLERANCE}", 1e-10)
 
     @property
     def samples(self) -> int:
@@ -63,34 +63,30 @@ class Definition(Strict):
     file's stem, and the YAML as run.
     """
 
-    title: Annotated[str, line_of_text(200)] = Field(
-        description="title of maps and figures: one line of text; default the sweep's name"
+    title: Annotated[str, line_of_text(200)] = key(
+        "title of maps and figures: one line of text; default the sweep's name", ...
     )
-    system: str = Field(
+    system: str = key(
+        "the equations of motion: name of a system, or path of a .py file relative to this file's folder",
         DEFAULT_SYSTEM,
-        description="the equations of motion: name of a system, or path of a .py file relative to this file's folder",
     )
-    grid: Strict = Field(description="what is varied")
+    grid: Strict = key("what is varied", ...)
     integration: Integration = mapping("how each run is made", Integration)
-    sample: Sample = Field(
-        default=None,
-        description="points drawn over the grid's ranges, in place of all their combinations: a mapping with "
-        + keys_of(Sample),
+    sample: Sample = key(
+        "points drawn over the grid's ranges, in place of all their combinations: a mapping with " + keys_of(Sample)
     )
-    table: Annotated[str, line_of_text(1000)] = Field(
-        default=None,
-        description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
-        "definition's, its columns named as the keys of grid",
+    table: Annotated[str, line_of_text(1000)] = key(
+        "a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
+        "definition's, its columns named as the keys of grid"
     )
     start_at: Annotated[
         tuple[tuple[str, Any], ...], BeforeValidator(place, json_schema_input_type=dict[str, float | str])
-    ] = Field(
-        default=None,
-        description="where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
-        "are used; changes no result",
+    ] = key(
+        "where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
+        "are used; changes no result"
     )
-    shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
-        "auto", description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result"
+    shards: Annotated[int | str, BeforeValidator(file_count)] = key(
+        f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")

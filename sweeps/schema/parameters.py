@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, model_validator
+from pydantic import AfterValidator, Discriminator, Tag, create_model, model_validator
 
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, key
 from sweeps.schema.values import Count, choice, different, in_unit, not_empty
 
 SPACINGS = ("linear", "log")
@@ -34,10 +34,10 @@ class Range(Strict):
     part of a range of any length costs no more than itself.
     """
 
-    start: float = Field(description="first value")
-    stop: float = Field(description="last value, itself included")
-    num: Count = Field(description="number of values: whole, ≥ 1; 1 only where start equals stop")
-    spacing: Annotated[str, choice(SPACINGS)] = Field("linear", description="linear, or log (geometric)")
+    start: float = key("first value", ...)
+    stop: float = key("last value, itself included", ...)
+    num: Count = key("number of values: whole, ≥ 1; 1 only where start equals stop", ...)
+    spacing: Annotated[str, choice(SPACINGS)] = key("linear, or log (geometric)", "linear")
 
     def values(self, index: np.ndarray) -> np.ndarray:
         """Return the values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""
@@ -176,11 +176,11 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
             ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
         of_entry = entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun])
-        fields[parameter.name] = of_entry, Field(default, description=_description(parameter))
+        fields[parameter.name] = of_entry, key(_description(parameter), default)
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
     namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
-        fields[derived.key] = derived.model, Field(None, description=derived.description)
+        fields[derived.key] = derived.model, key(derived.description)
         needed = [name for name, (_, field) in fields.items() if field.is_required() and name not in derived.names]
         namespace["model_config"] = {"json_schema_extra": {"required": needed}}
     base = type(name, (GridOf,), namespace)
@@ -198,7 +198,7 @@ def range_model(quantity: Quantity) -> type[Range]:
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
     item = in_unit(quantity.units, quantity.item)
-    fields = {end: (item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
+    fields = {end: (item, key(f"{text}: {quantity.bounds}", ...)) for end, text in ends.items()}
     base = Range if quantity.least is None else _nonzero(quantity)
     return create_model("".join(map(str.capitalize, quantity.noun.split())) + "Range", __base__=base, **fields)
 

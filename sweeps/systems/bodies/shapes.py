@@ -19,13 +19,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from kernels.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, key
 from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
@@ -50,11 +49,11 @@ def refuse_impossible(where: str, moments: Sequence[float]) -> None:
 class Shapes(Strict):
     """Shapes of physically possible bodies whose greatest moment is I3."""
 
-    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = Field(
-        description=f"I1/I3: {RATIO}, a list, or a range"
+    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = key(
+        f"I1/I3: {RATIO}, a list, or a range", ...
     )
-    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = Field(
-        description=f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range"
+    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = key(
+        f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range", ...
     )
 
 

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
@@ -30,7 +29,7 @@ class ObservedPeriodsDefinition(BodiesDefinition):
     """A sweep of bodies of which two periods were observed."""
 
     grid: PeriodsGrid = mapping("what is varied", PeriodsGrid, required=True)
-    integration: Nothing = Field(Nothing(), description="an empty mapping: energies are computed in closed form")
+    integration: Nothing = key("an empty mapping: energies are computed in closed form", Nothing())
 
 
 class ObservedPeriods(FreeBody):

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, model_validator
 
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.refusals import Problem, display, refusal, refusals
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, PATHS, TAPES, Described
@@ -35,17 +35,16 @@ def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
 class OscillatorIntegration(Integration):
     """How each run of a small oscillation is made."""
 
-    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
-    tolerance: Tolerance = Field(1e-10, description="relative error allowed on the motion, 1e-13 to 1e-3")
-    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = Field(
-        None,
-        description="direction of the perturbation: a list of one number per coordinate, in the coordinates' units, "
-        "not all 0; default along each mode",
+    rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
+    tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-10)
+    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = key(
+        "direction of the perturbation: a list of one number per coordinate, in the coordinates' units, "
+        "not all 0; default along each mode"
     )
-    degenerate: bool = Field(
-        False,
-        description="true or false: for a system of one coordinate, whether to compute the frequency at the "
+    degenerate: bool = key(
+        "true or false: for a system of one coordinate, whether to compute the frequency at the "
         "amplitude of the perturbation where V'' = 0 and a higher-order term confines the motion",
+        False,
     )
 
 

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 
 from sweeps.process.processors import cores
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, whole
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, Described
@@ -31,12 +31,11 @@ NUMBER = whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")
 class FlowIntegration(Integration):
     """How the runs from a relative equilibrium are made."""
 
-    rotations: Positive = Field(4.0, description="length of a run in cycles of the system's scale, 2π/rate_scale: > 0")
-    tolerance: Tolerance = Field(1e-12, description="relative error allowed on the motion, 1e-13 to 1e-3")
-    runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = Field(
-        None,
-        description=f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
-        "default one for every two eigenvalues, from two to four",
+    rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
+    tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-12)
+    runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = key(
+        f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
+        "default one for every two eigenvalues, from two to four"
     )
 
 

@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 
 import numpy as np
-from pydantic import Field
 
 from kernels.triangle import triangle_margin
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.symmetric_top import variables
 from sweeps.systems.system import Dynamics, Kernel
@@ -21,8 +20,8 @@ TopGrid = grid_model("TopGrid", variables.PARAMETERS, __name__)
 class TopIntegration(Integration):
     """How each run of a symmetric top is made."""
 
-    rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega3|: > 0")
-    tolerance: Tolerance = Field(1e-12, description=f"relative error allowed on the transverse part, {TOLERANCE}")
+    rotations: Positive = key("length of a run in rotations, 2π/|omega3|: > 0", 4.0)
+    tolerance: Tolerance = key(f"relative error allowed on the transverse part, {TOLERANCE}", 1e-12)
 
 
 class SymmetricTopDefinition(Definition):

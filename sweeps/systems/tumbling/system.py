@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from sweeps.schema.parameters import grid_model, spread
 from sweeps.schema.refusals import Problem, display, refusals
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -24,8 +24,8 @@ TumblingGrid = grid_model("TumblingGrid", variables.PARAMETERS, __name__, RATIOS
 class Tumbler(Body):
     """One body that tumbles."""
 
-    energy: variables.Energy = Field(default=None, description="energy of this body, 2T I3/L2: from 1 to I_max/I_min")
-    omega0: Spin = Field(default=None, description="L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    energy: variables.Energy = key("energy of this body, 2T I3/L2: from 1 to I_max/I_min")
+    omega0: Spin = key("L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
     @model_validator(mode="after")
     def _check_energy(self) -> "Tumbler":
@@ -42,7 +42,7 @@ class TumblingDefinition(FollowedDefinition):
 
     shareable: ClassVar = ("energy", "omega0")
     grid: TumblingGrid = mapping("what is varied", TumblingGrid)
-    bodies: list_of(Tumbler) = Field(default=(), description=BODIES)
+    bodies: list_of(Tumbler) = key(BODIES, ())
 
     @model_validator(mode="after")
     def _check_energy(self) -> "TumblingDefinition":

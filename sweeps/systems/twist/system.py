@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -23,7 +22,7 @@ TwistGrid = grid_model("TwistGrid", variables.PARAMETERS, __name__, RATIOS)
 class Racket(Body):
     """One body that is thrown."""
 
-    omega0: Spin = Field(default=None, description="L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    omega0: Spin = key("L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
 
 class TwistDefinition(FollowedDefinition):
@@ -31,7 +30,7 @@ class TwistDefinition(FollowedDefinition):
 
     shareable: ClassVar = ("omega0",)
     grid: TwistGrid = mapping("what is varied", TwistGrid, required=True)
-    bodies: list_of(Racket) = Field(default=(), description=BODIES)
+    bodies: list_of(Racket) = key(BODIES, ())
 
 
 class Twist(MeasuredOnce):
