@@ -1,4 +1,4 @@
-"""Parameters that follow, at every point of a grid, from a pair of others; see `sweeps.schema.parameters.Derived`."""
+"""Parameters of a grid that follow from a pair of others; see `sweeps.systems.bodies.shapes.RATIOS`."""
 
 from collections.abc import Mapping
 from typing import Any

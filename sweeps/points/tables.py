@@ -25,7 +25,7 @@ from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import refusal
 from sweeps.schema import units
 from sweeps.schema.layout import extremes, wrong
-from sweeps.schema.parameters import Derived, GridOf, Parameter
+from sweeps.schema.parameters import GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
@@ -176,13 +176,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
 # -- rows that are checked
 
 
-def _write(
-    cached: Path,
-    source: tables.Source,
-    columns: Sequence[ColumnOf],
-    fixed: Mapping[str, float],
-    derived: Derived | None,
-) -> None:
+def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
     memory.keep_freed()
     names, ends = [column.name for column in columns], []
@@ -235,7 +229,7 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
         raise refusal(column.name, value, "is out of range", what)
 
 
-def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
+def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
     impossible = derived.impossible(columns) if derived else None
     if impossible is not None and np.ndim(impossible) and impossible.any():
         row = int(np.argmax(impossible))

@@ -160,7 +160,7 @@ class Definition(Strict):
 
     @property
     def pair(self) -> Strict | None:
-        """The two entries that give some parameters (see `sweeps.schema.parameters.Derived`); None without."""
+        """The two entries that give some parameters (see `sweeps.systems.bodies.shapes.RATIOS`); None without."""
         derived = getattr(self.grid, "derived", None)
         return getattr(self.grid, derived.key) if derived else None
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Tag, create_model, model_validator
@@ -129,45 +129,21 @@ def entry(item: Any, spaced: type[Range]) -> Any:
 # -- a table of parameters
 
 
-class Derived(Protocol):
-    """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point."""
-
-    key: str  #: the grid's key under which the two stand
-    description: str  #: what a refusal says of it
-    model: type[Strict]  #: the model of what stands there, two entries
-    #: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
-    names: tuple[str, ...]
-    #: each of these → what it follows from: entries and other parameters, in the order of dimensions.
-    over: Mapping[str, tuple[str, ...]]
-
-    def completed(self, values: Mapping) -> dict:
-        """Return the plain grid of a definition with ranges of `names` from end to end."""
-
-    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
-        """Return values of one of the two at fractions of its range, so that the points are spread evenly."""
-
-    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
-        """Compute one of `names` from the values it depends on: arrays (that broadcast together) and numbers."""
-
-    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
-        """Return which points are physically impossible, by their parameters; None where these do not decide it."""
-
-
 class GridOf(Strict):
     """A grid whose keys are those of a table of parameters."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
-    derived: ClassVar[Derived | None] = None
+    derived: ClassVar[Any] = None  # another way to give some of them, `sweeps.systems.bodies.shapes.RATIOS`, or None
 
 
-def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Derived | None = None) -> type[GridOf]:
+def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Any = None) -> type[GridOf]:
     """Return the model of a definition's `grid`: each key a number, a list, or a range.
 
     Args:
         name: the model's name.
         parameters: its keys, in order.
         module: the module that it will be found in under its name (for pickle).
-        derived: another way to give some of them.
+        derived: another way to give some of them, as `sweeps.systems.bodies.shapes.RATIOS`.
     """
     ranges, fields, parameters = {}, {}, tuple(parameters)
     for parameter in parameters:

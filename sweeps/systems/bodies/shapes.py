@@ -58,14 +58,15 @@ class Shapes(Strict):
 
 
 class _Ratios:
-    """`ratios` in a grid of moments; see `sweeps.schema.parameters.Derived`."""
+    """`ratios` in a grid: I1 and I2 by two numbers, every pair of which is a possible body (and I3)."""
 
-    key = "ratios"
+    key = "ratios"  # of the grid, under which the two stand
     description = (
         "shapes of physically possible bodies in place of I1 and I2: a mapping with I1_over_I3 and thickness, where "
         f"{OF_I2}"
     )
-    model = Shapes
+    model = Shapes  # of what stands there
+    # the parameters that they give, and what each of these follows from, in the order of dimensions
     names, over = tuple(SHAPE_OVER), SHAPE_OVER
 
     def completed(self, values: Mapping) -> dict:

@@ -6,6 +6,7 @@ says, with its own seed: they show which bodies were meant, and nothing was meas
 
 import base64
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,13 +49,7 @@ def facts(ds: Dataset) -> dict:
     """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
     extra = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
     points = dimensions(ds.drop_dims(extra))
-    drawn = _kept(ds, points) if "draw" in ds.dims else _again(ds)
-    return {"drawn": drawn, **_spread(ds, points)}
-
-
-def _shown(bodies: int, numbers: int) -> int:
-    """Return how many draws of each body a page holds, where each takes so many numbers."""
-    return min(MOST_SHOWN, MOST_TOLD // max(1, bodies * numbers))
+    return {"drawn": _drawn(ds, points), **_spread(ds, points)}
 
 
 def _packed(values: np.ndarray) -> dict:
@@ -66,31 +61,39 @@ def _packed(values: np.ndarray) -> dict:
 
 
 # ---------------------------------------------------------------------------------------------------------
-# Draws that the map keeps
+# Draws that the map keeps, or that are made again
 
 
-def _kept(ds: Dataset, points: dict[str, int]) -> dict:
-    """Return draws of each body and their measured values in each spin."""
-    measured = [name for name in KEPT if name in ds.data_vars and name not in MOMENTS]
-    if "body" not in points or any(name not in ds.data_vars for name in MOMENTS):
+def _drawn(ds: Dataset, points: dict[str, int]) -> dict:
+    """Return draws of each body, with their measured values in each spin where the map keeps them."""
+    is_kept = "draw" in ds.dims
+    measured = [name for name in KEPT if is_kept and name in ds.data_vars and name not in MOMENTS]
+    if "body" not in points or (is_kept and any(name not in ds.data_vars for name in MOMENTS)):
         return {}
     spins = math.prod(points.values()) // points["body"]
-    most = _shown(points["body"], len(MOMENTS) + len(measured) * spins)
+    most = min(MOST_SHOWN, MOST_TOLD // max(1, points["body"] * (len(MOMENTS) + len(measured) * spins)))
     if most < LEAST_SHOWN:
         return {}
-    chosen = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:most])
-    part = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw")
     bodies = {}
+    for name, of, numbers, columns in _kept(ds, points, measured, most) if is_kept else _again(ds, most):
+        packed = {column: [_packed(row) for row in rows] for column, rows in columns.items()}
+        bodies[name] = {"of": of, "shown": len(columns["I1_draw"][0]), "numbers": numbers, "columns": packed}
+    described = [_described(ds, name) for name in (*MOMENTS, *measured)]
+    return {"measured": is_kept, "bodies": bodies, "columns": described} if bodies or is_kept else {}
+
+
+def _kept(ds: Dataset, points: dict[str, int], measured: list[str], most: int) -> Iterator[tuple]:
+    """Yield name, number of draws, which are shown, and their columns, of each body."""
+    chosen = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:most])
+    part, first = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw"), {dim: 0 for dim in points}
     for number, name in enumerate(ds["body"].values.tolist()):
         of_body = part.isel(body=slice(number, number + 1)).load()
-        first = {dim: 0 for dim in points}
         moments = np.stack([of_body[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
         there = np.isfinite(moments).all(axis=0)
-        columns = {name: [_packed(row[there]) for row in _rows(of_body[name].values)] for name in measured}
-        columns |= {name: [_packed(row[there])] for name, row in zip(MOMENTS, moments, strict=True)}
+        columns = {name: [row[there] for row in _rows(of_body[name].values)] for name in measured}
+        columns |= {name: [row[there]] for name, row in zip(MOMENTS, moments, strict=True)}
         of = int(np.isfinite(ds["I1_draw"].isel(first | {"body": number}, missing_dims="ignore").values).sum())
-        bodies[str(name)] = {"of": of, "shown": int(there.sum()), "numbers": chosen[there].tolist(), "columns": columns}
-    return {"measured": True, "bodies": bodies, "columns": [_described(ds, name) for name in (*MOMENTS, *measured)]}
+        yield str(name), of, chosen[there].tolist(), columns
 
 
 def _rows(values: np.ndarray) -> np.ndarray:
@@ -106,28 +109,14 @@ def _described(ds: Dataset, name: str) -> dict:
     return {"name": name.removesuffix("_draw"), "longName": spec.long_name, "units": units, "flags": meanings_of_flag}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Draws made again
-
-
-def _again(ds: Dataset) -> dict:
-    """Return bodies drawn again from the map's definition, where nothing else is needed to draw them."""
-    if "body" not in ds.dims:
-        return {}
-    most = _shown(ds.sizes["body"], len(MOMENTS))
-    if most < LEAST_SHOWN:
-        return {}
-    bodies = {}
+def _again(ds: Dataset, most: int) -> Iterator[tuple]:
+    """Yield the same of bodies drawn again from the map's definition, where nothing else is needed to draw them."""
     for number, (distribution, sampling) in _meant(ds).items():
-        normals = designs.normals(
-            sampling.method, max(distribution.dimension, 1), min(sampling.draws, most), sampling.seed
-        )
+        draws = min(sampling.draws, most)
+        normals = designs.normals(sampling.method, max(distribution.dimension, 1), draws, sampling.seed)
         moments, _, _ = distribution.inertia(normals.reshape(-1, normals.shape[-1])[:most])
-        columns = {name: [_packed(row)] for name, row in zip(MOMENTS, moments.T, strict=True)}
-        entry = {"of": designs.made(sampling.draws), "shown": len(moments), "numbers": [], "columns": columns}
-        bodies[str(ds["body"].values[number])] = entry
-    columns = [_described(ds, name) for name in MOMENTS]
-    return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
+        columns = {name: [row] for name, row in zip(MOMENTS, moments.T, strict=True)}
+        yield str(ds["body"].values[number]), designs.made(sampling.draws), [], columns
 
 
 def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
