@@ -39,9 +39,14 @@ DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of the systems: shipped, described, and of other packages."""
-    described = sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__")
-    ours = (*MODULES, *described)
+    ours = (*MODULES, *described_names())
     return (*ours, *(name for name in sorted(_brought()) if name not in ours))
+
+
+@cache
+def described_names() -> tuple[str, ...]:
+    """Return the names of the described systems that ship."""
+    return tuple(sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__"))
 
 
 @cache

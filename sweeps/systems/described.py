@@ -178,9 +178,12 @@ class Described(Dynamics):
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
                 one more than there is room for.
         """
+        from sweeps.mechanics.equilibria import refusal
+
         values = self._named(lambda: self._looked_at(grid))
         self._named(self._code)  # what cannot be integrated is refused here
-        if wrong := self._named(lambda: self.refusal(values)):
+        model = self.mechanism
+        if wrong := self._named(lambda: refusal(model.landscape, model.equilibria(values), values)):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
@@ -188,12 +191,6 @@ class Described(Dynamics):
         from sweeps.mechanics.proofs import proofs
 
         return proofs(self.mechanism, self._looked_at(grid))
-
-    def refusal(self, values: list[np.ndarray]) -> str:
-        """Return why no equilibrium of these points is usable; nothing if one is."""
-        from sweeps.mechanics.equilibria import refusal
-
-        return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
         """Return each parameter's values at some points of a grid, from end to end."""

@@ -75,15 +75,7 @@ def is_described(system: object) -> bool:
     from sweeps import mechanics, systems
 
     is_given = isinstance(system, mechanics.System) or systems.is_file(system)
-    return is_given or (isinstance(system, str) and system in _shipped())
-
-
-def _shipped() -> list[str]:
-    """Return the names of the described systems that ship."""
-    from sweeps import systems
-    from sweeps.systems import described
-
-    return [name for kind in systems.kinds() for name in described.shipped(kind)]
+    return is_given or (isinstance(system, str) and system in systems.described_names())
 
 
 def _description(system) -> "mechanics.System":
@@ -95,7 +87,7 @@ def _description(system) -> "mechanics.System":
         return system
     if systems.is_file(system):
         return described.script(system, "").system
-    names = _shipped()
+    names = systems.described_names()
     if system not in names:
         wrong = f"{system!r} is no described system" + hint(system, names)
         raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
