@@ -5,12 +5,12 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Tag, create_model, model_validator
+from pydantic import Discriminator, Tag, create_model, model_validator
 
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
 from sweeps.schema.strict import Strict, key
-from sweeps.schema.values import Count, choice, different, in_unit, not_empty
+from sweeps.schema.values import Count, choice, in_unit, list_of_different
 
 SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
@@ -121,8 +121,7 @@ FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
 
 def entry(item: Any, spaced: type[Range]) -> Any:
     """Return the type of an entry of a grid: a number, a list of numbers, or a range."""
-    number, checks = Annotated[item, Tag(TAGS[0])], map(AfterValidator, (not_empty, different, _monotonic))
-    listed = Annotated[(tuple[item, ...], *checks, Tag(TAGS[1]))]
+    number, listed = Annotated[item, Tag(TAGS[0])], Annotated[list_of_different(item, _monotonic), Tag(TAGS[1])]
     return Annotated[number | listed | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
 
 

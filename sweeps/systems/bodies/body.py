@@ -21,17 +21,17 @@ from sweeps.schema.values import (
     ascending,
     choice,
     converted,
-    different,
     finite,
     in_unit,
     line_of_text,
+    list_of_different,
     not_empty,
 )
 from sweeps.systems.bodies import inertia, outline
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.bodies.wording import principal_axes
 
-Axes = Annotated[tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)]
+Axes = list_of_different(Axis, ascending)
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"

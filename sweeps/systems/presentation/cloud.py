@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import dimensions, flags, own_of_points, spreads_by_ratio
-from sweeps.schema.variables import Role, Variable
+from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:
     from sweeps.systems.presentation.look import Look
@@ -24,7 +24,8 @@ BINS = 60
 def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
     """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable."""
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
-    flag, measured = _of_role(ds, specs, Role.HEADLINE), _of_role(ds, specs, Role.MEASUREMENT)
+    held = {name: spec for name, spec in specs.items() if name in ds.data_vars}
+    flag, measured = of_role(held, Role.HEADLINE), of_role(held, Role.MEASUREMENT)
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
     if not names or not flag:
         return None
@@ -48,10 +49,6 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     words = {value: look.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
     style.legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
     return figure
-
-
-def _of_role(ds: xr.Dataset, specs: Mapping[str, Variable], role: Role) -> str:
-    return next((name for name, spec in specs.items() if spec.role == role and name in ds.data_vars), "")
 
 
 def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:

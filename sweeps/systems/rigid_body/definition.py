@@ -2,13 +2,13 @@
 
 from typing import Annotated, ClassVar
 
-from pydantic import AfterValidator, model_validator
+from pydantic import model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, display, hint, refusals
 from sweeps.schema.strict import Strict, key, mapping, switch
-from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, in_unit, line_of_text, not_empty
+from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit, line_of_text, list_of_different
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.shapes import RATIOS
@@ -44,7 +44,7 @@ class RigidBodyIntegration(Integration):
         "direct",
     )
     collapse: bool = switch("points that differ by units alone are integrated once and expanded")
-    variables: Annotated[tuple[str, ...], AfterValidator(not_empty), AfterValidator(different)] = key(
+    variables: list_of_different(str) = key(
         "which variables to make: a list of names of a map's variables; left out, all but the terms of "
         "omega_squared_error"
     )
