@@ -6,8 +6,8 @@ and allowed values stand in its `Field(description=...)`, and a refusal quotes t
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, PrivateAttr, model_validator
 
@@ -88,6 +88,11 @@ class Definition(Strict):
     shards: Annotated[int | str, BeforeValidator(file_count)] = key(
         f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
+    outlines: ClassVar[str] = ""  #: what pictures need of the files that the definition names
+    follows_attitude: ClassVar[bool] = False  #: whether the map holds the attitude: quaternions are verified too
+    differing_bits: ClassVar[str] = ""  #: why a point measured alone has other bits than in a map; "" where it has not
+    remarks: ClassVar[Sequence[tuple[str, str]]] = ()  #: further lines of `check`: (heading or "", line)
+    facts: ClassVar[Mapping] = {}  #: further facts of `check --json`
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")
     _folder: str = PrivateAttr("")
@@ -128,35 +133,10 @@ class Definition(Strict):
         """The SHA-256 of its text and of the files that it names, 64 hexadecimal digits."""
         return hashlib.sha256(f"{self.text}\0{self.inputs}".encode("utf-8", "surrogatepass")).hexdigest()
 
-    @property
-    def outlines(self) -> str:
-        """What pictures need of the files that the definition names; empty without any."""
-        return ""
-
     @classmethod
     def needs_files(cls, values: Mapping) -> str:
         """Return why a definition (plain values) needs files that it names; "" where it does not."""
         return ""
-
-    @property
-    def follows_attitude(self) -> bool:
-        """Return True if the map holds the attitude, so that quaternions are verified too."""
-        return False
-
-    @property
-    def differing_bits(self) -> str:
-        """Why a point measured alone has other bits than in a map; "" where it has the same."""
-        return ""
-
-    @property
-    def remarks(self) -> list[tuple[str, str]]:
-        """Further lines of `check`: (heading or "", line)."""
-        return []
-
-    @property
-    def facts(self) -> dict:
-        """Further facts of `check --json`."""
-        return {}
 
     @property
     def pair(self) -> Strict | None:
