@@ -135,10 +135,7 @@ def is_narrow() -> bool:
 def arranged(panels: int, cell: tuple[float, float], beside=BESIDE) -> tuple[int, int, tuple[float, float]]:
     """Return rows and columns of panels, and the inches of their picture, as they fit the sheet best.
 
-    Args:
-        panels: their number.
-        cell: inches of each.
-        beside: inches of what is beside and above them.
+    A panel has the inches of `cell`; what is beside and above all of them, those of `beside`.
     """
     room = _sheet.get().inches()
 
@@ -218,12 +215,8 @@ def _folded(text: Text, side: str, room: float) -> bool:
 def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | None = None) -> Figure | Borrowed:
     """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
-    Args:
-        width: in inches, where the sheet has none.
-        height: likewise; without a height the sheet's follows from the ratio of both.
-        title: what is too long is broken between words.
-        subtitle: one line or several, likewise.
-        ax: where else the picture is drawn, with its title alone.
+    Width and height are in inches, where the sheet has none; its height may follow from the ratio of both. What is too
+    long is broken between words. The given Axes have the title alone.
     """
     if ax is not None:
         ax.set_title(title)
@@ -249,13 +242,7 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
 def panels(count: int, cell: tuple[float, float], title: str, subtitle: str, ax: Axes | None, **options):
     """Return a figure with so many panels, as they fit the sheet best, and the panels.
 
-    Args:
-        count: of panels.
-        cell: inches of each.
-        title: of `canvas`.
-        subtitle: of `canvas`.
-        ax: of `canvas`.
-        options: `beside`, of `arranged`; others of Matplotlib's `subplots`.
+    `cell` and `beside` are those of `arranged`; other options are those of Matplotlib's `subplots`.
     """
     rows, columns, size = arranged(count, cell, options.pop("beside", BESIDE))
     figure = canvas(*size, title, subtitle, ax=ax)
@@ -334,13 +321,7 @@ def dots() -> float:
 
 
 class Shades(ListedColormap):
-    """Shades of some colours, one after the other, each from pale, near the paper's, to full.
-
-    Args:
-        bases: the colours.
-        number: shades of each.
-        paper: what they fade to.
-    """
+    """Shades of some colours, one after the other, so many of each, from pale, near the paper's, to full."""
 
     PALEST = 0.3
 
@@ -441,10 +422,7 @@ def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
 
     Artists are large and strong enough to be seen in it; what an Axes with a legend of its own says is left out. In
     somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
-
-    Args:
-        figure: what the picture stands in.
-        handles: what stands for kinds of things that are no artist of their own, after the others.
+    `handles` stand for kinds of things that are no artist of their own, after the others.
     """
     entries = {}
     for artist in (

@@ -14,15 +14,7 @@ ElementTree.register_namespace("", MATHML)
 
 
 def mathml(tex: str, block: bool = False) -> str:
-    """Return a TeX formula as MathML.
-
-    Args:
-        tex: the formula.
-        block: True for a formula on lines of its own.
-
-    Raises:
-        MathError: for TeX that docutils does not know.
-    """
+    """Return a TeX formula as MathML, in a line or as a block; raise a MathError where docutils does not know it."""
     braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
     braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
     text = NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), tex2mathml(braced, as_block=block))

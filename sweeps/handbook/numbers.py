@@ -17,12 +17,7 @@ NUMBERS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="
 
 
 def shown(value: float, form: str = ".3g") -> str:
-    """Return a number as the pages write it: 1e-13 becomes 1 × 10⁻¹³.
-
-    Args:
-        value: the number.
-        form: of Python's format language; "e" for its order of magnitude alone.
-    """
+    """Return a number as the pages write it: 1e-13 becomes 1 × 10⁻¹³; with the form "e" its order of magnitude."""
     if form == "e":
         return "10" + _raised(round(float(np.log10(abs(value)))))
     text = f"{round(value):{form}}" if form.endswith("d") else f"{value:{form}}"

@@ -39,10 +39,7 @@ def placing(ds: Dataset) -> list[str]:
 def nearest_by(ds: Dataset, requested: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
     """Return dimension → index of the point nearest to values of coordinates that lie along several dimensions.
 
-    Args:
-        ds: a map.
-        requested: coordinate → value; a coordinate's distance counts in units of the range of all its values.
-        at: dimension → number along it, of those that are chosen already.
+    A coordinate's distance counts in units of the range of all its values; dimensions in `at` are chosen already.
     """
     dims = [dim for dim in dict.fromkeys(dim for name in requested for dim in ds[name].dims) if dim not in at]
     away = np.zeros([ds.sizes[dim] for dim in dims])

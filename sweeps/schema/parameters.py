@@ -138,11 +138,8 @@ class GridOf(Strict):
 def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Any = None) -> type[GridOf]:
     """Return the model of a definition's `grid`: each key a number, a list, or a range.
 
-    Args:
-        name: the model's name.
-        parameters: its keys, in order.
-        module: the module that it will be found in under its name (for pickle).
-        derived: another way to give some of them, as `sweeps.systems.bodies.shapes.RATIOS`.
+    It will be found in `module` under its name (for pickle). `derived` is another way to give some of the parameters,
+    as `sweeps.systems.bodies.shapes.RATIOS`.
     """
     ranges, fields, parameters = {}, {}, tuple(parameters)
     for parameter in parameters:

@@ -120,15 +120,7 @@ def draw(
 ) -> Figure | None:
     """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
 
-    Args:
-        ds: a map.
-        specs: name → variable, of the system's table.
-        compared: what is compared.
-        look: how the system's flags look.
-        ax: where; left out, on a figure of its own.
-
-    Returns:
-        The figure; None without a point to compare.
+    None is drawn without a point to compare. `specs` is the system's table, `look` how its flags look.
     """
     every = [(one, agreement(ds, specs, one)) for one in compared]
     some = [(one, values) for one, values in every if _is_drawable(values.columns).any()]

@@ -9,12 +9,8 @@ from sweeps.systems.shared_variables import rows
 def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
     """Return name → variable, from Ω² to the slope of the logarithm.
 
-    Args:
-        reduced: how the measurement is reduced to an infinitesimal perturbation.
-        by: the same in one word.
-        size: what grows, of which the logarithm is taken.
-        window: below 0.01 of what that is done.
-        sparse: whether most points of its maps do not grow.
+    The measurement is `reduced` to an infinitesimal perturbation, `by` says how in one word; the logarithm is taken of
+    `size`, below 0.01 of `window`. With `sparse` most points of a map do not grow.
     """
     variables = rows(
         "omega_squared_theory  s-2  Ω² (negative: unstable), linear theory",

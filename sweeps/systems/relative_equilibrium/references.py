@@ -45,8 +45,7 @@ class Solved:
 class Linearised:
     """The equations of a description as NumPy has them, and the eigenvalues of its points.
 
-    Args:
-        model: the flow; of it only the equations, the names and where the equilibria are.
+    Of the model, only the equations, the names and where the equilibria are is used.
     """
 
     def __init__(self, model: "Model"):

@@ -110,9 +110,7 @@ class Period:
 def periods(ds: Dataset) -> list[Period]:
     """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
-    Args:
-        ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
-            first is taken.
+    Of several omega0, epsilon and phase, the least epsilon and else the first is taken.
     """
     observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}

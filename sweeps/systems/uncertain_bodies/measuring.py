@@ -72,12 +72,8 @@ def measured(
 class _Body:
     """Draws of one body, each measured.
 
-    Args:
-        distribution: of its moments and spin.
-        normals: shape (replicates, size, dimension), of which draws are made.
-        sampling: how these were made.
-        integration: how each draw is measured.
-        run: `map`, or one that calls a function side by side. Where tiles of draws end does not depend on threads.
+    They are made of `normals`, shape (replicates, size, dimension). `run` is `map`, or one that calls a function side
+    by side; where tiles of draws end does not depend on threads.
     """
 
     def __init__(self, distribution: Distribution, normals, sampling: BodySampling, integration: Integration, run):

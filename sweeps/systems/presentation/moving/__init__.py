@@ -23,10 +23,7 @@ FILES = (
 def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
     """Return what the scripts are told: the equations, where the map has all that stands in them.
 
-    Args:
-        ds: the map.
-        system: its system; a file that only a map names is not run.
-        suffix: of the names of the variables that hold where a motion starts.
+    A file that only a map names is not run. Names of variables with `suffix` hold where a motion starts.
     """
     if system.name.endswith(".py"):
         return {"equations": None}

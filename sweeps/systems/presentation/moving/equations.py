@@ -24,9 +24,6 @@ class UnwrittenError(Exception):
 def facts(system: "System") -> dict | None:
     """Return the equations a_ij q̈_j = f_i, or x' = f, of a system for the page; None where it cannot evaluate them.
 
-    Args:
-        system: the description.
-
     Returns:
         `coordinates` (name, `velocity`, None of a state, `unit`, and `size`, the tree of what is drawn as a
         perturbation of one), `shared` (name and tree of what stands in several), `a` (rows of trees; none of states),
