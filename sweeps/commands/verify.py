@@ -9,9 +9,8 @@ exit status: 0 the map is whole; 1 it differs (the differences are listed); 2 th
 
 def add(commands) -> None:
     """Add the command to the parser."""
-    command = parser.add(
-        commands, "verify", "compare a map with its definition, and measure random points again", _run, EPILOG
-    )
+    words = "compare a map with its definition, and measure random points again"
+    command = parser.add(commands, "verify", words, _run, EPILOG)
     parser.add_map(command)
     command.add_argument(
         "--definition", metavar="DEFINITION", help="the definition that the map should have been made from"

@@ -56,9 +56,8 @@ def begun(
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
-    futures = [
-        pool.submit(part, {name: values[low:high] for name, values in points.items()}, sweep) for low, high in bounds
-    ]
+    cut = ({name: values[low:high] for name, values in points.items()} for low, high in bounds)
+    futures = [pool.submit(part, one, sweep) for one in cut]
     return lambda: _typed([future.result() for future in futures], sweep)
 
 

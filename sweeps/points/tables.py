@@ -233,9 +233,8 @@ def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[s
     impossible = derived.impossible(columns) if derived else None
     if impossible is not None and np.ndim(impossible) and impossible.any():
         row = int(np.argmax(impossible))
-        value = ", ".join(
-            f"{name} {float(np.broadcast_to(columns[name], impossible.shape)[row]):.6g}" for name in names
-        )
+        seen = {name: float(np.broadcast_to(columns[name], impossible.shape)[row]) for name in names}
+        value = ", ".join(f"{name} {x:.6g}" for name, x in seen.items())
         value = f"row {before + row + 1:,} ({value})"
         raise refusal(
             "", value, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"

@@ -164,10 +164,8 @@ class Definition(Strict):
         elif not self.drawn:
             wrong, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
         elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
-            wrong, allowed = (
-                "requests more points than exist",
-                f"at most {MOST_SOBOL:,} points with sobol; or latin or random",
-            )
+            wrong = "requests more points than exist"
+            allowed = f"at most {MOST_SOBOL:,} points with sobol; or latin or random"
         if wrong:
             raise refusals([Problem(("sample",), value, wrong, allowed)])
         return self

@@ -85,18 +85,15 @@ def _check_symmetry(matrix: np.ndarray) -> None:
     gaps = np.abs(matrix - matrix.T)
     if gaps.max() > SYMMETRY * np.abs(matrix).max():
         row, column = np.unravel_index(int(gaps.argmax()), gaps.shape)
-        wrong = (
-            f"is not symmetric: {float(matrix[row, column])} against {float(matrix[column, row])} across its diagonal"
-        )
+        one, other = float(matrix[row, column]), float(matrix[column, row])
+        wrong = f"is not symmetric: {one} against {other} across its diagonal"
         raise InertiaError(display(matrix.tolist()), wrong, "a symmetric tensor")
 
 
 def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
     """Make moments equal that differ by rounding only: else a cube would flip, given 10^15 s."""
     near = np.diff(values) <= rounding * values[2]
-    words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2", (False, True): "I2 and I3"}.get(
-        tuple(near.tolist())
-    )
+    words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2"}.get(tuple(near.tolist()), "I2 and I3")
     groups = np.split(values, np.flatnonzero(~near) + 1)
     made = (near & (np.diff(values) > 0)).any()
     equal = np.concatenate([np.full(group.size, group.mean()) for group in groups])
@@ -168,9 +165,8 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     centre = tuple((mesh.center_mass + middle * scale).tolist())
     along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(inertia.axes).T
     surface = outline.simplified(along, np.asarray(mesh.faces))
-    return Solid(
-        inertia, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
-    )
+    extents = tuple(mesh.extents.tolist())
+    return Solid(inertia, density * volume, volume, centre, extents, len(mesh.faces), surface, digest)
 
 
 def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: float) -> tuple[str, ...]:

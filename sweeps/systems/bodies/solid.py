@@ -108,11 +108,8 @@ def _racket() -> list[Face]:
         top, bottom = placed(part, 1.0), placed(part, -1.0)
         faces += [Face(top, above), Face(bottom[::-1], below)]
         faces += [Face(np.stack([top[k], bottom[k], bottom[j], top[j]]), EDGE) for k, j in sides]
-    return [
-        *faces,
-        Face(placed(ring[:, 0], 0.02), FRONT, STRINGS),
-        Face(placed(ring[:, 0], -0.02)[::-1], BACK, STRINGS),
-    ]
+    above, below = placed(ring[:, 0], 0.02), placed(ring[:, 0], -0.02)[::-1]
+    return [*faces, Face(above, FRONT, STRINGS), Face(below, BACK, STRINGS)]
 
 
 #: shapes with a mean square of one along each direction: the longest, the middle and the shortest.

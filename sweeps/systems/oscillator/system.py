@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sweeps import mechanics
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
+SEARCH = Kernel("enclosures", seconds=3.0)
 Component = Annotated[float, number(lambda x: True, "any finite number")]
 
 
@@ -74,12 +75,7 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
-    compiled = (
-        Kernel("oscillations", seconds=2.0),
-        TAPES,
-        Kernel("roots", seconds=6.0),
-        Kernel("enclosures", seconds=3.0),
-    )
+    compiled = (Kernel("oscillations", seconds=2.0), TAPES, Kernel("roots", seconds=6.0), SEARCH)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables

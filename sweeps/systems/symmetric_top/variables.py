@@ -72,6 +72,4 @@ PARAMETERS = (
 ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 COORDINATES = quantities.coordinates(PARAMETERS)
 
-LAYOUT = Layout(
-    COORDINATES, VARIABLES, tuple(VARIABLES), {parameter.name: parameter.quantity.item for parameter in PARAMETERS}
-)
+LAYOUT = Layout(COORDINATES, VARIABLES, tuple(VARIABLES), {one.name: one.quantity.item for one in PARAMETERS})

@@ -35,9 +35,8 @@ EXACT = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-_PERIODS, _ERRORS = zip(
-    *(with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items()), strict=True
-)
+_MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
+_PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
 MEASURED = table(
     Variable(
         "mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, exact="mode_exact", role=Role.HEADLINE

@@ -110,9 +110,8 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
         return 0.5 - np.arcsin(rho) / np.pi
     root = np.sqrt((1.0 - rho) * (1.0 + rho))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.nan_to_num(
-            np.divide([y - rho * x, x - rho * y], [x * root, y * root]), posinf=np.inf, neginf=-np.inf
-        )
+        slopes = np.divide([y - rho * x, x - rho * y], [x * root, y * root])
     apart = x * y < 0 or (x * y == 0 and x + y < 0)
+    slopes = np.nan_to_num(slopes, posinf=np.inf, neginf=-np.inf)
     probability = 2 * owens_t([x, y], slopes).sum() + apart
     return float(min(max(probability, 0.0), 1.0))

@@ -150,9 +150,8 @@ def _scene(ax, model, point, runs, q):
         for run in runs:
             ax.plot(*places(run.place).T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
         trails = _lines(ax, runs, lw=2.0, alpha=0.4) if kind == "mass" else []
-        moving.append(
-            (places, _lines(ax, runs, lw=2.0, **({} if kind == "line" else {"marker": "o", "ms": 9})), trails)
-        )
+        mark = {} if kind == "line" else {"marker": "o", "ms": 9}
+        moving.append((places, _lines(ax, runs, lw=2.0, **mark), trails))
     ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach), aspect="equal")
     ax.axis("off")
 

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
     from sweeps.systems.described import Described
 
 _HERE = Path(__file__).parent
-FILES = (
-    turning.DRAWING,
-    *(_HERE / name for name in ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")),
-)
+_NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")
+FILES = (turning.DRAWING, *(_HERE / name for name in _NAMES))
 
 
 def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:

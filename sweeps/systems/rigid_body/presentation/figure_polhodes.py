@@ -156,9 +156,8 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
 
 
 def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
-    values = ",  ".join(
-        f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
-    )
+    pairs = zip(MOMENTS, body.moments, strict=True)
+    values = ",  ".join(f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in pairs)
     units = f" {body.units}" if body.units else "  (ratios)"
     which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
     return (

@@ -84,10 +84,8 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if few and "body" in part.coords:
         heights, order = np.sort(style.spread(ax, x[0], best, NAME_ROOM)), np.argsort(x)  # no leader crosses a name
         look = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
-        leader = {
-            "textcoords": ("data", "axes fraction"),
-            "arrowprops": {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7},
-        }
+        arrow = {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7}
+        leader = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
         for *place, at, name in zip(x[order], heights, best[order], part["body"].values[order], strict=True):
             style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **look)
             ax.annotate("", (place[0], at), place, **leader)
