@@ -439,13 +439,8 @@ def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
     columns = next((n for n, row in rows.items() if row <= room), 1)
     look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.8}
     size = LEGEND_POINTS * min(1.0, room / rows[columns])
-    figure.legend(
-        handles=[_seen(artist) for artist in entries.values()],
-        ncols=columns,
-        fontsize=size,
-        loc="outside lower left",
-        **look,
-    )
+    seen = [_seen(artist) for artist in entries.values()]
+    figure.legend(handles=seen, ncols=columns, fontsize=size, loc="outside lower left", **look)
 
 
 def _seen(artist):

@@ -9,10 +9,8 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-NEEDED = {
-    **{"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"},
-    **{"ipykernel": "ipykernel", "trimesh": "trimesh"},
-}
+NEEDED = {"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"}
+NEEDED |= {"ipykernel": "ipykernel", "trimesh": "trimesh"}
 HERE = Path(__file__).parent
 COLUMNS = "84"  # letters in a line of what commands print
 

@@ -97,14 +97,9 @@ def _read(path: Path) -> str:
 def _run(kernels: list[Kernel]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     with tempfile.TemporaryFile("w+") as said:
-        program = subprocess.Popen(
-            [sys.executable, "-P", "-m", "sweeps.points.compiler"],
-            env={**os.environ, "PYTHONPATH": path},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=said,
-            text=True,
-        )
+        command, pipe = [sys.executable, "-P", "-m", "sweeps.points.compiler"], subprocess.PIPE
+        environment = {**os.environ, "PYTHONPATH": path}
+        program = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said, text=True)
         try:
             with progress.pieces(len(kernels), "compiling") as advance:
                 program.stdin.write(json.dumps([kernel.call for kernel in kernels]))

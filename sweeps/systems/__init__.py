@@ -25,11 +25,9 @@ GROUP = "polhode.systems"  # entry points by which other packages bring systems:
 # of definitions; what else a program gives as a keyword is a key of their grid
 KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation", "sample", "seed")
 KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty")
-MODULES = {
-    path.parent.name: f"sweeps.systems.{path.parent.name}.system"
-    for path in sorted(Path(__file__).parent.glob("*/system.py"))
-    if "\nSYSTEM = " in path.read_text(encoding="utf-8")
-}
+_HERE = Path(__file__).parent
+_OURS = [p for p in sorted(_HERE.glob("*/system.py")) if "\nSYSTEM = " in p.read_text(encoding="utf-8")]
+MODULES = {path.parent.name: f"sweeps.systems.{path.parent.name}.system" for path in _OURS}
 DESCRIBED = tuple(
     f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator")
 )  # in order

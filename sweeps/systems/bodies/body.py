@@ -162,13 +162,9 @@ class Body(Strict):
 
 def _named_once(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     names = [body.name for body in bodies]
-    problems = [
-        Problem((number, "name"), display(name), "is an earlier body's name", "names that all differ")
-        for number, name in enumerate(names)
-        if name in names[:number]
-    ]
-    if problems:
-        raise refusals(problems)
+    words = "is an earlier body's name", "names that all differ"
+    if again := [number for number, name in enumerate(names) if name in names[:number]]:
+        raise refusals([Problem((number, "name"), display(names[number]), *words) for number in again])
     return bodies
 
 

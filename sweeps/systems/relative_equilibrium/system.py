@@ -14,10 +14,11 @@ from sweeps.process.processors import cores
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, whole
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, Described
 from sweeps.systems.relative_equilibrium import variables as tables
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
+from sweeps.systems.shared_variables import rows
 from sweeps.systems.system import Cost, Kernel
 
 if TYPE_CHECKING:
@@ -89,16 +90,9 @@ class RelativeEquilibrium(Described):
         if definition is None:
             return VARIABLES
         model = self.mechanism
-        drifts = (
-            Variable(
-                f"{name}_drift",
-                "1",
-                f"largest change of the conserved {name.replace('_', ' ')}, relative",
-                role=Role.CHECK,
-            )
-            for name in model.quantities
-        )
-        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts) | self.places()
+        change = "  1  largest change of the conserved {}, relative [check]"
+        drifts = rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
+        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | drifts | self.places()
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""

@@ -26,6 +26,8 @@ STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the stability is certain
 COLUMNS = {"omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status"}  # of a draw
 
+Columns = dict[str, np.ndarray]  # name → values
+
 
 @dataclass(frozen=True)
 class BodySampling:
@@ -54,7 +56,7 @@ def measured(
     sampling: BodySampling,
     integration: Integration,
     threads: int = 1,
-) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+) -> Iterator[tuple[Columns, Columns]]:
     """Yield (variables, draws) of each spin of a body.
 
     Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
@@ -83,7 +85,7 @@ class _Body:
         drawn = self._tiled(lambda part: distribution.inertia(self.normals[part]), len(self.normals))
         self.moments, self.impossible, self.turned = drawn if distribution.is_tilted else (*drawn, None)
 
-    def spun(self, spin: Spun) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    def spun(self, spin: Spun) -> tuple[Columns, Columns]:
         """Measure one spin; see `measured`."""
         rates = self._tiled(lambda part: self._rates(self._points(part, spin)), len(self.normals))
         count, size = self.shape

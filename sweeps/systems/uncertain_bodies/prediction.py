@@ -51,12 +51,7 @@ def entry_of(body: SpunBody) -> dict:
     return named | ({"ratios": moments} if body.ratios is not None else moments)
 
 
-def definition(
-    entry: Mapping,
-    given: Mapping[str, object],
-    spun: Mapping[str, float],
-    load: Callable[[Mapping], UncertainDefinition],
-) -> UncertainDefinition:
+def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
     `given` has uncertainty (text of YAML, or its value) and `OPTIONS`, each None where it was not given.

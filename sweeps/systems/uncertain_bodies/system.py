@@ -15,6 +15,7 @@ from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.variables import ARGUMENTS, KEPT, TWISTS, VARIABLES
 
 WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
+TWISTED = tuple(replace(kernel, when=lambda definition: definition.twist) for kernel in TWIST.compiled)
 
 
 class UncertainBodies(FreeBody):
@@ -26,12 +27,7 @@ class UncertainBodies(FreeBody):
     name = "uncertain_bodies"
     kernels = ("survey", "principal", "twist")
     existence = ()
-    compiled = (
-        *SURVEY,
-        replace(FLIPS, when=lambda definition: True),
-        Kernel("principal"),
-        *(replace(kernel, when=lambda definition: definition.twist) for kernel in TWIST.compiled),
-    )
+    compiled = (*SURVEY, replace(FLIPS, when=lambda definition: True), Kernel("principal"), *TWISTED)
     tables = variables
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
@@ -99,12 +98,5 @@ FURTHER = table(
 OF_BODIES = {name: one for name, one in OF_ANY.items() if name not in OF_RIGID_BODIES.spare}
 COORDINATES = OF_BODIES | FURTHER
 
-LAYOUT = Layout(
-    {"body": OF_BODIES["body"], **COORDINATES},
-    VARIABLES | TWISTS | KEPT,
-    tuple(VARIABLES),
-    OF_RIGID_BODIES.values,
-    along="body",
-    beside=OF_RIGID_BODIES.beside,
-    spare=OF_RIGID_BODIES.spare,
-)
+_HELD = {"coordinates": {"body": OF_BODIES["body"], **COORDINATES}, "variables": VARIABLES | TWISTS | KEPT}
+LAYOUT = replace(OF_RIGID_BODIES, needed=tuple(VARIABLES), over={}, **_HELD)

@@ -47,11 +47,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         style.note(ax, name, (across, along), (7, 5), path_effects=style.halo(), fontsize=8.5)
     ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    handles = [
-        Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2"),
-        style.hatched(),
-    ]
-    style.legend(figure, handles)
+    white = Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2")
+    style.legend(figure, [white, style.hatched()])
     return figure
 
 

@@ -6,18 +6,13 @@ from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
 
+MARKS = {"uncertain": Mark("uncertain", "?", colors.GREY), "undecided": Mark("many draws undecided", "u", "")}
+
 
 class UncertainBodiesPresentation(Presentation):
     """Figure and table of probabilities and quantiles."""
 
-    look = Look(
-        {
-            **OF_RIGID_BODIES.marks,
-            "uncertain": Mark("uncertain", "?", colors.GREY),
-            "undecided": Mark("many draws undecided", "u", ""),
-        },
-        OF_RIGID_BODIES.symbols,
-    )
+    look = Look({**OF_RIGID_BODIES.marks, **MARKS}, OF_RIGID_BODIES.symbols)
     drawn = (("outlook", "figure_outlook.draw"),)
 
     def page(self, ds: Dataset) -> Page:

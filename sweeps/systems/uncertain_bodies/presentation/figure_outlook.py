@@ -67,11 +67,8 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
         ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")
     panels[0].set_ylabel("$I_2/I_3$")
     figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
-    handles = [
-        style.hatched(),
-        Patch(facecolor=colors.UNSTABLE, label="sampled, unstable"),
-        Patch(facecolor=colors.STABLE, label="sampled, not unstable"),
-    ]
+    drawn = {"unstable": colors.UNSTABLE, "not unstable": colors.STABLE}
+    handles = [style.hatched(), *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in drawn.items())]
     style.legend(figure, handles)
     return figure
 
