@@ -48,9 +48,7 @@ def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
             raise
 
 
-def begun(
-    points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int
-) -> Callable[[], dict[str, np.ndarray]]:
+def begun(points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int) -> Callable[[], dict]:
     """Submit points to the thread pool in parts, and return a function that waits for them and returns the columns."""
     compile.ensure(sweep)
     size = next(iter(points.values())).size

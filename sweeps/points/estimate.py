@@ -98,10 +98,8 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
     """Return one line for each resource of this machine that is too small for `sweep`, which takes `needed`."""
     folder = Path(results_dir).absolute()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
-    limits = (
-        ("disk", needed.disk_bytes, shutil.disk_usage(existing).free),
-        ("memory", needed.memory_bytes, memory.available()),
-    )
+    disk = "disk", needed.disk_bytes, shutil.disk_usage(existing).free
+    limits = disk, ("memory", needed.memory_bytes, memory.available())
     lines = []
     for what, size, free in (limit for limit in limits if limit[1] > limit[2]):
         mostly = what == "memory" and 2 * needed.working_bytes > size

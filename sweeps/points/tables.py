@@ -236,6 +236,5 @@ def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[s
         seen = {name: float(np.broadcast_to(columns[name], impossible.shape)[row]) for name in names}
         value = ", ".join(f"{name} {x:.6g}" for name, x in seen.items())
         value = f"row {before + row + 1:,} ({value})"
-        raise refusal(
-            "", value, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"
-        )
+        wrong = "is not a possible body: one moment is above the sum of the others"
+        raise refusal("", value, wrong, "moments of possible bodies")

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
 
+Point = Mapping[str, float]  # argument → value
+
 
 @dataclass(frozen=True)
 class Kernel:
@@ -181,9 +183,7 @@ class Dynamics(ABC):
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
         return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
 
-    def motion(
-        self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-    ) -> Dataset | None:
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset | None:
         """Return the motion at one point of a map; None where the system has none to show.
 
         Args:

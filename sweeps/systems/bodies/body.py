@@ -135,9 +135,7 @@ class Body(Strict):
         given = [name for name in MOMENTS if getattr(self, name) is not None]
         others = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
         if others:
-            wrong = [
-                (name, display(getattr(self, name)), f"is given beside {others[0]}") for name in given + others[1:]
-            ]
+            wrong = [(n, display(getattr(self, n)), f"is given beside {others[0]}") for n in given + others[1:]]
         else:
             wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
         if wrong:

@@ -10,7 +10,7 @@ from sweeps.schema.boxes import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Point
 
 if TYPE_CHECKING:
     from sweeps.systems.bodies.body import BodiesDefinition, Once
@@ -68,7 +68,7 @@ class MeasuredOnce(FreeBody):
         """Return where the measured columns are the closed form's within their errors."""
         raise NotImplementedError
 
-    def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    def start(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
         """Return moments (ascending, kg m2) and angular velocity at time 0 (rad s-1) of a point, shape (3,) each."""
         raise NotImplementedError
 
@@ -76,9 +76,7 @@ class MeasuredOnce(FreeBody):
         """Return the duration, s, that shows a motion best, from the time of one rotation."""
         return 2 * rotation
 
-    def motion(
-        self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-    ) -> Dataset:
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 

@@ -23,10 +23,8 @@ EPSILON = perturbation(1e-6, "the spin rate", "relative to omega0")
 _PLANE = "direction of the perturbation in the transverse (b, c) plane"
 _PHASE = Quantity("direction", "rad", "finite", Phase)
 PHASE = Parameter("phase", _PHASE, _PLANE, 0.6, f"{_PLANE}, rad, from b towards c")
-_AXES = {i: f"moment of inertia about axis {i}" for i in (1, 2, 3)}
-PRINCIPAL = tuple(
-    Parameter(f"I{i}", MOMENT, f"principal {of}", description=f"{of}, kg m2, > 0") for i, of in _AXES.items()
-)
+_ABOUT = [(f"I{i}", f"moment of inertia about axis {i}") for i in (1, 2, 3)]
+PRINCIPAL = tuple(Parameter(n, MOMENT, f"principal {of}", description=f"{of}, kg m2, > 0") for n, of in _ABOUT)
 
 AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = rows(
     """

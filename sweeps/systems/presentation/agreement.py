@@ -5,7 +5,7 @@ system's table of variables and its look. A map is read once, in blocks, so that
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -115,9 +115,7 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
 # -- the picture
 
 
-def draw(
-    ds: Dataset, specs: Specs, compared: Collection[Compared], look: Look, ax: Axes | None = None
-) -> Figure | None:
+def draw(ds: Dataset, specs: Specs, compared: Iterable[Compared], look: Look, ax: Axes | None = None) -> Figure | None:
     """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
 
     None is drawn without a point to compare. `specs` is the system's table, `look` how its flags look.

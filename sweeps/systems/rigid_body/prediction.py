@@ -23,7 +23,7 @@ from sweeps.systems.rigid_body import motion
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
-Axes = tuple[int, ...]
+Axes, Moments = tuple[int, ...], tuple[float, float, float]
 AXES = (1, 2, 3)
 REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
 
@@ -50,9 +50,7 @@ class Spin:
 
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
-def spins(
-    moments: tuple[float, float, float], omega0: float, epsilon: float, phase: float, axes: Axes = AXES
-) -> list[Spin]:
+def spins(moments: Moments, omega0: float, epsilon: float, phase: float, axes: Axes = AXES) -> list[Spin]:
     """Return the perturbed spins of a body about some of its axes."""
     return [_spin(moments, axis, omega0, epsilon, phase) for axis in axes]
 
@@ -80,7 +78,7 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
 
 
 @np.errstate(all="ignore")
-def twist_of(moments: tuple[float, float, float], axis: int, spun: Mapping[str, float]) -> float | None:
+def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | None:
     """Return the twist about the handle per revolution of the handle about L, rad, in closed form.
 
     The body is spun about `axis` and perturbed as `spun` says. None about the axis of least moment, the handle, whose

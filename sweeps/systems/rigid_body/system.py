@@ -88,9 +88,8 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     sense[np.isnan(spin_spread)] = np.nan
     slow, off = wobble["frequency"], wobble["frequency_error"]
     of_space["space_rate"] = of_space.pop("psi_rate") + sense * slow
-    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + np.abs(sense) * (
-        psi_spread * spin + off + (slow + off) * spin_spread
-    )
+    error = np.abs(sense) * (psi_spread * spin + off + (slow + off) * spin_spread)
+    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + error
     return {name: values for name, values in of_space.items() if name in wanted}
 
 

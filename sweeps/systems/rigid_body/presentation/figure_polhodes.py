@@ -160,10 +160,8 @@ def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
     values = ",  ".join(f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in pairs)
     units = f" {body.units}" if body.units else "  (ratios)"
     which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
-    return (
-        f"{ds.attrs.get('title', '')};  {which}{values}{units}\n"
-        "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
-    )
+    words = "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
+    return f"{ds.attrs.get('title', '')};  {which}{values}{units}\n{words}"
 
 
 # ---------------------------------------------------------------------------------------------------------

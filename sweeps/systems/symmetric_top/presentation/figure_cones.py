@@ -79,8 +79,6 @@ def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
     ):
         end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
         ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})
-        ax.text(
-            *(end * 1.05), name, color=color, ha="center", va="bottom", fontweight="bold", path_effects=style.halo()
-        )
+        ax.text(*(end * 1.05), name, color=color, ha="center", va="bottom", weight="bold", path_effects=style.halo())
     ax.set(aspect="equal", xlim=(-1.15, 1.15), ylim=(-0.25, 1.5))
     ax.axis("off")
