@@ -235,14 +235,18 @@ class _Solid:
     """The faces of a body that look at the viewer, shaded, the farthest first."""
 
     def __init__(self, faces: list[Face]):
+        self.cover(faces)
+        edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
+        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6, animated=True)
+
+    def cover(self, faces: list[Face]) -> None:
+        """Take other faces."""
         most = max(len(face.corners) for face in faces)
         # faces of fewer corners end in their last one again
         self.corners = np.array([[*face.corners, *[face.corners[-1]] * (most - len(face.corners))] for face in faces])
         self.normals = np.array([face.normal for face in faces])
         self.colors = np.array([face.color for face in faces])
         self.veils = np.array([face.veil for face in faces], float)
-        edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
-        self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6, animated=True)
 
     def turn(self, matrix: np.ndarray) -> None:
         """Show the body in an attitude."""
