@@ -1,7 +1,7 @@
 """A sweep's definition: the frozen models that those of every system of equations build on.
 
 The models here and in `sweeps.systems` are the only truth about what a definition may hold: each key's meaning, unit
-and allowed values stand in its `Field(description=...)`, and a refusal quotes them. `sweeps.points.loading` reads them.
+and allowed values stand in its `key`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
 import hashlib
