@@ -96,14 +96,10 @@ class Plan:
 def plan(
     source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "", check: bool = True
 ) -> Plan:
-    """Check a definition, and that this machine has enough disk and memory for it.
+    """Check a definition, and that this machine has enough disk and memory for it, unless it is to run `anywhere`.
 
-    Args:
-        source: the definition's path.
-        results: folder that the results go to.
-        anywhere: whether it is to run on some other machine, and this one's room does not matter.
-        digest: of the definition that was planned, where that was another process; left out, any will do.
-        check: whether its system also looks beyond the values.
+    The digest is that of the definition that was planned, where that was another process; left out, any will do. With
+    `check` its system also looks beyond the values.
 
     Raises:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and

@@ -45,11 +45,6 @@ class ColumnOf:
     parameter: Parameter  #: what it holds
     factor: float  #: by which its numbers are multiplied
 
-    @property
-    def name(self) -> str:
-        """The parameter's name."""
-        return self.parameter.name
-
 
 @dataclass(frozen=True)
 class Table:
@@ -113,7 +108,7 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
-    layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]
     depends = json.dumps([layout, FORMAT, digest, path.suffix, fixed])  # all that the rows depend on
     cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
     if _size(cached) is None:
@@ -123,7 +118,7 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
         _note(path, seen)
     num, ends = _size(cached)
     cached.touch()
-    return Table(file, digest, tuple(c.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
+    return Table(file, digest, tuple(c.parameter.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
@@ -179,7 +174,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
 def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
     memory.keep_freed()
-    names, ends = [column.name for column in columns], []
+    names, ends = [column.parameter.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
@@ -221,12 +216,12 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     low, high = values.min(), values.max()
     if not (np.isfinite(low) and np.isfinite(high)):
         row = int(np.argmin(np.isfinite(values)))
-        raise refusal(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
+        raise refusal(column.parameter.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
     item = column.parameter.quantity.item
     if any(wrong(item, end) for end in extremes(values)):
         row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.name, value, "is out of range", what)
+        raise refusal(column.parameter.name, value, "is out of range", what)
 
 
 def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:

@@ -46,13 +46,8 @@ LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 class Described(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria.
 
-    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's.
-
-    Args:
-        name: what a definition's `system` says.
-        load: makes the description.
-        source: the description's text, for the fingerprint.
-        folder: where the path of a description's file starts.
+    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's. A definition's `system` says
+    its name, `load` makes the description, whose text is `source` and whose file's path starts in `folder`.
     """
 
     library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
@@ -287,9 +282,7 @@ def unread(kind: type[Described], name: str) -> Described:
 class Script:
     """A Python file that describes a system; it is run, as the person who names it means it to be, and once.
 
-    Args:
-        name: the file's path, as the definition says it.
-        folder: where that starts, the definition's own; left out, where the program runs.
+    Its path is as the definition says it, and starts in the definition's folder, or where the program runs.
     """
 
     def __init__(self, name: str, folder: str = ""):

@@ -37,18 +37,10 @@ def made(draws: int) -> int:
 
 @lru_cache(maxsize=4)
 def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
-    """Return standard normals, independent between columns.
+    """Return standard normals, independent between columns, shape (replicates, size, dimension); not to be written to.
 
-    Args:
-        method: one of `METHODS`.
-        dimension: columns, ≥ 1.
-        draws: how many are requested.
-        seed: whole, ≥ 0.
-        stream: which of several independent sets of this seed.
-        threads: that make replicates side by side.
-
-    Returns:
-        Shape (replicates, size, dimension); never to be written to.
+    The method is one of `METHODS`, the number of draws that which is requested, `stream` one of several independent
+    sets of the seed.
     """
     from scipy.special import ndtri
 

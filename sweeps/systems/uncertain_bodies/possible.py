@@ -66,10 +66,7 @@ def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndar
 def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return moments of possible bodies, which were impossible, and principal axes, from the six entries of tensors.
 
-    Args:
-        entries: shape (n, 6), in the order of `ENTRIES`.
-        delta: δ.
-        axes: the body's own principal axes as rows, by which those of a draw are numbered.
+    The entries have shape (n, 6), in the order of `ENTRIES`; axes are the body's own principal ones as rows.
 
     Returns:
         Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
