@@ -24,9 +24,7 @@ def main() -> None:
     pool = ProcessPoolExecutor(cores, get_context("spawn"), _begin)
     try:
         while pending:
-            stages = {number: call[-1] for number, call in pending.items()}  # no earlier one is left above a ready one
-            ready = [n for n, s in stages.items() if all(stages[other] >= s for other in stages if other < n)]
-            ready = [number for number in ready if number not in running.values()]
+            ready = [number for number in pending if number not in running.values() and _is_ready(pending, number)]
             for number in ready[: cores - len(running)]:
                 running[pool.submit(compile_kernel, *pending[number])] = number
             for done in wait(running, return_when=FIRST_COMPLETED).done:
@@ -35,6 +33,11 @@ def main() -> None:
                 print(flush=True)
     finally:
         interrupts.abandon(pool)  # all is stored: to take the compiler down would last 0.6 s
+
+
+def _is_ready(pending: dict[int, list], number: int) -> bool:
+    """Return True where no kernel of an earlier stage, above this one in the table, is still to be compiled."""
+    return all(pending[other][-1] >= pending[number][-1] for other in pending if other < number)
 
 
 def _begin() -> None:
