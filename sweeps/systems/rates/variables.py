@@ -31,10 +31,9 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
         """,
     )
     for name, one in variables.items():
-        quantity, _, kind = name.partition("_reduced")
-        is_value = quantity in ("omega_squared", "growth_rate", "frequency") and not kind
-        theory = f"{quantity}_theory" if is_value else one.theory
-        none = is_value and quantity != "omega_squared"
+        quantity = name.removesuffix("_reduced")  # whose theory is that of the reduced one, too
+        compared = f"{quantity}_theory" in variables
+        theory, none = f"{quantity}_theory" if compared else "", compared and quantity != "omega_squared"
         variables[name] = replace(one, theory=theory, zero_is_none=none, sparse=sparse and name.startswith("growth"))
     slope = replace(variables["growth_rate_logslope"], theory="growth_rate_theory", aside=True)
     return variables | {"growth_rate_logslope": slope}

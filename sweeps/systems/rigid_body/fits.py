@@ -132,12 +132,12 @@ def _observations(ds: Dataset) -> Iterator[Period]:
     bodies = definition_of(ds.attrs).get("bodies")
     named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
     for body in bodies if isinstance(bodies, tuple) else ():
-        given = [body.get(name) for name in ("name", "axis", "note")] if isinstance(body, dict) else [None] * 3
-        if not (isinstance(given[0], str) and given[0] in named and isinstance(given[1], int)):
+        given = body if isinstance(body, dict) else {}
+        name, axis, note = given.get("name"), given.get("axis"), given.get("note")
+        if not (isinstance(name, str) and name in named and isinstance(axis, int)):
             continue
         try:
-            observed = Observed.model_validate(body.get("observed"))
+            seen = Observed.model_validate(given.get("observed"))
         except ValidationError:
             continue
-        said = (observed.period_days, observed.what, given[2] if isinstance(given[2], str) else "")
-        yield Period(*given[:2], math.nan, *said)
+        yield Period(name, axis, math.nan, seen.period_days, seen.what, note if isinstance(note, str) else "")
