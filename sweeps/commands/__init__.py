@@ -3,20 +3,5 @@
 Each module has `add(commands)`, which describes the command to argparse, and the function that runs it.
 """
 
-NAMES = (
-    "check",
-    "run",
-    "show",
-    "point",
-    "slice",
-    "body",
-    "motion",
-    "tumbler",
-    "compile",
-    "shard",
-    "merge",
-    "figures",
-    "report",
-    "verify",
-    "schema",
-)
+NAMES = ("check", "run", "show", "point", "slice", "body", "motion", "tumbler", "compile", "shard", "merge", "figures")
+NAMES += ("report", "verify", "schema")

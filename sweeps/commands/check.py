@@ -48,8 +48,7 @@ def _facts(planned) -> dict:
     from sweeps.points.estimate import estimate, lacking
     from sweeps.points.existence import impossible
 
-    grid, definition = planned.sweep.grid, planned.sweep.definition
-    needs = estimate(planned.sweep)
+    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, estimate(planned.sweep)
     return {
         "definition": str(planned.path),
         "title": definition.title,
@@ -78,20 +77,13 @@ def _rows(planned):
         yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} per process"
-    yield (
-        "disk",
-        f"at most {in_words(needs.disk_bytes)} for shards and map, {PAGE_BYTES // 10**6} MB for figures and report",
-    )
-    yield "time", f"about {span(needs.wait_seconds)} on one core, {_parts(needs)}"
+    drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"
+    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {drawn}"
+    compiled = f" and {span(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
+    parts = f"figures and report included; {span(needs.seconds)} of it integration{compiled}"
+    yield "time", f"about {span(needs.wait_seconds)} on one core, {parts}"
     for line in planned.sweep.system.proofs(grid):
         yield "proved", line
     for line in lacking(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from definition.remarks
-
-
-def _parts(needs) -> str:
-    from sweeps.points.estimate import span
-
-    compiled = f" and {span(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
-    return f"figures and report included; {span(needs.seconds)} of it integration{compiled}"

@@ -24,13 +24,10 @@ def add(commands) -> None:
     command.takes_coordinates = True
     parser.add_map(command)
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
-    command.add_argument(
-        "--format", choices=FORMATS, default="png", help="format of the figures; mp4, webm: of animations"
-    )
+    command.add_argument("--format", choices=FORMATS, default="png", help="format of figures; mp4, webm: of animations")
     command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
-    command.add_argument(
-        "--size", metavar="SIZE", help="slide, page, column, 160mm, 15cm, 6in, 160x100mm (default: set by the figure)"
-    )
+    text = "slide, page, column, 160mm, 15cm, 6in, 160x100mm (default: set by the figure)"
+    command.add_argument("--size", metavar="SIZE", help=text)
     text = "name of a figure or its beginning; may be given several times"
     command.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
     text = "value at which to cut the map; may be given several times"

@@ -9,9 +9,7 @@ def add(commands) -> None:
     parser.add_definition(command)
     parser.add_digest(command)
     command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
-    command.add_argument(
-        "--renew", action="store_true", help="measure shards of another definition or other kernels again"
-    )
+    command.add_argument("--renew", action="store_true", help="measure shards of other definitions or kernels again")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the map to write")
     text = "threads to measure with again (default 1)"
     command.add_argument("--threads", type=int, default=1, metavar="T", help=text)

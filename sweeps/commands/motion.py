@@ -50,9 +50,8 @@ def _run(args):
         return
     body = parser.body(args)
     if args.start or args.parameter:
-        raise DefinitionError(
-            "--start, --parameter: are of a described system; allowed: its name or Python file as NAME"
-        )
+        allowed = "its name or Python file as NAME"
+        raise DefinitionError(f"--start, --parameter: are of a described system; allowed: {allowed}")
     if body is None:
         raise DefinitionError("NAME: is missing; allowed: NAME, --moments, --ratios, --tensor or --mesh")
     kind = Path(args.output).suffix

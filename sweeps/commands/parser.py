@@ -57,14 +57,9 @@ class Parser(argparse.ArgumentParser):
 
 def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:
     """Add a command that calls `run` with its arguments, and return its parser."""
-    parser = commands.add_parser(
-        name,
-        help=help_text,
-        description=help_text[0].upper() + help_text[1:] + ".",
-        epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    texts = {"help": help_text, "description": help_text[0].upper() + help_text[1:] + ".", "epilog": epilog}
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = commands.add_parser(name, formatter_class=raw, allow_abbrev=False, **texts)
     parser.set_defaults(run=run, options=parser._option_string_actions)
     return parser
 

@@ -11,9 +11,8 @@ definition by the same kernels are kept. Finished and unchanged results are list
 
 def add(commands) -> None:
     """Add the command to the parser."""
-    command = parser.add(
-        commands, "run", "write the map, figures and report of a sweep to results/<sweep>", _run, EPILOG
-    )
+    words = "write the map, figures and report of a sweep to results/<sweep>"
+    command = parser.add(commands, "run", words, _run, EPILOG)
     parser.add_definition(command, nargs="?", default="tennis_racket")
     text = "number of processors (default all); does not change results"
     command.add_argument("--cores", type=int, metavar="N", help=text)

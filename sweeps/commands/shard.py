@@ -12,9 +12,8 @@ def add(commands) -> None:
     command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
     command.add_argument("count", type=int, metavar="N", help="number of parts")
     command.add_argument("-o", "--output", metavar="FILE", required=True, help="the shard to write")
-    command.add_argument(
-        "--threads", type=int, default=1, metavar="T", help="number of threads (default 1); does not change results"
-    )
+    text = "number of threads (default 1); does not change results"
+    command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
 
 
 def _run(args):

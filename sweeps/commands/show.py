@@ -45,10 +45,8 @@ def _facts(ds, totals) -> dict:
         table.setdefault(meaning, {})[status] = number
     facts = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
     facts |= {"dimensions": dimensions(ds), "points": totals.points, "counts": totals.counts, "table": table}
-    facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared}
-    facts["deviations"] = {}
+    facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared, "deviations": {}}
     for (reference, name), deviation in totals.deviations.items():
-        facts["deviations"].setdefault(
-            name, said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
-        )
+        entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
+        facts["deviations"].setdefault(name, entry)
     return facts | {"checks": {name: said(worst) for name, worst in totals.checks.items()}}

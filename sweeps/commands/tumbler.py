@@ -19,15 +19,11 @@ excluded where the ratio of both periods is below the minimum of the mode by mor
 def add(commands) -> None:
     """Add the command to the parser."""
     command = parser.add(commands, "tumbler", "find the energy of a tumbling body from its two periods", _run, EPILOG)
-    command.add_argument(
-        "--P-psi", dest="P_psi", type=parser.number, required=True, metavar="P", help="period in the body"
-    )
-    command.add_argument("--P-phi", dest="P_phi", type=parser.number, required=True, metavar="P", help="period about L")
+    command.add_argument("--P-psi", type=parser.number, required=True, metavar="P", help="period in the body")
+    command.add_argument("--P-phi", type=parser.number, required=True, metavar="P", help="period about L")
     command.add_argument("--sigma-psi", type=parser.number, default=0.0, metavar="S", help="standard error of P_psi")
     command.add_argument("--sigma-phi", type=parser.number, default=0.0, metavar="S", help="standard error of P_phi")
-    command.add_argument(
-        "--unit", default="h", metavar="UNIT", help="unit of periods given as numbers: s, h (default) or d"
-    )
+    command.add_argument("--unit", default="h", metavar="UNIT", help="unit of periods without one: s, h (default) or d")
     command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
     command.add_argument("-o", "--output", metavar="FILE", help="write the map over all bodies (netCDF)")
     command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")
@@ -40,20 +36,14 @@ def _run(args):
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
-        raise DefinitionError(
-            "--ratios: is given together with --output or --figure, which need all bodies; allowed: one of them"
-        )
+        wrong = "is given together with --output or --figure, which need all bodies"
+        raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
     if args.ratios:
         _print(args, periods, answers.of_body(periods, *args.ratios))
         return
     import sweeps
 
     ds = sweeps.survey(periods.definition)
-    _write(args, ds)
-    _print(args, periods, answers.of_all(periods, ds))
-
-
-def _write(args, ds) -> None:
     if args.output:
         from sweeps.maps import storage
 
@@ -65,15 +55,17 @@ def _write(args, ds) -> None:
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
+    _print(args, periods, answers.of_all(periods, ds))
 
 
 def _print(args, periods, rows: list[dict]) -> None:
     from sweeps.figure import printing
-    from sweeps.systems.observed_periods import answers
+    from sweeps.systems.observed_periods.answers import in_words
+    from sweeps.systems.observed_periods.variables import WORDS
 
     if args.json:
         printing.print_json(rows)
         return
     console = printing.console()
     for row in rows:
-        console.print(answers.in_words(row, periods))
+        console.print(f"{WORDS[row['mode']]}: {in_words(row, periods)}")

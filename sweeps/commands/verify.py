@@ -9,18 +9,13 @@ exit status: 0 the map is whole; 1 it differs (the differences are listed); 2 th
 
 def add(commands) -> None:
     """Add the command to the parser."""
-    command = parser.add(
-        commands, "verify", "compare a map with its definition, and measure random points again", _run, EPILOG
-    )
+    words = "compare a map with its definition, and measure random points again"
+    command = parser.add(commands, "verify", words, _run, EPILOG)
     parser.add_map(command)
-    command.add_argument(
-        "--definition", metavar="DEFINITION", help="the definition that the map should have been made from"
-    )
+    command.add_argument("--definition", metavar="DEFINITION", help="the definition that should have made the map")
     command.add_argument("--points", type=int, default=100, metavar="N", help="points to measure again (default 100)")
     command.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the choice of points (default 0)")
-    command.add_argument(
-        "--any-kernels", action="store_true", help="allow a map made by other kernels or on another machine"
-    )
+    command.add_argument("--any-kernels", action="store_true", help="allow a map of other kernels or another machine")
 
 
 def _run(args):

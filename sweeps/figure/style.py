@@ -135,10 +135,7 @@ def is_narrow() -> bool:
 def arranged(panels: int, cell: tuple[float, float], beside=BESIDE) -> tuple[int, int, tuple[float, float]]:
     """Return rows and columns of panels, and the inches of their picture, as they fit the sheet best.
 
-    Args:
-        panels: their number.
-        cell: inches of each.
-        beside: inches of what is beside and above them.
+    A panel has the inches of `cell`; what is beside and above all of them, those of `beside`.
     """
     room = _sheet.get().inches()
 
@@ -218,12 +215,8 @@ def _folded(text: Text, side: str, room: float) -> bool:
 def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | None = None) -> Figure | Borrowed:
     """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
-    Args:
-        width: in inches, where the sheet has none.
-        height: likewise; without a height the sheet's follows from the ratio of both.
-        title: what is too long is broken between words.
-        subtitle: one line or several, likewise.
-        ax: where else the picture is drawn, with its title alone.
+    Width and height are in inches, where the sheet has none; its height may follow from the ratio of both. What is too
+    long is broken between words. The given Axes have the title alone.
     """
     if ax is not None:
         ax.set_title(title)
@@ -249,13 +242,7 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
 def panels(count: int, cell: tuple[float, float], title: str, subtitle: str, ax: Axes | None, **options):
     """Return a figure with so many panels, as they fit the sheet best, and the panels.
 
-    Args:
-        count: of panels.
-        cell: inches of each.
-        title: of `canvas`.
-        subtitle: of `canvas`.
-        ax: of `canvas`.
-        options: `beside`, of `arranged`; others of Matplotlib's `subplots`.
+    `cell` and `beside` are those of `arranged`; other options are those of Matplotlib's `subplots`.
     """
     rows, columns, size = arranged(count, cell, options.pop("beside", BESIDE))
     figure = canvas(*size, title, subtitle, ax=ax)
@@ -334,13 +321,7 @@ def dots() -> float:
 
 
 class Shades(ListedColormap):
-    """Shades of some colours, one after the other, each from pale, near the paper's, to full.
-
-    Args:
-        bases: the colours.
-        number: shades of each.
-        paper: what they fade to.
-    """
+    """Shades of some colours, one after the other, so many of each, from pale, near the paper's, to full."""
 
     PALEST = 0.3
 
@@ -408,15 +389,12 @@ def edges(values) -> np.ndarray:
     values = np.asarray(values, float)
     if values.size == 1:
         return values[0] * np.array([0.95, 1.05])
-    if is_logarithmic(values):
-        return np.exp(_halfway(np.log(values)))
-    return _halfway(values)
-
-
-def _halfway(values: np.ndarray) -> np.ndarray:
+    by_ratio = is_logarithmic(values)
+    values = np.log(values) if by_ratio else values
     inner = values[:-1] + 0.5 * np.diff(values)
     first, last = values[0] - 0.5 * (values[1] - values[0]), values[-1] + 0.5 * (values[-1] - values[-2])
-    return np.concatenate([[first], inner, [last]])
+    between = np.concatenate([[first], inner, [last]])
+    return np.exp(between) if by_ratio else between
 
 
 def plain_log_ticks(axis) -> None:
@@ -442,13 +420,17 @@ def power(exponent: int) -> str:
 def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
     """Draw a legend below a figure's panels, with each label once in order of drawing, in as few rows as fit.
 
-    In somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
-
-    Args:
-        figure: what the picture stands in.
-        handles: what stands for kinds of things that are no artist of their own, after the others.
+    Artists are large and strong enough to be seen in it; what an Axes with a legend of its own says is left out. In
+    somebody's figure there is none: its Axes know the labels, `ax.legend()` makes one.
+    `handles` stand for kinds of things that are no artist of their own, after the others.
     """
-    entries = _labelled(figure) | {str(handle.get_label()): _seen(handle) for handle in handles}
+    entries = {}
+    for artist in (
+        a for ax in figure.axes if ax.get_legend() is None for a in (*ax.lines, *ax.collections, *ax.patches)
+    ):
+        if (label := artist.get_label()) and not str(label).startswith("_"):
+            entries.setdefault(str(label), artist)
+    entries |= {str(handle.get_label()): handle for handle in handles}
     if isinstance(figure, Borrowed) or not entries:
         return
     sizes = [TextPath((0, 0), label, LEGEND_POINTS).get_extents().width + 4.2 * LEGEND_POINTS for label in entries]
@@ -457,21 +439,8 @@ def legend(figure: Figure | Borrowed, handles: Sequence = ()) -> None:
     columns = next((n for n, row in rows.items() if row <= room), 1)
     look = {"handlelength": 1.8, "columnspacing": 1.5, "handletextpad": 0.6, "borderaxespad": 0.8}
     size = LEGEND_POINTS * min(1.0, room / rows[columns])
-    figure.legend(handles=list(entries.values()), ncols=columns, fontsize=size, loc="outside lower left", **look)
-
-
-def _labelled(figure: Figure | Borrowed) -> dict:
-    """Return label → the legend's artist: as it is drawn, but large and strong enough to be seen.
-
-    An Axes with a legend of its own says what it has to say.
-    """
-    entries = {}
-    for ax in figure.axes:
-        has_legend = ax.get_legend() is not None
-        for artist in () if has_legend else (*ax.lines, *ax.collections, *ax.patches):
-            if (label := artist.get_label()) and not str(label).startswith("_"):
-                entries.setdefault(str(label), artist)
-    return {label: _seen(artist) for label, artist in entries.items()}
+    seen = [_seen(artist) for artist in entries.values()]
+    figure.legend(handles=seen, ncols=columns, fontsize=size, loc="outside lower left", **look)
 
 
 def _seen(artist):

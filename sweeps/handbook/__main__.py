@@ -9,10 +9,8 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-NEEDED = {
-    **{"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"},
-    **{"ipykernel": "ipykernel", "trimesh": "trimesh"},
-}
+NEEDED = {"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"}
+NEEDED |= {"ipykernel": "ipykernel", "trimesh": "trimesh"}
 HERE = Path(__file__).parent
 COLUMNS = "84"  # letters in a line of what commands print
 
@@ -82,9 +80,10 @@ def _html(work: Path, output: Path) -> int:
     from sweeps.handbook import lecture
 
     made, warned = work / "html", work / "warnings.txt"
-    paths = [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
-    environment = {**os.environ, "PATH": os.pathsep.join(paths), "COLUMNS": COLUMNS, "PYTHONPATH": _python_path()}
-    environment["TTY_COMPATIBLE"] = "0"  # a notebook asks for colours, which its page cannot show
+    first = {"PATH": Path(sys.executable).parent, "PYTHONPATH": HERE.parents[1]}  # pages run in folders of their own
+    paths = {name: os.pathsep.join(filter(None, [str(path), os.environ.get(name)])) for name, path in first.items()}
+    # a notebook asks for colours, which its page cannot show
+    environment = {**os.environ, **paths, "COLUMNS": COLUMNS, "TTY_COMPATIBLE": "0"}
     environment.pop("MPLBACKEND")  # a notebook's own
     settings = ("-q", "-W", "--keep-going", "-w", str(warned), "-d", str(work / "doctrees"), "-j", "auto")
     command = [sys.executable, "-m", "sphinx", *settings, str(work / "source"), str(made)]
@@ -96,11 +95,6 @@ def _html(work: Path, output: Path) -> int:
     print(lecture.write(output))
     print(output / "index.html")
     return 0
-
-
-def _python_path() -> str:
-    """Return PYTHONPATH with the repository first: pages run in folders of their own."""
-    return os.pathsep.join(filter(None, (str(HERE.parents[1]), os.environ.get("PYTHONPATH"))))
 
 
 if __name__ == "__main__":

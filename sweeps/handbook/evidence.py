@@ -25,13 +25,8 @@ def definitions() -> dict[str, Path]:
 def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
     """Make maps and pictures of the pages, and return their measured numbers by name.
 
-    Args:
-        work: the folder it goes to: `maps/` and `pictures/`.
-        say: what takes each line of progress.
-
-    Raises:
-        RefusedError: for a page that shows a picture that its map does not have.
-        ValueError: for a page with a number or a map that does not exist.
+    They go to `maps/` and `pictures/` below `work`. Raise a RefusedError for a page that shows a picture that its map
+    does not have, and a ValueError for one with a number or a map that does not exist.
     """
     texts = pages.texts().values()
     maps = measured_maps(work, say)
@@ -56,8 +51,7 @@ def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path
     from sweeps.points import loading
 
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{definition.stem}.nc"
-    sweep = loading.read(definition)
+    path, sweep = folder / f"{definition.stem}.nc", loading.read(definition)
     if path.exists():
         with xr.open_dataset(path, decode_cf=False) as old:
             same = sweep.definition.text, sweep.system.fingerprint()

@@ -14,26 +14,14 @@ ElementTree.register_namespace("", MATHML)
 
 
 def mathml(tex: str, block: bool = False) -> str:
-    """Return a TeX formula as MathML.
-
-    Args:
-        tex: the formula.
-        block: True for a formula on lines of its own.
-
-    Raises:
-        MathError: for TeX that docutils does not know.
-    """
+    """Return a TeX formula as MathML, in a line or as a block; raise a MathError where docutils does not know it."""
     braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
     braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
-    return _accents_first(tex2mathml(braced, as_block=block))
-
-
-def _accents_first(text: str) -> str:
-    r"""Write `\dot q_i` as q̇ with an index; docutils writes the index below the q and the accent above it."""
-    root = ElementTree.fromstring(NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), text))
+    text = NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), tex2mathml(braced, as_block=block))
+    root = ElementTree.fromstring(text)
     for both in root.iter(f"{{{MATHML}}}munderover"):
         base, index, over = both
-        if over.get("stretchy") == "false":
+        if over.get("stretchy") == "false":  # `\\dot q_i` is q̇ with an index; docutils writes the index below the q
             accented = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
             accented.extend((base, over))
             both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)

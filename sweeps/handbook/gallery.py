@@ -6,6 +6,7 @@ Pictures and reports come from maps of their own with fewer points, so that the 
 import io
 import math
 import re
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,13 +18,6 @@ from sweeps.schema.carried import DEFAULT_SYSTEM
 MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes
 MANY = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}  # of systems whose points cost little
 DRAWS = 512  # of each uncertain body
-BEST = {  # where the first picture is not what one comes for
-    "tennis_racket": "stability_axis_2",
-    "tiny": "stability_axis_2",
-    "breakdown": "breakdown",
-    "symmetric": "precession",
-    "rackets": "defect",
-}
 CARD = """:::{{grid-item-card}} {title}
 :img-top: /gallery/{name}.png
 :img-alt: {title}
@@ -58,63 +52,12 @@ writes the full map, all its figures and its report to `results/{name}/`, from {
 """
 INTRODUCTION = """All shipped sweeps. Each page has a figure and a live report, drawn from a map with fewer points, and
 the command that writes the full one."""
-TOPICS = {  # topic → sweep → tags
-    "Spins of rigid bodies": {
-        "tennis_racket": "tennis racket theorem, Dzhanibekov effect",
-        "shapes": "triangle of inertia, all bodies",
-        "bodies": "real bodies, flips",
-        "breakdown": "finite amplitude, real bodies",
-        "symmetric": "symmetric top, Chandler wobble, cones",
-        "cubesats": "satellites, uncertainty",
-        "tiny": "symmetry classes, quick",
-    },
-    "Throws and tumbling": {
-        "twist": "half twist, all bodies",
-        "rackets": "half twist, real bodies",
-        "tumbling": "asteroids, triangle of inertia",
-        "tumblers": "asteroids, real bodies",
-    },
-    "Satellites, tops and rotors": {
-        "viscous_slug": "dissipation, flat spin, major-axis rule",
-        "gyrostat": "satellites, rotor",
-        "gravity_gradient": "satellites, DeBra-Delp region",
-        "gravity_gradient_damped": "satellites, dissipation",
-        "sleeping_top": "heavy top, flutter",
-        "steady_precession": "heavy top",
-        "rotor": "dissipation, whirl",
-    },
-    "Parametric resonance": {
-        "kapitzas_racket": "intermediate axis, Floquet",
-        "pumped_shapes": "triangle of inertia, Floquet",
-        "pumped_breakdown": "finite amplitude, Floquet",
-        "mathieu": "Ince-Strutt chart, Floquet",
-        "kapitza_pendulum": "inverted pendulum, Floquet",
-        "paul_trap": "ion trap, Floquet",
-        "swing": "threshold, Floquet",
-        "asymmetric_shaft": "whirl, Floquet",
-        "parametric_double_pendulum": "combination resonance, Floquet",
-    },
-    "Rotating frames": {
-        "foucault": "Coriolis force",
-        "lagrange_points": "celestial mechanics, Routh's criterion",
-        "rotating_saddle": "trap",
-        "bead_on_hoop": "bifurcation",
-    },
-    "Small oscillations": {
-        "pendulum": "small oscillations",
-        "spherical_pendulum": "cyclic coordinate",
-        "double_pendulum": "normal modes",
-        "linear_triatomic": "normal modes, molecule",
-        "bead_on_wire": "small oscillations",
-        "double_well": "runaway",
-        "central_potential": "cyclic coordinate, apsides",
-    },
-}
+TOPICS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 
 
-def names() -> dict[str, tuple[str, list[str]]]:
-    """Return sweep → (topic, tags) of the shipped sweeps, in the order of the gallery."""
-    return {name: (topic, tags.split(", ")) for topic, those in TOPICS.items() for name, tags in those.items()}
+def names() -> dict[str, dict]:
+    """Return sweep → its entry in `gallery.toml`, of the shipped sweeps, in the order of the gallery."""
+    return {name: one for those in TOPICS.values() for name, one in those.items()}
 
 
 def reduced(values: dict) -> dict:
@@ -154,11 +97,13 @@ def story(text: str) -> str:
 def make(work: Path, say: Callable[[str], None]) -> None:
     """Measure every shipped sweep with fewer points, and write its picture and report below `work`."""
     import sweeps
-    from sweeps.views import report
+    from sweeps.views import figures, report
 
     for name, path in _definitions(work):
         map_path = evidence.measured(path, work / "gallery" / "maps", say)
-        evidence.draw(map_path, BEST.get(name) or _first_picture(map_path), work / "gallery" / f"{name}.png", say)
+        with sweeps.open_map(map_path) as ds:
+            picture = names()[name].get("figure") or next(iter(figures.pictures(ds)))
+        evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", say)
         page = work / "extra" / "reports" / f"{name}.html"
         if not evidence.is_up_to_date(page, map_path):
             page.parent.mkdir(parents=True, exist_ok=True)
@@ -181,14 +126,6 @@ def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
         yield name, path
 
 
-def _first_picture(path: Path) -> str:
-    import sweeps
-    from sweeps.views import figures
-
-    with sweeps.open_map(path) as ds:
-        return next(iter(figures.pictures(ds)))
-
-
 def pages() -> dict[str, str]:
     """Return name → text of the page of thumbnails, and of the page of each sweep."""
     texts, grids = {}, []
@@ -197,14 +134,11 @@ def pages() -> dict[str, str]:
         for name in those:
             text = file_text(catalogue.shipped()[name])
             title = plain(read_text(text)).get("title", name)
-            badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in names()[name][1])
-            fields = {"name": name, "title": title, "badges": badges, "story": _prose(story(text)), "topic": topic}
+            badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in those[name]["tags"])
+            fields = {"story": re.sub(r"([*_<>$])", r"\\\1", story(text))}
+            fields |= {"name": name, "title": title, "badges": badges, "topic": topic}
             grids.append(CARD.format(**fields))
             texts[f"gallery/{name}"] = PAGE.format(**fields)
         grids.append("::::\n")
     toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"gallery/{name}" for name in names()), "```"])
     return {"gallery": "\n".join(["# Gallery", "", INTRODUCTION, "", *grids, toctree, ""])} | texts
-
-
-def _prose(text: str) -> str:
-    return re.sub(r"([*_<>$])", r"\\\1", text)

@@ -40,19 +40,14 @@ def write(folder: Path, work: Path) -> None:
         (folder / name).with_suffix(".md").write_text(text, encoding="utf-8")
     (folder / "included").mkdir(exist_ok=True)
     for name, source in INCLUDED.items():
-        text = _without_links((ROOT / source).read_text(encoding="utf-8"))
+        text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", (ROOT / source).read_text(encoding="utf-8"))
+        text = re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)  # the targets of relative links are not there
         (folder / "included" / name).write_text(text, encoding="utf-8")
     (folder / "gallery/definitions").mkdir()
     for name, path in catalogue.shipped().items():
         shutil.copy2(path, folder / "gallery/definitions")
         shutil.copy2(work / "gallery" / f"{name}.png", folder / "gallery")
     shutil.copytree(work / "extra", folder / "extra")
-
-
-def _without_links(text: str) -> str:
-    """Return a page of the repository with its relative links as words: their targets are not part of the handbook."""
-    text = re.sub(r"!\[[^\]]*\]\((?!http)[^)]*\)\n*", "", text)
-    return re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)
 
 
 def _cell(text: object) -> str:
@@ -68,21 +63,15 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
 def keys(model: type[BaseModel], before: str = "") -> Iterator[tuple[str, str, str]]:
     """Yield (key, meaning, default) of each key of a model of definitions and of the models within it."""
     for name, field in model.model_fields.items():
-        default = "required" if field.is_required() else _default(field.default)
-        if before + name == "title":  # filled in by the reader of the file
+        value, default = field.default, "required" if field.is_required() else str(field.default)
+        if before + name == "title" or value is None or value == ():  # the reader of the file fills in the title
             default = "left out"
+        elif isinstance(value, BaseModel | tuple):
+            default = ", ".join(map(str, value)) if isinstance(value, tuple) else "as below"
         yield before + name, field.description or "", default
         for kind in (field.annotation, *typing.get_args(field.annotation)):
             if isinstance(kind, type) and issubclass(kind, BaseModel) and kind.model_fields:
                 yield from keys(kind, f"{before}{name}.")
-
-
-def _default(value: object) -> str:
-    if isinstance(value, BaseModel):
-        return "as below"
-    if value is None or value == ():
-        return "left out"
-    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def _systems() -> dict[str, str]:
@@ -93,20 +82,14 @@ def _systems() -> dict[str, str]:
         rows.append((f"[`{name}`](systems/{name}.md)", system.caption))
         text = [f"# `{name}`", "", f"{system.caption}.", "", "## Keys of a definition", ""]
         text.append(_table(("key", "meaning", "default"), ((f"`{key}`", *more) for key, *more in keys(system.model))))
-        for heading, entries in (("Coordinates", _coordinates(system)), ("Variables", _all_variables(system))):
+        layout = system.layout()
+        variables = {**system.variables(), **layout.variables}
+        for heading, entries in (("Coordinates", layout.coordinates), ("Variables", variables)):
             listed = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
             text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
         texts[f"reference/systems/{name}"] = "\n".join(text)
     toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.names()), "```"])
     return texts | {"reference/systems": f"{SYSTEMS}\n{_table(('system', 'equations of motion'), rows)}\n{toctree}\n"}
-
-
-def _coordinates(system) -> dict:
-    return dict(system.layout().coordinates)
-
-
-def _all_variables(system) -> dict:
-    return {**system.variables(), **system.layout().variables}
 
 
 def meaning(variable) -> tuple[str, str]:
@@ -125,11 +108,8 @@ def _commands() -> str:
     commands = parser.add_subparsers()
     for name in NAMES:
         importlib.import_module(f"sweeps.commands.{name}").add(commands)
-    text = [
-        "# Commands",
-        "",
-        "Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);",
-    ]
+    text = ["# Commands", ""]
+    text += ["Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);"]
     text += ["130 interrupted; 1 anything else (of `verify`: the map differs).", ""]
     for name in NAMES:
         text += [f"## `polhode {name}`", "", "```text", commands.choices[name].format_help().rstrip(), "```", ""]

@@ -20,8 +20,7 @@ body { max-width: 52rem; margin: auto; padding: 1rem; }
 def write(pages: Path) -> Path:
     """Write the chapters into `lecture/all.html` and print them to `lecture/lecture.pdf`. Return the last file written.
 
-    Args:
-        pages: folder of the handbook's HTML pages; the link of its index to `all.html` becomes one to the PDF.
+    In the folder of the handbook's HTML, the index's link to `all.html` becomes one to the PDF.
     """
     index = (pages / "index.html").read_text(encoding="utf-8")
     chapters = [name for name in re.findall(r'href="(lecture/[\w-]+\.html)"', index) if name != "lecture/all.html"]

@@ -17,12 +17,7 @@ NUMBERS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="
 
 
 def shown(value: float, form: str = ".3g") -> str:
-    """Return a number as the pages write it: 1e-13 becomes 1 × 10⁻¹³.
-
-    Args:
-        value: the number.
-        form: of Python's format language; "e" for its order of magnitude alone.
-    """
+    """Return a number as the pages write it: 1e-13 becomes 1 × 10⁻¹³; with the form "e" its order of magnitude."""
     if form == "e":
         return "10" + _raised(round(float(np.log10(abs(value)))))
     text = f"{round(value):{form}}" if form.endswith("d") else f"{value:{form}}"
@@ -36,10 +31,6 @@ def _raised(exponent: int) -> str:
 
 def _earth(ds: xr.Dataset) -> xr.Dataset:
     return ds.sel(ratio=306 / 305, omega3=7.292115e-5, method="nearest").isel(half_angle=0)
-
-
-def _disc(ds: xr.Dataset) -> xr.Dataset:
-    return ds.sel(ratio=2.0, omega3=1.0).sel(half_angle=45.0, method="nearest")
 
 
 def _racket(ds: xr.Dataset, axis: int) -> xr.Dataset:
@@ -59,25 +50,8 @@ def _otherwise(ds: xr.Dataset) -> xr.DataArray:
     return is_decided & ~xr.concat(same, "word").any("word")
 
 
-def _about(ds: xr.Dataset, body: str, axis: int) -> xr.Dataset:
-    return ds.sel(body=body, axis=axis)
-
-
 def _brick(ds: xr.Dataset) -> xr.Dataset:
-    return _about(ds, "Brick", 2).sel(epsilon=1e-2, method="nearest")
-
-
-def _brick_shift(ds: xr.Dataset) -> xr.DataArray:
-    one = _brick(ds)
-    return abs(one.omega_squared - one.omega_squared_theory) / one.omega0**2
-
-
-def _throw(ds: xr.Dataset, body: str) -> xr.Dataset:
-    return ds.sel(body=body).sel(chi=0.1, method="nearest")
-
-
-def _pendulum(ds: xr.Dataset) -> xr.Dataset:
-    return ds.sel(equilibrium="hanging", gravity=9.80665).sel(length=1.0, method="nearest")
+    return ds.sel(body="Brick", axis=2).sel(epsilon=1e-2, method="nearest")
 
 
 def _orbit_ratio(ds: xr.Dataset) -> xr.DataArray:
@@ -91,49 +65,10 @@ def _motions(ds: xr.Dataset) -> xr.Dataset:
     return ds.isel(eigenvalue=0)
 
 
-def _off(ds: xr.Dataset, part: str) -> xr.DataArray:
-    return abs(ds[f"eigenvalue_{part}"] - ds[f"eigenvalue_{part}_theory"])
-
-
-def _is_stable(ds: xr.Dataset) -> xr.DataArray:
-    return _word(_motions(ds).regime, "stable")
-
-
 def _slug(ds: xr.Dataset, about: str) -> xr.Dataset:
     """Return bodies that spin about the axis of the lesser, or of the greater, moment; equal ones are neither."""
     one = _motions(ds)
     return one.where((one.axial_moment < 0.99) if about == "lesser" else (one.axial_moment > 1.01), drop=True)
-
-
-def _earth_days(ds: xr.Dataset) -> float:
-    earth = _earth(ds)
-    return earth.period * earth.omega3 / (2 * np.pi)
-
-
-def _racket_flip_delay(ds: xr.Dataset) -> float:
-    flips = _about(ds, "Racket", 2).isel(epsilon=slice(0, 2))
-    return -flips.flip_period.diff("epsilon").item() / np.log10(flips.epsilon[1] / flips.epsilon[0])
-
-
-def _tumbler_worst(ds: xr.Dataset) -> float:
-    names = ("period_psi", "period_phi_long_axis", "period_phi_encircled")
-    return max(float(abs(ds[name] / ds[f"{name}_exact"] - 1.0).max()) for name in names)
-
-
-def _hoop_worst(ds: xr.Dataset) -> float:
-    scale = np.maximum(ds.gravity / ds.radius, ds.spin_rate**2)
-    return (abs(ds.omega_squared - ds.omega_squared_theory) / scale).max()
-
-
-def _well_worst(ds: xr.Dataset) -> float:
-    ratio = ds.frequency.sel(equilibrium="right") / ds.growth_rate.sel(equilibrium="hill")
-    return abs(ratio / np.sqrt(2.0) - 1.0).max()
-
-
-def _top_inside(ds: xr.Dataset) -> float:
-    inside = [_off(ds, part) <= ds[f"eigenvalue_{part}_error"] for part in ("real", "imag")]
-    measured = ds.eigenvalue_real.notnull()
-    return (inside[0] & inside[1] & measured).sum() / measured.sum()
 
 
 def value(formula: str, ds: xr.Dataset) -> float:

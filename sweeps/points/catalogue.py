@@ -96,14 +96,10 @@ class Plan:
 def plan(
     source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "", check: bool = True
 ) -> Plan:
-    """Check a definition, and that this machine has enough disk and memory for it.
+    """Check a definition, and that this machine has enough disk and memory for it, unless it is to run `anywhere`.
 
-    Args:
-        source: the definition's path.
-        results: folder that the results go to.
-        anywhere: whether it is to run on some other machine, and this one's room does not matter.
-        digest: of the definition that was planned, where that was another process; left out, any will do.
-        check: whether its system also looks beyond the values.
+    The digest is that of the definition that was planned, where that was another process; left out, any will do. With
+    `check` its system also looks beyond the values.
 
     Raises:
         DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and
@@ -137,14 +133,10 @@ def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, P
     default = plan(source)
     plans = {default.sweep.name: default}
     files = {**shipped(), default.sweep.name: default.path}
-    for name in filter(None, map(_sweep_of, targets)):
+    parts = [target.removeprefix("./").split("/", 2) for target in targets]
+    for name in [part[1] for part in parts if part[0] == "results" and part[1:] and part[1]]:
         if not re.fullmatch(NAME_PATTERN, name) or name not in files:
             raise DefinitionError(_unknown("target", name, files, "or --config definition=PATH with that file name"))
         if name not in plans:
             plans[name] = plan(files[name])
     return default.sweep.name, plans
-
-
-def _sweep_of(target: str) -> str | None:
-    parts = target.removeprefix("./").split("/", 2)
-    return parts[1] if parts[0] == "results" and len(parts) > 1 else None

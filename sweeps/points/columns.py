@@ -48,26 +48,19 @@ def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
             raise
 
 
-def begun(
-    points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int
-) -> Callable[[], dict[str, np.ndarray]]:
+def begun(points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int) -> Callable[[], dict]:
     """Submit points to the thread pool in parts, and return a function that waits for them and returns the columns."""
     compile.ensure(sweep)
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
-    futures = [
-        pool.submit(part, {name: values[low:high] for name, values in points.items()}, sweep) for low, high in bounds
-    ]
+    cut = ({name: values[low:high] for name, values in points.items()} for low, high in bounds)
+    futures = [pool.submit(part, one, sweep) for one in cut]
     return lambda: _typed([future.result() for future in futures], sweep)
 
 
 def _typed(parts: list[dict[str, np.ndarray]], sweep: Sweep) -> dict[str, np.ndarray]:
-    return {
-        name: _joined([columns[name] for columns in parts]).astype(variable.dtype, copy=False)
-        for name, variable in sweep.variables.items()
-    }
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    """Return the columns of all parts, each in the type of its variable."""
+    columns = {name: [part[name] for part in parts] for name in sweep.variables}
+    joined = {name: one[0] if len(one) == 1 else np.concatenate(one) for name, one in columns.items()}
+    return {name: one.astype(sweep.variables[name].dtype, copy=False) for name, one in joined.items()}

@@ -25,7 +25,7 @@ from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
 from sweeps.process import processors, progress
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 
 ROOT = Path(__file__).parents[2]
 SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them
@@ -97,14 +97,9 @@ def _read(path: Path) -> str:
 def _run(kernels: list[Kernel]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     with tempfile.TemporaryFile("w+") as said:
-        program = subprocess.Popen(
-            [sys.executable, "-P", "-m", "sweeps.points.compiler"],
-            env={**os.environ, "PYTHONPATH": path},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=said,
-            text=True,
-        )
+        command, pipe = [sys.executable, "-P", "-m", "sweeps.points.compiler"], subprocess.PIPE
+        environment = {**os.environ, "PYTHONPATH": path}
+        program = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said, text=True)
         try:
             with progress.pieces(len(kernels), "compiling") as advance:
                 program.stdin.write(json.dumps([kernel.call for kernel in kernels]))

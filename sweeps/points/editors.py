@@ -26,10 +26,8 @@ def schema(described: Sequence[str] = ()) -> dict:
         readers = (name, *systems.resolve(name).variants.values())
         any_of[name] = {"anyOf": [places[models[each], "validation"] for each in readers]}
     named = {"required": ["system"]}
-    rules = [
-        {"if": {**named, "properties": {"system": {"const": name}}}, "then": allowed}
-        for name, allowed in any_of.items()
-    ]
+    conditions = {name: {**named, "properties": {"system": {"const": name}}} for name in any_of}
+    rules = [{"if": conditions[name], "then": allowed} for name, allowed in any_of.items()]
     unnamed = {"if": {"not": named}, "then": any_of[DEFAULT_SYSTEM]}
     return {"$schema": DIALECT, **whole, "type": "object", "allOf": [*rules, unnamed]}
 

@@ -96,21 +96,17 @@ def refuse_if_too_large(sweep: Sweep, results_dir: str | Path) -> None:
 
 def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str]:
     """Return one line for each resource of this machine that is too small for `sweep`, which takes `needed`."""
-    limits = (
-        ("disk", needed.disk_bytes, shutil.disk_usage(_existing(Path(results_dir))).free),
-        ("memory", needed.memory_bytes, memory.available()),
-    )
-    return [_too_large(sweep, needed, *limit) for limit in limits if limit[1] > limit[2]]
-
-
-def _too_large(sweep: Sweep, estimate: Estimate, what: str, needed: int, available: int) -> str:
-    mostly = what == "memory" and 2 * estimate.working_bytes > needed
-    wrong = "samples or draws of the points in work" if mostly else f"grid: {estimate.points:,} points"
-    return f"{sweep.name}: {wrong} need {in_words(needed)} of {what}; allowed: {in_words(available)}, what is free here"
-
-
-def _existing(folder: Path) -> Path:
-    return next(parent for parent in (folder.absolute(), *folder.absolute().parents) if parent.exists())
+    folder = Path(results_dir).absolute()
+    existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    disk = "disk", needed.disk_bytes, shutil.disk_usage(existing).free
+    limits = disk, ("memory", needed.memory_bytes, memory.available())
+    lines = []
+    for what, size, free in (limit for limit in limits if limit[1] > limit[2]):
+        mostly = what == "memory" and 2 * needed.working_bytes > size
+        wrong = "samples or draws of the points in work" if mostly else f"grid: {needed.points:,} points"
+        allowed = f"{in_words(free)}, what is free here"
+        lines.append(f"{sweep.name}: {wrong} need {in_words(size)} of {what}; allowed: {allowed}")
+    return lines
 
 
 def in_words(size: int) -> str:

@@ -33,11 +33,9 @@ def impossible(sweep: Sweep) -> tuple[int, bool]:
         numbers = {dim: rng.integers(0, size, MOST) for dim, size in sizes.items()}
     values = {name: _values(grid, name, numbers[dim]) for name, dim in along.items()}
     mask = system.impossible(values | grid.following.at(values) if grid.following.names else values)
-    return round(float(np.mean(mask)) * grid.size) if bodies > MOST else _count(mask, grid.size), bodies <= MOST
-
-
-def _count(mask: np.ndarray, size: int) -> int:
-    return int(np.count_nonzero(mask)) * (size // mask.size)
+    if bodies > MOST:
+        return round(float(np.mean(mask)) * grid.size), False
+    return int(np.count_nonzero(mask)) * (grid.size // mask.size), True
 
 
 def _values(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:

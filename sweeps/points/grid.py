@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from sweeps.points import scattered
-from sweeps.points.following import Following
-from sweeps.points.ondemand import OnDemand
+from sweeps.points.ondemand import Following, OnDemand
 from sweeps.points.scattered import POINT, Scattered
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import SPELLED_OUT, Range

@@ -94,9 +94,7 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[d
 
     table = tables.read(file, folder, wanted, grid)
     ends = dict(zip(table.names, table.ends, strict=True))
-    ranges = {
-        name: low if low == high else {"start": low, "stop": high, "num": 2} for name, (low, high) in ends.items()
-    }
+    ranges = {n: low if low == high else {"start": low, "stop": high, "num": 2} for n, (low, high) in ends.items()}
     return {**values, "grid": grid | ranges}, table
 
 

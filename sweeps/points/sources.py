@@ -12,11 +12,11 @@ from sweeps import systems
 from sweeps.points import catalogue, compile
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
+from sweeps.schema.boxes import DataArray, Dataset
 from sweeps.schema.refusals import DefinitionError, display
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 
@@ -61,22 +61,19 @@ def _is_of(library: str, kind: str, value: object) -> bool:
     return library in sys.modules and isinstance(value, getattr(sys.modules[library], kind))
 
 
-def _of_dataset(ds: "xr.Dataset") -> "dict | pd.DataFrame":
+def _of_dataset(ds: Dataset) -> "dict | pd.DataFrame":
     """Return the grid that the coordinates of a Dataset span; of variables along one dimension, their table."""
     held = {name: one for name, one in (ds.coords or ds.data_vars).items() if name != "point"}
     if not all(one.dims in ((), (name,)) for name, one in held.items()):
         table = ds[[*held]].to_dataframe().reset_index(drop=True)[[*held]]
-        return table.rename(columns={name: _heading(name, one) for name, one in held.items()})
+        units = {name: one.attrs.get("units", "1") for name, one in held.items()}
+        return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
     grid = {name: _values(one) for name, one in held.items()}
     axes = {"axes": np.atleast_1d(ds["axis"].values).tolist()} if grid.pop("axis", None) is not None else {}
     return {**axes, "grid": grid}
 
 
-def _heading(name: str, one: "xr.DataArray") -> str:
-    return f"{name} ({one.attrs['units']})" if one.attrs.get("units", "1") != "1" else str(name)
-
-
-def _values(one: "xr.DataArray") -> object:
+def _values(one: DataArray) -> object:
     unit = one.attrs.get("units", "")
     values = one.values.tolist()
     if unit in ("", "1"):

@@ -25,7 +25,7 @@ from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import refusal
 from sweeps.schema import units
 from sweeps.schema.layout import extremes, wrong
-from sweeps.schema.parameters import Derived, GridOf, Parameter
+from sweeps.schema.parameters import GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
@@ -44,11 +44,6 @@ class ColumnOf:
     place: int  #: its number in the file, from 0
     parameter: Parameter  #: what it holds
     factor: float  #: by which its numbers are multiplied
-
-    @property
-    def name(self) -> str:
-        """The parameter's name."""
-        return self.parameter.name
 
 
 @dataclass(frozen=True)
@@ -108,13 +103,14 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
 
 def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
-    path = Path(opened.path)
-    digest, seen = _digest(opened)
+    path, (digest, seen) = Path(opened.path), _digest(opened)
     source = tables.opened(opened, path.suffix.lower())
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
     fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
-    cached = kept_in() / _key(columns, [FORMAT, digest, path.suffix, fixed])
+    layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]
+    depends = json.dumps([layout, FORMAT, digest, path.suffix, fixed])  # all that the rows depend on
+    cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
     if _size(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
@@ -122,13 +118,7 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
         _note(path, seen)
     num, ends = _size(cached)
     cached.touch()
-    return Table(file, digest, tuple(c.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
-
-
-def _key(columns: Sequence[ColumnOf], beside: list) -> str:
-    """Return the name of a table's rows in the cache: a hash of all that they depend on."""
-    layout = [(c.place, c.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    return hashlib.sha256(json.dumps([layout, *beside]).encode()).hexdigest()[:40]
+    return Table(file, digest, tuple(c.parameter.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
 
 
 def _digest(opened: FileBytes) -> tuple[str, dict | None]:
@@ -181,16 +171,10 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
 # -- rows that are checked
 
 
-def _write(
-    cached: Path,
-    source: tables.Source,
-    columns: Sequence[ColumnOf],
-    fixed: Mapping[str, float],
-    derived: Derived | None,
-) -> None:
+def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
     memory.keep_freed()
-    names, ends = [column.name for column in columns], []
+    names, ends = [column.parameter.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
@@ -232,22 +216,20 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
     low, high = values.min(), values.max()
     if not (np.isfinite(low) and np.isfinite(high)):
         row = int(np.argmin(np.isfinite(values)))
-        raise refusal(column.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
+        raise refusal(column.parameter.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
     item = column.parameter.quantity.item
     if any(wrong(item, end) for end in extremes(values)):
         row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.name, value, "is out of range", what)
+        raise refusal(column.parameter.name, value, "is out of range", what)
 
 
-def _check_existence(derived: Derived | None, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
+def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
     impossible = derived.impossible(columns) if derived else None
     if impossible is not None and np.ndim(impossible) and impossible.any():
         row = int(np.argmax(impossible))
-        value = ", ".join(
-            f"{name} {float(np.broadcast_to(columns[name], impossible.shape)[row]):.6g}" for name in names
-        )
+        seen = {name: float(np.broadcast_to(columns[name], impossible.shape)[row]) for name in names}
+        value = ", ".join(f"{name} {x:.6g}" for name, x in seen.items())
         value = f"row {before + row + 1:,} ({value})"
-        raise refusal(
-            "", value, "is not a possible body: one moment is above the sum of the others", "moments of possible bodies"
-        )
+        wrong = "is not a possible body: one moment is above the sum of the others"
+        raise refusal("", value, wrong, "moments of possible bodies")

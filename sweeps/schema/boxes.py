@@ -2,45 +2,44 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from xarray import DataArray, Dataset
+else:
+    DataArray = Dataset = Any  # to annotate a map is no reason to load xarray
 
 
-def dimensions(ds: "xr.Dataset") -> dict[str, int]:
+def dimensions(ds: Dataset) -> dict[str, int]:
     """Return name → length of the dimensions of a map's variables, in the order of the variable that has most."""
     largest = max(ds.data_vars.values(), key=lambda variable: variable.ndim)
     others = [dim for variable in ds.data_vars.values() for dim in variable.dims]
     return {dim: ds.sizes[dim] for dim in dict.fromkeys([*largest.dims, *others])}
 
 
-def along(variable: "xr.DataArray", dims: Sequence[str]) -> np.ndarray:
+def along(variable: DataArray, dims: Sequence[str]) -> np.ndarray:
     """Return the values of a variable with the given dimensions in order, of length 1 where it lacks one."""
     present = [dim for dim in dims if dim in variable.dims]
     return variable.transpose(*present).values.reshape([variable.sizes[dim] if dim in present else 1 for dim in dims])
 
 
-def own_of_points(ds: "xr.Dataset") -> list[str]:
+def own_of_points(ds: Dataset) -> list[str]:
     """Return the names of the coordinates that vary along `point`."""
     return [str(name) for name, c in ds.coords.items() if c.dims == ("point",) and c.dtype.kind == "f"]
 
 
-def placing(ds: "xr.Dataset") -> list[str]:
+def placing(ds: Dataset) -> list[str]:
     """Return the names of numeric coordinates that identify points but are no dimensions."""
     names = (name for name, c in ds.coords.items() if c.ndim and name not in ds.dims and c.dtype.kind == "f")
     return [str(name) for name in names if all(ds[dim].dtype.kind not in "OU" for dim in ds[name].dims)]
 
 
-def nearest_by(ds: "xr.Dataset", requested: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
+def nearest_by(ds: Dataset, requested: Mapping[str, float], at: Mapping[str, int]) -> dict[str, int]:
     """Return dimension → index of the point nearest to values of coordinates that lie along several dimensions.
 
-    Args:
-        ds: a map.
-        requested: coordinate → value; a coordinate's distance counts in units of the range of all its values.
-        at: dimension → number along it, of those that are chosen already.
+    A coordinate's distance counts in units of the range of all its values; dimensions in `at` are chosen already.
     """
     dims = [dim for dim in dict.fromkeys(dim for name in requested for dim in ds[name].dims) if dim not in at]
     away = np.zeros([ds.sizes[dim] for dim in dims])
@@ -55,7 +54,7 @@ def spreads_by_ratio(values: np.ndarray) -> bool:
     return bool(values.min() > 0 and values.max() > 30 * values.min() and np.median(values) < 0.2 * values.max())
 
 
-def flags(variable: "xr.DataArray") -> dict[int, str]:
+def flags(variable: DataArray) -> dict[int, str]:
     """Return value → meaning of a flag variable (CF conventions); {} for any other variable."""
     words = str(variable.attrs.get("flag_meanings", "")).split()
     values = np.atleast_1d(variable.attrs.get("flag_values", [])).tolist()

@@ -1,21 +1,21 @@
 """A sweep's definition: the frozen models that those of every system of equations build on.
 
 The models here and in `sweeps.systems` are the only truth about what a definition may hold: each key's meaning, unit
-and allowed values stand in its `Field(description=...)`, and a refusal quotes them. `sweeps.points.loading` reads them.
+and allowed values stand in its `key`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import BeforeValidator, PrivateAttr, model_validator
 
 from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
 from sweeps.schema.refusals import Problem, display, keys_of, refusals
 from sweeps.schema.sample import MOST_SOBOL, Sample
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping
 from sweeps.schema.values import (
     MAX_SAMPLES,
     MAX_SHARDS,
@@ -35,11 +35,11 @@ DEFAULT_NAME = "sweep"
 class Integration(Strict):
     """How each run is made: its length, its samples, its accuracy."""
 
-    rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega0|: > 0")
-    samples_per_rotation: SamplesPerRotation = Field(
-        16, description="samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9"
+    rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 4.0)
+    samples_per_rotation: SamplesPerRotation = key(
+        "samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9", 16
     )
-    tolerance: Tolerance = Field(1e-10, description=f"relative error allowed on the perturbation, {TOLERANCE}")
+    tolerance: Tolerance = key(f"relative error allowed on the perturbation, {TOLERANCE}", 1e-10)
 
     @property
     def samples(self) -> int:
@@ -63,35 +63,36 @@ class Definition(Strict):
     file's stem, and the YAML as run.
     """
 
-    title: Annotated[str, line_of_text(200)] = Field(
-        description="title of maps and figures: one line of text; default the sweep's name"
+    title: Annotated[str, line_of_text(200)] = key(
+        "title of maps and figures: one line of text; default the sweep's name", ...
     )
-    system: str = Field(
+    system: str = key(
+        "the equations of motion: name of a system, or path of a .py file relative to this file's folder",
         DEFAULT_SYSTEM,
-        description="the equations of motion: name of a system, or path of a .py file relative to this file's folder",
     )
-    grid: Strict = Field(description="what is varied")
+    grid: Strict = key("what is varied", ...)
     integration: Integration = mapping("how each run is made", Integration)
-    sample: Sample = Field(
-        default=None,
-        description="points drawn over the grid's ranges, in place of all their combinations: a mapping with "
-        + keys_of(Sample),
+    sample: Sample = key(
+        "points drawn over the grid's ranges, in place of all their combinations: a mapping with " + keys_of(Sample)
     )
-    table: Annotated[str, line_of_text(1000)] = Field(
-        default=None,
-        description="a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
-        "definition's, its columns named as the keys of grid",
+    table: Annotated[str, line_of_text(1000)] = key(
+        "a file of points, in place of ranges: CSV, Parquet or netCDF, its path relative to the "
+        "definition's, its columns named as the keys of grid"
     )
     start_at: Annotated[
         tuple[tuple[str, Any], ...], BeforeValidator(place, json_schema_input_type=dict[str, float | str])
-    ] = Field(
-        default=None,
-        description="where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
-        "are used; changes no result",
+    ] = key(
+        "where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
+        "are used; changes no result"
     )
-    shards: Annotated[int | str, BeforeValidator(file_count)] = Field(
-        "auto", description=f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result"
+    shards: Annotated[int | str, BeforeValidator(file_count)] = key(
+        f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
+    outlines: ClassVar[str] = ""  #: what pictures need of the files that the definition names
+    follows_attitude: ClassVar[bool] = False  #: whether the map holds the attitude: quaternions are verified too
+    differing_bits: ClassVar[str] = ""  #: why a point measured alone has other bits than in a map; "" where it has not
+    remarks: ClassVar[Sequence[tuple[str, str]]] = ()  #: further lines of `check`: (heading or "", line)
+    facts: ClassVar[Mapping] = {}  #: further facts of `check --json`
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")
     _folder: str = PrivateAttr("")
@@ -132,39 +133,14 @@ class Definition(Strict):
         """The SHA-256 of its text and of the files that it names, 64 hexadecimal digits."""
         return hashlib.sha256(f"{self.text}\0{self.inputs}".encode("utf-8", "surrogatepass")).hexdigest()
 
-    @property
-    def outlines(self) -> str:
-        """What pictures need of the files that the definition names; empty without any."""
-        return ""
-
     @classmethod
     def needs_files(cls, values: Mapping) -> str:
         """Return why a definition (plain values) needs files that it names; "" where it does not."""
         return ""
 
     @property
-    def follows_attitude(self) -> bool:
-        """Return True if the map holds the attitude, so that quaternions are verified too."""
-        return False
-
-    @property
-    def differing_bits(self) -> str:
-        """Why a point measured alone has other bits than in a map; "" where it has the same."""
-        return ""
-
-    @property
-    def remarks(self) -> list[tuple[str, str]]:
-        """Further lines of `check`: (heading or "", line)."""
-        return []
-
-    @property
-    def facts(self) -> dict:
-        """Further facts of `check --json`."""
-        return {}
-
-    @property
     def pair(self) -> Strict | None:
-        """The two entries that give some parameters (see `sweeps.schema.parameters.Derived`); None without."""
+        """The two entries that give some parameters (see `sweeps.systems.bodies.shapes.RATIOS`); None without."""
         derived = getattr(self.grid, "derived", None)
         return getattr(self.grid, derived.key) if derived else None
 
@@ -188,10 +164,8 @@ class Definition(Strict):
         elif not self.drawn:
             wrong, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
         elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
-            wrong, allowed = (
-                "requests more points than exist",
-                f"at most {MOST_SOBOL:,} points with sobol; or latin or random",
-            )
+            wrong = "requests more points than exist"
+            allowed = f"at most {MOST_SOBOL:,} points with sobol; or latin or random"
         if wrong:
             raise refusals([Problem(("sample",), value, wrong, allowed)])
         return self

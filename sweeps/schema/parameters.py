@@ -1,16 +1,16 @@
 """What a grid varies: its parameters, the ranges of their values, and the model that a table of parameters makes."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Protocol
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, model_validator
+from pydantic import Discriminator, Tag, create_model, model_validator
 
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
-from sweeps.schema.strict import Strict
-from sweeps.schema.values import Count, choice, different, in_unit, not_empty
+from sweeps.schema.strict import Strict, key
+from sweeps.schema.values import Count, choice, in_unit, list_of_different
 
 SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
@@ -34,10 +34,10 @@ class Range(Strict):
     part of a range of any length costs no more than itself.
     """
 
-    start: float = Field(description="first value")
-    stop: float = Field(description="last value, itself included")
-    num: Count = Field(description="number of values: whole, ≥ 1; 1 only where start equals stop")
-    spacing: Annotated[str, choice(SPACINGS)] = Field("linear", description="linear, or log (geometric)")
+    start: float = key("first value", ...)
+    stop: float = key("last value, itself included", ...)
+    num: Count = key("number of values: whole, ≥ 1; 1 only where start equals stop", ...)
+    spacing: Annotated[str, choice(SPACINGS)] = key("linear, or log (geometric)", "linear")
 
     def values(self, index: np.ndarray) -> np.ndarray:
         """Return the values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""
@@ -119,60 +119,27 @@ def _kind(value: Any) -> str:
 FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
 
 
-def _listed(item: Any) -> Any:
-    return Annotated[
-        tuple[item, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(_monotonic), Tag(TAGS[1])
-    ]
-
-
 def entry(item: Any, spaced: type[Range]) -> Any:
     """Return the type of an entry of a grid: a number, a list of numbers, or a range."""
-    number = Annotated[item, Tag(TAGS[0])]
-    return Annotated[number | _listed(item) | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
+    number, listed = Annotated[item, Tag(TAGS[0])], Annotated[list_of_different(item, _monotonic), Tag(TAGS[1])]
+    return Annotated[number | listed | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
 
 
 # -- a table of parameters
-
-
-class Derived(Protocol):
-    """Another way to give some of a grid's parameters: by two numbers, every pair of which is a possible point."""
-
-    key: str  #: the grid's key under which the two stand
-    description: str  #: what a refusal says of it
-    model: type[Strict]  #: the model of what stands there, two entries
-    #: the parameters that they give, as many as there are entries, whose dimensions stand in their places.
-    names: tuple[str, ...]
-    #: each of these → what it follows from: entries and other parameters, in the order of dimensions.
-    over: Mapping[str, tuple[str, ...]]
-
-    def completed(self, values: Mapping) -> dict:
-        """Return the plain grid of a definition with ranges of `names` from end to end."""
-
-    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
-        """Return values of one of the two at fractions of its range, so that the points are spread evenly."""
-
-    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
-        """Compute one of `names` from the values it depends on: arrays (that broadcast together) and numbers."""
-
-    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
-        """Return which points are physically impossible, by their parameters; None where these do not decide it."""
 
 
 class GridOf(Strict):
     """A grid whose keys are those of a table of parameters."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
-    derived: ClassVar[Derived | None] = None
+    derived: ClassVar[Any] = None  # another way to give some of them, `sweeps.systems.bodies.shapes.RATIOS`, or None
 
 
-def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Derived | None = None) -> type[GridOf]:
+def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived: Any = None) -> type[GridOf]:
     """Return the model of a definition's `grid`: each key a number, a list, or a range.
 
-    Args:
-        name: the model's name.
-        parameters: its keys, in order.
-        module: the module that it will be found in under its name (for pickle).
-        derived: another way to give some of them.
+    It will be found in `module` under its name (for pickle). `derived` is another way to give some of the parameters,
+    as `sweeps.systems.bodies.shapes.RATIOS`.
     """
     ranges, fields, parameters = {}, {}, tuple(parameters)
     for parameter in parameters:
@@ -180,21 +147,16 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
         if quantity.noun not in ranges:
             ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
-        fields[parameter.name] = (
-            entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun]),
-            Field(default, description=_description(parameter)),
-        )
+        of_entry = entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun])
+        fields[parameter.name] = of_entry, key(_description(parameter), default)
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
     namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
-        fields[derived.key] = derived.model, Field(None, description=derived.description)
-        namespace["model_config"] = {"json_schema_extra": lambda schema: _require_but(derived.names, schema)}
+        fields[derived.key] = derived.model, key(derived.description)
+        needed = [name for name, (_, field) in fields.items() if field.is_required() and name not in derived.names]
+        namespace["model_config"] = {"json_schema_extra": {"required": needed}}
     base = type(name, (GridOf,), namespace)
     return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
-
-
-def _require_but(names: Sequence[str], schema: dict) -> None:
-    schema["required"] = [name for name in schema.get("required", []) if name not in names]
 
 
 def _description(parameter: Parameter) -> str:
@@ -208,7 +170,7 @@ def range_model(quantity: Quantity) -> type[Range]:
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
     item = in_unit(quantity.units, quantity.item)
-    fields = {end: (item, Field(description=f"{text}: {quantity.bounds}")) for end, text in ends.items()}
+    fields = {end: (item, key(f"{text}: {quantity.bounds}", ...)) for end, text in ends.items()}
     base = Range if quantity.least is None else _nonzero(quantity)
     return create_model("".join(map(str.capitalize, quantity.noun.split())) + "Range", __base__=base, **fields)
 

@@ -136,17 +136,13 @@ def hint(key: Any, options: Any) -> str:
     """Return " (did you mean …?)" for the nearest option, "" where none is near."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
-    near = _near(key, list(islice(options, 1000)))
-    return f" (did you mean {near}?)" if near else ""
-
-
-def _near(key: str, options: list[str]) -> str:
-    """Return the option whose name, or one word of it, is most like the key; "" where none is."""
     import difflib
 
+    options = list(islice(options, 1000))
     words = {word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= WORD}
     words |= {option.lower(): option for option in options}
-    return next((words[word] for word in difflib.get_close_matches(key.strip().lower(), words, n=1)), "")
+    near = difflib.get_close_matches(key.strip().lower(), words, n=1)  # the name, or one word of it
+    return f" (did you mean {words[near[0]]}?)" if near else ""
 
 
 def listed(names: list[str]) -> str:
@@ -194,7 +190,13 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 
 
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
-    model, key = _model_and_key(where, root)
+    model, key = root, ""  # the innermost model on the path, and the key in it
+    for part in where:
+        if isinstance(part, int):
+            continue
+        if key:
+            model = next(models_in(model.model_fields[key].annotation), model)
+        key = part
     if item["type"] == "extra_forbidden":
         wrong = "is an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
         return Problem(where, "", wrong, "the keys " + keys_of(model))
@@ -203,18 +205,6 @@ def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hi
         return Problem(where, "", "is missing", allowed)
     wrong = _WORDS.get(item["type"], f"is refused ({item['msg']})")
     return Problem(where, display(item["input"]), wrong, allowed)
-
-
-def _model_and_key(where: tuple, root: "type[BaseModel]") -> "tuple[type[BaseModel], str]":
-    """Return the innermost model on the path, and the key in it."""
-    model, key = root, ""
-    for part in where:
-        if isinstance(part, int):
-            continue
-        if key:
-            model = next(models_in(model.model_fields[key].annotation), model)
-        key = part
-    return model, key
 
 
 def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":

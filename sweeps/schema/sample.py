@@ -6,9 +6,7 @@ They stand along one dimension, `point`, and what is their own is a coordinate o
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field
-
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, key
 from sweeps.schema.values import choice, whole
 
 METHODS = ("sobol", "latin", "random")
@@ -18,15 +16,14 @@ MOST_DRAWN, MOST_SOBOL = 2**40, 2**30  # SciPy's Sobol points have 30 binary dig
 class Sample(Strict):
     """Points drawn over the ranges of a grid, in place of all their combinations."""
 
-    method: Annotated[str, choice(METHODS)] = Field(
-        "sobol",
-        description="sobol (scrambled; most even, best with num a power of two), latin (Latin hypercube) or random",
+    method: Annotated[str, choice(METHODS)] = key(
+        "sobol (scrambled; most even, best with num a power of two), latin (Latin hypercube) or random", "sobol"
     )
-    num: Annotated[int, whole(1, MOST_DRAWN, f"a whole number from 1 to {MOST_DRAWN:,}; sobol: {MOST_SOBOL:,}")] = (
-        Field(description="number of points: a whole number ≥ 1")
+    num: Annotated[int, whole(1, MOST_DRAWN, f"a whole number from 1 to {MOST_DRAWN:,}; sobol: {MOST_SOBOL:,}")] = key(
+        "number of points: a whole number ≥ 1", ...
     )
-    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number ≥ 0")] = Field(
-        0, description="seed: a whole number ≥ 0; equal seeds give equal points"
+    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number ≥ 0")] = key(
+        "seed: a whole number ≥ 0; equal seeds give equal points", 0
     )
 
 

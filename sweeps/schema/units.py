@@ -41,9 +41,7 @@ class _Unit(NamedTuple):
 def factor(unit: str, wanted: str) -> float | None:
     """Return the factor that converts a number from one unit to another; None for an unknown or another kind of unit.
 
-    Args:
-        unit: as written; "" for the wanted one.
-        wanted: UDUNITS text of the parameter's own unit.
+    The unit is as written, "" for the wanted one, which is UDUNITS text.
     """
     return _times(Fraction(1), unit, wanted)
 

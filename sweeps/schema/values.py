@@ -140,6 +140,11 @@ def different(values: tuple) -> tuple:
     return values
 
 
+def list_of_different(item: Any, *checks: Callable) -> Any:
+    """Return the type of a list of values of a type, at least one, which all differ."""
+    return Annotated[(tuple[item, ...], *map(AfterValidator, (not_empty, different, *checks)))]
+
+
 def ascending(axes: tuple[int, ...]) -> tuple[int, ...]:
     """Return the list, sorted."""
     return tuple(sorted(axes))

@@ -13,13 +13,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.carried import DEFAULT_SYSTEM
-from sweeps.systems.kernel import Kernel
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Kernel
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.described import Described
     from sweeps.systems.presentation import Presentation
 
@@ -27,11 +25,9 @@ GROUP = "polhode.systems"  # entry points by which other packages bring systems:
 # of definitions; what else a program gives as a keyword is a key of their grid
 KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation", "sample", "seed")
 KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty")
-MODULES = {
-    path.parent.name: f"sweeps.systems.{path.parent.name}.system"
-    for path in sorted(Path(__file__).parent.glob("*/system.py"))
-    if "\nSYSTEM = " in path.read_text(encoding="utf-8")
-}
+_HERE = Path(__file__).parent
+_OURS = [p for p in sorted(_HERE.glob("*/system.py")) if "\nSYSTEM = " in p.read_text(encoding="utf-8")]
+MODULES = {path.parent.name: f"sweeps.systems.{path.parent.name}.system" for path in _OURS}
 DESCRIBED = tuple(
     f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator")
 )  # in order
@@ -41,9 +37,14 @@ DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of the systems: shipped, described, and of other packages."""
-    described = sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__")
-    ours = (*MODULES, *described)
+    ours = (*MODULES, *described_names())
     return (*ours, *(name for name in sorted(_brought()) if name not in ours))
+
+
+@cache
+def described_names() -> tuple[str, ...]:
+    """Return the names of the described systems that ship."""
+    return tuple(sorted(path.stem for path in DESCRIPTIONS.rglob("*.py") if path.stem != "__init__"))
 
 
 @cache
@@ -107,19 +108,20 @@ def built(system: Any) -> str:
     return described.built(system, kinds())
 
 
-def of_map(ds: "xr.Dataset") -> Dynamics:
+def of_map(ds: Dataset) -> Dynamics:
     """Return the system of a map for its readers, without running a file that the map names."""
     return of_contents(ds.attrs, ds.variables)
 
 
-def presentation_of(ds: "xr.Dataset") -> "Presentation":
+def presentation_of(ds: Dataset) -> "Presentation":
     """Return the presentation of a map's system: figures, page, words and colours."""
     return presented(of_map(ds))
 
 
 def presented(system: Dynamics) -> "Presentation":
     """Return the presentation of a system."""
-    return import_module(system.presentation).PRESENTATION(system)
+    module = system.beside("presentation") or import_module("sweeps.systems.presentation")
+    return module.PRESENTATION(system)
 
 
 def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dynamics:
@@ -145,4 +147,5 @@ def all_kernels() -> list[Kernel]:
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
     every = {name: resolve(name) for name in (*MODULES, *_brought())}
-    return tuple(name for name, one in every.items() if one.motion_in or type(one).motion is not Dynamics.motion)
+    own = [name for name, one in every.items() if type(one).motion is not Dynamics.motion]
+    return tuple(n for n, one in every.items() if n in own or hasattr(one.beside("motion"), "motion"))

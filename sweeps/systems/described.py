@@ -29,8 +29,7 @@ from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.strict import mapping
 from sweeps.schema.values import number
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.kernel import Kernel
-from sweeps.systems.system import Dynamics, Points
+from sweeps.systems.system import Dynamics, Kernel, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -47,13 +46,8 @@ LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
 class Described(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria.
 
-    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's.
-
-    Args:
-        name: what a definition's `system` says.
-        load: makes the description.
-        source: the description's text, for the fingerprint.
-        folder: where the path of a description's file starts.
+    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's. A definition's `system` says
+    its name, `load` makes the description, whose text is `source` and whose file's path starts in `folder`.
     """
 
     library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
@@ -179,9 +173,12 @@ class Described(Dynamics):
             DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
                 one more than there is room for.
         """
+        from sweeps.mechanics.equilibria import refusal
+
         values = self._named(lambda: self._looked_at(grid))
         self._named(self._code)  # what cannot be integrated is refused here
-        if wrong := self._named(lambda: self.refusal(values)):
+        model = self.mechanism
+        if wrong := self._named(lambda: refusal(model.landscape, model.equilibria(values), values)):
             raise DescriptionError(f"{self.name}: equilibria: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
@@ -189,12 +186,6 @@ class Described(Dynamics):
         from sweeps.mechanics.proofs import proofs
 
         return proofs(self.mechanism, self._looked_at(grid))
-
-    def refusal(self, values: list[np.ndarray]) -> str:
-        """Return why no equilibrium of these points is usable; nothing if one is."""
-        from sweeps.mechanics.equilibria import refusal
-
-        return refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
         """Return each parameter's values at some points of a grid, from end to end."""
@@ -291,9 +282,7 @@ def unread(kind: type[Described], name: str) -> Described:
 class Script:
     """A Python file that describes a system; it is run, as the person who names it means it to be, and once.
 
-    Args:
-        name: the file's path, as the definition says it.
-        folder: where that starts, the definition's own; left out, where the program runs.
+    Its path is as the definition says it, and starts in the definition's folder, or where the program runs.
     """
 
     def __init__(self, name: str, folder: str = ""):

@@ -14,9 +14,7 @@ from sweeps.systems.shared_variables import STEPS, status
 def of_runs(terms: str, which: str = "") -> tuple[str | Variable, ...]:
     """Return the rows of each run: bound on rates, window, steps, status, and what is known of the equilibria.
 
-    Args:
-        terms: what the bound on rates comes from.
-        which: which of several runs the number of samples is of.
+    The bound on rates comes from `terms`; `which` of several runs is the one whose samples are counted.
     """
     measured = f"""
     rate_scale    s-1  bound on every possible rate at the equilibrium, which sets the length of the run
@@ -41,12 +39,8 @@ def layout(
 ) -> Layout:
     """Return the layout of maps of equilibria, beside the parameters of the system described.
 
-    Args:
-        nudge: parameters of the perturbation.
-        last: the coordinate that numbers modes or eigenvalues.
-        most: the largest number of these.
-        variables: name → each variable that a map may have.
-        needed: names of the variables that every map has.
+    `nudge` are the parameters of the perturbation; the coordinate `last` numbers modes or eigenvalues, at most `most`;
+    every map has the variables that are `needed`.
     """
     numbers = Annotated[int, whole(1, most, f"whole numbers from 1 to {most}")]
     return Layout(

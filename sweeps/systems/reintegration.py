@@ -10,7 +10,7 @@ import numpy as np
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start,
 WANDER, LEAST_FOLLOWED = 1 / 32, 7  # or the spin has wandered by so much of itself, after so many samples
-MOST_STEPPED, MOST_SOLVED = 20_000, 1_000_000  # samples of one run that are made again step by step, and in closed form
+MOST_STEPPED = 20_000  # samples of one run that are made again step by step
 RADIANS = 0.5  # that no motion may turn by between two samples
 ROUNDING = 1e-12  # of what the references find, relative
 

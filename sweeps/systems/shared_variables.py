@@ -60,12 +60,10 @@ def regime(regimes: tuple[str, ...], comment: str = "", is_determined: bool = Fa
 
     `is_determined` says whether linear theory determines every regime, so that its flags begin at 0.
     """
-    by_theory = Variable(
-        "regime_theory", None, "regime, linear theory", "i1", regimes[is_determined:], first_flag=is_determined - 1
-    )
-    measured = Variable(
-        "regime", None, "regime, measured", "i1", regimes, comment, -1, theory="regime_theory", role=Role.HEADLINE
-    )
+    theory = regimes[is_determined:], "", is_determined - 1
+    by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", *theory)
+    more = {"theory": "regime_theory", "role": Role.HEADLINE}
+    measured = Variable("regime", None, "regime, measured", "i1", regimes, comment, -1, **more)
     return by_theory, measured
 
 

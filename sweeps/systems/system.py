@@ -2,22 +2,45 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.layout import Layout
 from sweeps.schema.variables import Variable
-from sweeps.systems.kernel import Kernel
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.schema.definition import Definition, Integration
     from sweeps.schema.parameters import Range
+
+Point = Mapping[str, float]  # argument → value
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled function that a system calls; `sweeps.points.compile` compiles it before it measures."""
+
+    module: str  #: name of a module of `kernels`, or the path of a generated file
+    name: str = ""  #: a compiled function of the module; "" where importing the module compiles all of it
+    #: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
+    types: str = ""
+    #: what a Python function is called with, which compiles all that it calls.
+    example: tuple = field(default=(), compare=False)
+    seconds: float = 1.0  #: how long it takes on one core of 2024, s, about
+    #: a kernel is compiled after those above it in the table that have a lower stage, which it links; others fill gaps.
+    stage: int = 0
+    #: whether a definition needs it.
+    when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
+
+    @property
+    def call(self) -> tuple:
+        """Return the arguments of `sweeps.points.compiler.compile_kernel` for this kernel."""
+        return self.module, self.name, self.types, self.example, self.stage
 
 
 @dataclass(frozen=True)
@@ -54,8 +77,10 @@ class Points(Protocol):
 class Dynamics(ABC):
     """A system of equations of motion, with its parameters and its columns.
 
-    Importing a system imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is
-    `tests/toy/damped_top/system.py`.
+    Three modules beside that of its class are found by name: `presentation`, whose PRESENTATION shows its maps;
+    `motion`, whose function of this name :meth:`motion` calls; `references`, whose REFERENCE, or function `reference`
+    of the system, :meth:`reference` returns. Importing a system imports no kernel, no xarray and no Matplotlib. A whole
+    one, of one module, is `tests/toy/damped_top/system.py`.
     """
 
     name: str  #: value of a definition's key `system`
@@ -66,13 +91,7 @@ class Dynamics(ABC):
     point_seconds: float = 0.0  #: for what is worked out of each point beside its run (equilibria, theory), s, about
     start_seconds: float = 1.5  #: until a command has read and checked such a definition, s, about
     picture_seconds: float = 1.5  #: for all pictures of a map, s, about
-    #: name of the module whose PRESENTATION shows its maps (see `sweeps.systems.presentation`).
-    presentation: str = "sweeps.systems.presentation"
     method_text: str = ""  #: method of computation of every map, see :meth:`method`
-    #: name of the module with the REFERENCE that :meth:`reference` returns, or with a function `reference` of the
-    #: system that makes it; "" for none.
-    references_in: str = ""
-    motion_in: str = ""  #: name of the module whose function `motion` :meth:`motion` calls; "" for none
     #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
     #: none, it covers every kernel.
     kernels: tuple[str, ...] = ()
@@ -164,9 +183,7 @@ class Dynamics(ABC):
         """Return what is compiled before points of a definition are measured; without one, before any could be."""
         return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
 
-    def motion(
-        self, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
-    ) -> "xr.Dataset | None":
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset | None:
         """Return the motion at one point of a map; None where the system has none to show.
 
         Args:
@@ -178,11 +195,16 @@ class Dynamics(ABC):
         Returns:
             Variables over `time` (s), each with its units.
         """
-        return import_module(self.motion_in).motion(point, duration, samples, tolerance) if self.motion_in else None
+        follow = getattr(self.beside("motion"), "motion", None)
+        return follow(point, duration, samples, tolerance) if follow else None
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""
-        if not self.references_in:
-            return None
-        module = import_module(self.references_in)
-        return module.reference(self) if hasattr(module, "reference") else module.REFERENCE
+        module = self.beside("references")
+        return module.reference(self) if hasattr(module, "reference") else getattr(module, "REFERENCE", None)
+
+    @classmethod
+    def beside(cls, name: str) -> ModuleType | None:
+        """Return the module of this name in the package of the system; None where it has none."""
+        package = cls.__module__.rpartition(".")[0]
+        return import_module(f"{package}.{name}") if package and find_spec(f"{package}.{name}") else None

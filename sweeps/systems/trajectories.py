@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema import units
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display, hint
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
 
 STATUSES = ("ok", "not_converged", "non_finite")
 
 
-def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> "xr.Dataset":
+def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
     """Return motions of a described system; see `sweeps.motion`."""
     import xarray as xr
 
@@ -76,15 +75,7 @@ def is_described(system: object) -> bool:
     from sweeps import mechanics, systems
 
     is_given = isinstance(system, mechanics.System) or systems.is_file(system)
-    return is_given or (isinstance(system, str) and system in _shipped())
-
-
-def _shipped() -> list[str]:
-    """Return the names of the described systems that ship."""
-    from sweeps import systems
-    from sweeps.systems import described
-
-    return [name for kind in systems.kinds() for name in described.shipped(kind)]
+    return is_given or (isinstance(system, str) and system in systems.described_names())
 
 
 def _description(system) -> "mechanics.System":
@@ -96,7 +87,7 @@ def _description(system) -> "mechanics.System":
         return system
     if systems.is_file(system):
         return described.script(system, "").system
-    names = _shipped()
+    names = systems.described_names()
     if system not in names:
         wrong = f"{system!r} is no described system" + hint(system, names)
         raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
@@ -112,19 +103,17 @@ def _given(where, values, defaults, unit_of):
     arrays = {}
     for name, default in defaults.items():
         try:
-            arrays[name] = np.asarray(_in_unit(values.get(name, default), unit_of[name]), dtype=np.float64)
+            value, unit = values.get(name, default), unit_of[name]
+            numbers = (
+                [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
+            )
+            arrays[name] = np.asarray(numbers, dtype=np.float64)
         except ValueError:
             allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
             raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise DefinitionError(f"{where}: {name}: {array}; allowed: finite numbers")
+        if not np.isfinite(arrays[name]).all():
+            raise DefinitionError(f"{where}: {name}: {arrays[name]}; allowed: finite numbers")
     return arrays
-
-
-def _in_unit(value, unit: str):
-    """Return a number or a list of numbers, of which each may be text with a unit."""
-    return [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
 
 
 def _columns(equations):

@@ -15,7 +15,7 @@ import sweeps
 from sweeps.maps import summary
 from sweeps.points.existence import impossible
 from sweeps.points.loading import read
-from sweeps.systems.rigid_body.spins import twist_of
+from sweeps.systems.rigid_body.prediction import twist_of
 from sweeps.systems.uncertain_bodies import designs
 
 

@@ -19,7 +19,7 @@ from sweeps import systems
 from sweeps.points import columns, compile
 from sweeps.points.loading import read
 from sweeps.process import progress
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 
 ROOT = compile.ROOT
 ONE, OTHER, LAST = Kernel("exact", "one"), Kernel("exact", "other", "float64"), Kernel("linear", "last", stage=1)

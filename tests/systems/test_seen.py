@@ -72,15 +72,15 @@ def test_verify_looks_at_them(name, request, tmp_path):
 
 def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monkeypatch):
     from sweeps.maps import storage
-    from sweeps.systems.twist import motion as twists
+    from sweeps.systems.twist.system import SYSTEM
 
-    path, honest = tmp_path / "map.nc", twists.motion_of
+    path, honest = tmp_path / "map.nc", SYSTEM.motion
 
-    def bent(moments, omega, *rest):
-        return honest(moments, omega, *rest).assign(q1=lambda ds: ds["q1"] + 1e-7)
+    def bent(*point_and_rest):
+        return honest(*point_and_rest).assign(q1=lambda ds: ds["q1"] + 1e-7)
 
     storage.write_map(throws, path)
-    monkeypatch.setattr(twists, "motion_of", bent)
+    monkeypatch.setattr(SYSTEM, "motion", bent)
     (wrong,) = (check for check in verify.verify(path, points=2) if check.name == "attitude")
     assert "the closed form is" in wrong.findings[0]
 

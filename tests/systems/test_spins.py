@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from kernels import jit
 from sweeps.systems.bodies.wording import duration
-from sweeps.systems.rigid_body.spins import in_words, spins
+from sweeps.systems.rigid_body.prediction import in_words, spins
 
 ROOT = Path(jit.__file__).parents[1]
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
@@ -93,7 +93,7 @@ def test_a_large_nudge_may_turn_over_what_is_stable():
 ODD = """
 import math
 from dataclasses import asdict
-from sweeps.systems.rigid_body.spins import spins
+from sweeps.systems.rigid_body.prediction import spins
 BODIES = [(0.3, 1.7, 1.1), (2e-3, 1.0, 0.9999), (1.0, 1.0, 2.0), (1.0, 2.0, 2.0), (1.0, 1.0, 1.0), (1.0, 5.0, 9.0)]
 BODIES += [(1.0, 2.0, math.nextafter(2.0, 3.0)), (3e-300, 4e-300, 5e-300), (7.0, 5.0, 4.0)]
 ASKED = [(1.0, 1e-6, 0.6), (-10.0, 0.3, 2.0), (3.0, 0.0, 0.0), (1e-9, 1e-200, 0.5)]

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping
 from sweeps.schema.values import (
     TOLERANCE,
     Axis,
@@ -21,17 +21,17 @@ from sweeps.schema.values import (
     ascending,
     choice,
     converted,
-    different,
     finite,
     in_unit,
     line_of_text,
+    list_of_different,
     not_empty,
 )
 from sweeps.systems.bodies import inertia, outline
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.bodies.wording import principal_axes
 
-Axes = Annotated[tuple[Axis, ...], AfterValidator(not_empty), AfterValidator(different), AfterValidator(ascending)]
+Axes = list_of_different(Axis, ascending)
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
@@ -42,9 +42,9 @@ PROPAGATORS = ("direct", "exact")
 class Ratios(Strict):
     """Moments of a body of which only the ratios are known."""
 
-    I1: Moment = Field(description="I1 in any one unit (I3, M R2, …): finite, > 0")
-    I2: Moment = Field(description="I2 in the same unit: finite, > 0")
-    I3: Moment = Field(description="I3 in the same unit: finite, > 0")
+    I1: Moment = key("I1 in any one unit (I3, M R2, …): finite, > 0", ...)
+    I2: Moment = key("I2 in the same unit: finite, > 0", ...)
+    I3: Moment = key("I3 in the same unit: finite, > 0", ...)
 
 
 _ROWS = "3 rows of 3 finite numbers: [[Ixx, Ixy, Ixz], [Iyx, Iyy, Iyz], [Izx, Izy, Izz]]"
@@ -66,15 +66,13 @@ def _mesh_name(name: str) -> str:
 class Mesh(Strict):
     """A body as the closed surface that bounds it, evenly filled."""
 
-    file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = Field(
-        description="an STL, OBJ, PLY or OFF file, its path relative to the definition's"
+    file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = key(
+        "an STL, OBJ, PLY or OFF file, its path relative to the definition's", ...
     )
-    density: in_unit("kg m-3", Positive) = Field(default=None, description="density, kg m-3: finite, > 0")
-    mass: in_unit("kg", Positive) = Field(
-        default=None, description="mass of the whole body, kg, in place of density: finite, > 0"
-    )
-    unit: Annotated[str, choice(tuple(inertia.UNITS))] = Field(
-        "m", description="unit of length of the file: " + ", ".join(inertia.UNITS)
+    density: in_unit("kg m-3", Positive) = key("density, kg m-3: finite, > 0")
+    mass: in_unit("kg", Positive) = key("mass of the whole body, kg, in place of density: finite, > 0")
+    unit: Annotated[str, choice(tuple(inertia.UNITS))] = key(
+        "unit of length of the file: " + ", ".join(inertia.UNITS), "m"
     )
 
     @model_validator(mode="after")
@@ -89,21 +87,20 @@ class Mesh(Strict):
 class Body(Strict):
     """One real body: its moments, their ratios, its tensor or its mesh; a system adds what else a body may give."""
 
-    name: Annotated[str, line_of_text(100)] = Field(
-        description="the body's name, unique in the sweep: one line of text, at most 100 characters"
+    name: Annotated[str, line_of_text(100)] = key(
+        "the body's name, unique in the sweep: one line of text, at most 100 characters", ...
     )
-    I1: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 1, kg m2: finite, > 0")
-    I2: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 2, kg m2: finite, > 0")
-    I3: in_unit("kg m2", Moment) = Field(default=None, description="moment of inertia about axis 3, kg m2: finite, > 0")
-    ratios: Ratios = Field(default=None, description="{I1, I2, I3} in place of moments, in any one unit")
-    tensor: Annotated[tuple, BeforeValidator(_tensor)] = Field(
-        default=None,
-        description="tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
-        f"off-diagonal entries minus the products of inertia; {_ROWS}",
+    I1: in_unit("kg m2", Moment) = key("moment of inertia about axis 1, kg m2: finite, > 0")
+    I2: in_unit("kg m2", Moment) = key("moment of inertia about axis 2, kg m2: finite, > 0")
+    I3: in_unit("kg m2", Moment) = key("moment of inertia about axis 3, kg m2: finite, > 0")
+    ratios: Ratios = key("{I1, I2, I3} in place of moments, in any one unit")
+    tensor: Annotated[tuple, BeforeValidator(_tensor)] = key(
+        "tensor of inertia about the centre of mass, kg m2, in place of moments, symmetric, "
+        f"off-diagonal entries minus the products of inertia; {_ROWS}"
     )
-    mesh: Mesh = Field(default=None, description="{file, density or mass, unit} in place of moments")
-    source: Prose = Field(default=None, description="source of the numbers: text")
-    note: Prose = Field(default=None, description="remark for the reader: text")
+    mesh: Mesh = key("{file, density or mass, unit} in place of moments")
+    source: Prose = key("source of the numbers: text")
+    note: Prose = key("remark for the reader: text")
 
     _principal: inertia.Principal | None = PrivateAttr(None)
     _solid: inertia.Solid | None = PrivateAttr(None)
@@ -138,9 +135,7 @@ class Body(Strict):
         given = [name for name in MOMENTS if getattr(self, name) is not None]
         others = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
         if others:
-            wrong = [
-                (name, display(getattr(self, name)), f"is given beside {others[0]}") for name in given + others[1:]
-            ]
+            wrong = [(n, display(getattr(self, n)), f"is given beside {others[0]}") for n in given + others[1:]]
         else:
             wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
         if wrong:
@@ -165,13 +160,9 @@ class Body(Strict):
 
 def _named_once(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     names = [body.name for body in bodies]
-    problems = [
-        Problem((number, "name"), display(name), "is an earlier body's name", "names that all differ")
-        for number, name in enumerate(names)
-        if name in names[:number]
-    ]
-    if problems:
-        raise refusals(problems)
+    words = "is an earlier body's name", "names that all differ"
+    if again := [number for number, name in enumerate(names) if name in names[:number]]:
+        raise refusals([Problem((number, "name"), display(names[number]), *words) for number in again])
     return bodies
 
 
@@ -185,7 +176,7 @@ class BodiesDefinition(Definition):
 
     #: names of the values that a body may give itself besides its moments; the grid gives them otherwise.
     shareable: ClassVar[tuple[str, ...]] = ()
-    bodies: list_of(Body) = Field(default=(), description=BODIES)
+    bodies: list_of(Body) = key(BODIES, ())
 
     @cached_property
     def inputs(self) -> str:
@@ -285,11 +276,10 @@ def _plain(value: object) -> object:
 class Once(Strict):
     """How each motion is followed."""
 
-    propagator: Annotated[str, choice(PROPAGATORS)] = Field(
-        "direct",
-        description="direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)",
+    propagator: Annotated[str, choice(PROPAGATORS)] = key(
+        "direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)", "direct"
     )
-    tolerance: Tolerance = Field(1e-10, description=f"integration error allowed in the measurement, {TOLERANCE}")
+    tolerance: Tolerance = key(f"integration error allowed in the measurement, {TOLERANCE}", 1e-10)
 
     @property
     def measured(self) -> bool:

@@ -1,14 +1,16 @@
 """Properties that all systems of free bodies share: bodies in a list or in the grid, and motions measured once."""
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Point
 
 if TYPE_CHECKING:
     from sweeps.systems.bodies.body import BodiesDefinition, Once
@@ -65,6 +67,26 @@ class MeasuredOnce(FreeBody):
     def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where the measured columns are the closed form's within their errors."""
         raise NotImplementedError
+
+    def start(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+        """Return moments (ascending, kg m2) and angular velocity at time 0 (rad s-1) of a point, shape (3,) each."""
+        raise NotImplementedError
+
+    def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+        """Return the duration, s, that shows a motion best, from the time of one rotation."""
+        return 2 * rotation
+
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
+        """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
+        import xarray as xr
+
+        from sweeps.systems.bodies.attitude import columns
+        from sweeps.systems.motion import instants, time
+
+        moments, omega = self.start(point)
+        rotation = 2 * math.pi / float(point["omega0"])
+        times = instants(duration or self.shown(moments, omega, rotation), samples, rotation)
+        return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the start")})
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns, with the status by their agreement."""

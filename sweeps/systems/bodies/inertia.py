@@ -67,15 +67,14 @@ def principal(tensor: Sequence[Sequence[float]], rounding: float = TENSOR_ROUNDI
     # a power of two is exact, and products neither over- nor underflow
     unit = 2.0 ** np.floor(np.log2(size)) if size > 0 else 1.0
     values, vectors = np.linalg.eigh((matrix / unit + (matrix / unit).T) / 2)
+    given = display(matrix.tolist())
     if not values[0] > 4 * np.finfo(float).eps * values[2]:
-        value = _listed(values * unit)
-        raise InertiaError(
-            display(matrix.tolist()), f"has the principal moments {value}", "three principal moments > 0"
-        )
+        value = ", ".join(f"{value:.6g}" for value in values * unit)
+        raise InertiaError(given, f"has the principal moments {value}", "three principal moments > 0")
     if broken := shapes.violation((values * unit).tolist()):
         wrong = f"has principal moments of no rigid body: {broken}"
         allowed = f"{shapes.POSSIBLE} (off-diagonal entries are minus the products of inertia)"
-        raise InertiaError(display(matrix.tolist()), wrong, allowed)
+        raise InertiaError(given, wrong, allowed)
     moments, notes = _equal_within_rounding(values, rounding)
     return Principal(tuple((moments * unit).tolist()), _right_handed(vectors.T), notes)
 
@@ -86,22 +85,15 @@ def _check_symmetry(matrix: np.ndarray) -> None:
     gaps = np.abs(matrix - matrix.T)
     if gaps.max() > SYMMETRY * np.abs(matrix).max():
         row, column = np.unravel_index(int(gaps.argmax()), gaps.shape)
-        wrong = (
-            f"is not symmetric: {float(matrix[row, column])} against {float(matrix[column, row])} across its diagonal"
-        )
+        one, other = float(matrix[row, column]), float(matrix[column, row])
+        wrong = f"is not symmetric: {one} against {other} across its diagonal"
         raise InertiaError(display(matrix.tolist()), wrong, "a symmetric tensor")
-
-
-def _listed(values: np.ndarray) -> str:
-    return ", ".join(f"{value:.6g}" for value in values)
 
 
 def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndarray, tuple[str, ...]]:
     """Make moments equal that differ by rounding only: else a cube would flip, given 10^15 s."""
     near = np.diff(values) <= rounding * values[2]
-    words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2", (False, True): "I2 and I3"}.get(
-        tuple(near.tolist())
-    )
+    words = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2"}.get(tuple(near.tolist()), "I2 and I3")
     groups = np.split(values, np.flatnonzero(~near) + 1)
     made = (near & (np.diff(values) > 0)).any()
     equal = np.concatenate([np.full(group.size, group.mean()) for group in groups])
@@ -173,9 +165,8 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
     centre = tuple((mesh.center_mass + middle * scale).tolist())
     along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(inertia.axes).T
     surface = outline.simplified(along, np.asarray(mesh.faces))
-    return Solid(
-        inertia, density * volume, volume, centre, tuple(mesh.extents.tolist()), len(mesh.faces), surface, digest
-    )
+    extents = tuple(mesh.extents.tolist())
+    return Solid(inertia, density * volume, volume, centre, extents, len(mesh.faces), surface, digest)
 
 
 def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: float) -> tuple[str, ...]:
@@ -200,11 +191,14 @@ def _closed(path: str | Path):
         vertices, faces, digest = read(path)
     except MeshError as error:
         raise InertiaError(display(str(path)), error.wrong, error.allowed) from None
-    import trimesh
+    import trimesh.repair
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if mesh.is_watertight and mesh.is_winding_consistent:
+        return mesh, (), digest
     if mesh.is_watertight:
-        return mesh, () if mesh.is_winding_consistent else _made_consistent(mesh), digest
+        trimesh.repair.fix_winding(mesh)
+        return mesh, ("its faces looked both ways and were turned",), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     open_edges = int(np.count_nonzero(uses != 2))
     wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
@@ -239,10 +233,3 @@ def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
     if parts.unseen:
         notes += (f"{parts.unseen:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",)
     return notes
-
-
-def _made_consistent(mesh) -> tuple[str, ...]:
-    from trimesh.repair import fix_winding
-
-    fix_winding(mesh)
-    return ("its faces looked both ways and were turned",)

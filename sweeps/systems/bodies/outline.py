@@ -34,19 +34,14 @@ def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) 
         _, cell = np.unique(place @ (1, cells, cells * cells), return_inverse=True)
         moved = cell[faces]
         left = moved[(moved != np.roll(moved, 1, axis=1)).all(axis=1)]
-        left = np.unique(_first_least(left), axis=0)
+        turn = (np.arange(3) + left.argmin(axis=1)[:, None]) % 3  # the least index first, the sense as it was
+        left = np.unique(np.take_along_axis(left, turn, axis=1), axis=0)
         if len(left) <= most:
             break
     counts = np.bincount(cell)
     means = np.stack([np.bincount(cell, vertices[:, k]) / counts for k in range(3)], axis=1)
     used, numbers = np.unique(left, return_inverse=True)
     return means[used], numbers.reshape(left.shape)
-
-
-def _first_least(faces: np.ndarray) -> np.ndarray:
-    """Rotate the corners of each face until its least index is the first, its sense as it was."""
-    turn = (np.arange(3) + faces.argmin(axis=1)[:, None]) % 3
-    return np.take_along_axis(faces, turn, axis=1)
 
 
 def packed(vertices: np.ndarray, faces: np.ndarray) -> str:

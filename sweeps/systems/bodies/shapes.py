@@ -19,13 +19,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from kernels.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.schema.strict import Strict
+from sweeps.schema.strict import Strict, key
 from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
@@ -50,23 +49,24 @@ def refuse_impossible(where: str, moments: Sequence[float]) -> None:
 class Shapes(Strict):
     """Shapes of physically possible bodies whose greatest moment is I3."""
 
-    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = Field(
-        description=f"I1/I3: {RATIO}, a list, or a range"
+    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = key(
+        f"I1/I3: {RATIO}, a list, or a range", ...
     )
-    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = Field(
-        description=f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range"
+    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = key(
+        f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range", ...
     )
 
 
 class _Ratios:
-    """`ratios` in a grid of moments; see `sweeps.schema.parameters.Derived`."""
+    """`ratios` in a grid: I1 and I2 by two numbers, every pair of which is a possible body (and I3)."""
 
-    key = "ratios"
+    key = "ratios"  # of the grid, under which the two stand
     description = (
         "shapes of physically possible bodies in place of I1 and I2: a mapping with I1_over_I3 and thickness, where "
         f"{OF_I2}"
     )
-    model = Shapes
+    model = Shapes  # of what stands there
+    # the parameters that they give, and what each of these follows from, in the order of dimensions
     names, over = tuple(SHAPE_OVER), SHAPE_OVER
 
     def completed(self, values: Mapping) -> dict:

@@ -35,19 +35,14 @@ def mean_squares(moments: np.ndarray) -> np.ndarray:
     return squares / squares.max()
 
 
-def looks_like_racket(squares: np.ndarray) -> bool:
-    """Return True if the body is flat and long like a racket."""
-    thin, wide, long = np.sort(squares)
-    return bool(thin < 0.12 * wide and wide < 0.3 * long)
-
-
 def solid(moments: np.ndarray) -> list[Face]:
     """Return the faces of the body in its axes, its farthest corner at distance one."""
     squares = mean_squares(moments)
     order = np.argsort(-squares, kind="stable")
     is_even = (order[1] - order[0]) % 3 == 1  # an odd order of the axes mirrors the shape
     placed = []
-    for face in SHAPES["racket" if looks_like_racket(squares) else "box"]:
+    thin, wide, long = np.sort(squares)
+    for face in SHAPES["racket" if thin < 0.12 * wide and wide < 0.3 * long else "box"]:
         corners = np.empty_like(face.corners)
         corners[:, order] = face.corners * np.sqrt(squares[order])
         placed.append(face._replace(corners=corners if is_even else corners[::-1]))
@@ -113,8 +108,8 @@ def _racket() -> list[Face]:
         top, bottom = placed(part, 1.0), placed(part, -1.0)
         faces += [Face(top, above), Face(bottom[::-1], below)]
         faces += [Face(np.stack([top[k], bottom[k], bottom[j], top[j]]), EDGE) for k, j in sides]
-    bed = ring[:, 0]
-    return [*faces, Face(placed(bed, 0.02), FRONT, STRINGS), Face(placed(bed, -0.02)[::-1], BACK, STRINGS)]
+    above, below = placed(ring[:, 0], 0.02), placed(ring[:, 0], -0.02)[::-1]
+    return [*faces, Face(above, FRONT, STRINGS), Face(below, BACK, STRINGS)]
 
 
 #: shapes with a mean square of one along each direction: the longest, the middle and the shortest.

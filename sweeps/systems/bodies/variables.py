@@ -20,22 +20,11 @@ MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
 SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin)
 SIGNED_SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SignedSpin, least=MIN_SPIN_RATE)
 EPSILON = perturbation(1e-6, "the spin rate", "relative to omega0")
-PHASE = Parameter(
-    "phase",
-    Quantity("direction", "rad", "finite", Phase),
-    "direction of the perturbation in the transverse (b, c) plane",
-    0.6,
-    "direction of the perturbation in the transverse (b, c) plane, rad, from b towards c",
-)
-PRINCIPAL = tuple(
-    Parameter(
-        f"I{i}",
-        MOMENT,
-        f"principal moment of inertia about axis {i}",
-        description=f"moment of inertia about axis {i}, kg m2, > 0",
-    )
-    for i in (1, 2, 3)
-)
+_PLANE = "direction of the perturbation in the transverse (b, c) plane"
+_PHASE = Quantity("direction", "rad", "finite", Phase)
+PHASE = Parameter("phase", _PHASE, _PLANE, 0.6, f"{_PLANE}, rad, from b towards c")
+_ABOUT = [(f"I{i}", f"moment of inertia about axis {i}") for i in (1, 2, 3)]
+PRINCIPAL = tuple(Parameter(n, MOMENT, f"principal {of}", description=f"{of}, kg m2, > 0") for n, of in _ABOUT)
 
 AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = rows(
     """

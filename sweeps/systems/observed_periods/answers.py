@@ -9,7 +9,7 @@ from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
+from sweeps.systems.observed_periods.variables import EXCLUDED
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
 SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
@@ -113,11 +113,7 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
 
 
 def in_words(row: dict, periods: TwoPeriods) -> str:
-    """Return one mode's answer as a sentence."""
-    return f"{WORDS[row['mode']]}: {_answer(row, periods)}"
-
-
-def _answer(row: dict, periods: TwoPeriods) -> str:
+    """Return one mode's answer in words."""
     one = "least_ratio" in row
     if row["verdict"] == "excluded":
         if one and math.isinf(row["least_ratio"]):

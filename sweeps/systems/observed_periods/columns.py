@@ -39,9 +39,8 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         has = np.isfinite(energy)
         result[f"exclusion_{mode}"] = exclusion(solved["least_ratio"][k], *seen)
         result[f"energy_{mode}"] = energy
-        result[f"energy_{mode}_stderr"] = np.where(
-            has, np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy)), np.nan
-        )
+        apart = np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy))
+        result[f"energy_{mode}_stderr"] = np.where(has, apart, np.nan)
         result[f"parameter_{mode}"] = solved["m"][k]
         back = _closed_form(moments, np.where(has, energy, 1.0))
         result[f"momentum_rate_{mode}"] = np.where(has, back["period_psi_exact"] / P_psi, np.nan)

@@ -60,12 +60,11 @@ def energy_of(point: Mapping[str, float], mode: str) -> float:
     return float(brentq(lambda energy: ratio(moments, energy) - wanted, low, high, xtol=1e-13, rtol=1e-14))
 
 
-def _allowed(point: Mapping[str, float], integration) -> float:
-    return ALLOWED * max(point["I1"], point["I2"], point["I3"]) / min(point["I1"], point["I2"], point["I3"])
-
-
 def _reference(mode: str, words: str, *more: Reference) -> Reference:
-    return Reference(f"energy_{mode}", {f"SciPy, {words}": lambda point, _: energy_of(point, mode)}, _allowed, more)
+    def allowed(point: Mapping[str, float], integration) -> float:
+        return ALLOWED * max(point["I1"], point["I2"], point["I3"]) / min(point["I1"], point["I2"], point["I3"])
+
+    return Reference(f"energy_{mode}", {f"SciPy, {words}": lambda point, _: energy_of(point, mode)}, allowed, more)
 
 
 REFERENCE = _reference("lam", "long-axis mode", _reference("sam", "short-axis mode"))

@@ -3,15 +3,14 @@
 from collections.abc import Mapping
 
 import numpy as np
-from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.observed_periods import variables
+from sweeps.systems.system import Kernel
 from sweeps.systems.tumbling.system import A_POINT
 
 PeriodsGrid = grid_model("PeriodsGrid", variables.PARAMETERS, __name__, RATIOS)
@@ -30,7 +29,7 @@ class ObservedPeriodsDefinition(BodiesDefinition):
     """A sweep of bodies of which two periods were observed."""
 
     grid: PeriodsGrid = mapping("what is varied", PeriodsGrid, required=True)
-    integration: Nothing = Field(Nothing(), description="an empty mapping: energies are computed in closed form")
+    integration: Nothing = key("an empty mapping: energies are computed in closed form", Nothing())
 
 
 class ObservedPeriods(FreeBody):
@@ -38,8 +37,6 @@ class ObservedPeriods(FreeBody):
 
     name = "observed_periods"
     samples_per_second = 5_000
-    presentation = "sweeps.systems.observed_periods.presentation"
-    references_in = "sweeps.systems.observed_periods.references"
     model = ObservedPeriodsDefinition
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (

@@ -48,10 +48,9 @@ VARIABLES = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-Period = Annotated[float, number(lambda x: x > 0, "a number > 0, in s")]
-Error = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]
-PERIOD = Quantity("period", "s", "finite, > 0", Period)
-ERROR = Quantity("error", "s", "finite, 0 or more", Error)
+PERIOD = Quantity("period", "s", "finite, > 0", Annotated[float, number(lambda x: x > 0, "a number > 0, in s")])
+_ERROR = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]
+ERROR = Quantity("error", "s", "finite, 0 or more", _ERROR)
 
 PARAMETERS = (
     *bodies.PRINCIPAL,

@@ -4,22 +4,68 @@ One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Pyt
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import AfterValidator, model_validator
 
 from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.refusals import Problem, display, refusal, refusals
+from sweeps.schema.strict import key, mapping
+from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, PATHS, TAPES, Described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.oscillator import variables as tables
-from sweeps.systems.oscillator.definition import OscillatorDefinition
 from sweeps.systems.oscillator.variables import DEGENERATE, FOLLOWED, VARIABLES
+from sweeps.systems.system import Kernel
 
 if TYPE_CHECKING:
     from sweeps import mechanics
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
+SEARCH = Kernel("enclosures", seconds=3.0)
+Component = Annotated[float, number(lambda x: True, "any finite number")]
+
+
+def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(values):
+        raise refusal("has no direction: all numbers are 0", "a list of numbers that are not all 0")
+    return values
+
+
+class OscillatorIntegration(Integration):
+    """How each run of a small oscillation is made."""
+
+    rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
+    tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-10)
+    direction: Annotated[tuple[Component, ...], AfterValidator(_not_zero)] = key(
+        "direction of the perturbation: a list of one number per coordinate, in the coordinates' units, "
+        "not all 0; default along each mode"
+    )
+    degenerate: bool = key(
+        "true or false: for a system of one coordinate, whether to compute the frequency at the "
+        "amplitude of the perturbation where V'' = 0 and a higher-order term confines the motion",
+        False,
+    )
+
+
+class OscillatorDefinition(Definition):
+    """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
+
+    integration: OscillatorIntegration = mapping("how each run is made", OscillatorIntegration)
+    moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
+
+    @model_validator(mode="after")
+    def _check_direction(self) -> "OscillatorDefinition":
+        direction = self.integration.direction
+        if direction is not None and len(direction) != len(self.moved):
+            wrong = f"has {len(direction)} numbers"
+            allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
+            raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
+        if self.integration.degenerate and len(self.moved) != 1:
+            wrong, allowed = f"is given for {len(self.moved)} coordinates", "false, or a system of one coordinate"
+            raise refusals([Problem(("integration", "degenerate"), "true", wrong, allowed)])
+        return self
 
 
 class Oscillator(Described):
@@ -27,15 +73,9 @@ class Oscillator(Described):
 
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
-    presentation = "sweeps.systems.oscillator.presentation"
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
-    compiled = (
-        Kernel("oscillations", seconds=2.0),
-        TAPES,
-        Kernel("roots", seconds=6.0),
-        Kernel("enclosures", seconds=3.0),
-    )
+    compiled = (Kernel("oscillations", seconds=2.0), TAPES, Kernel("roots", seconds=6.0), SEARCH)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables

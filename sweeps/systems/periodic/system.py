@@ -11,11 +11,10 @@ import numpy as np
 from sweeps.schema.definition import Definition
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Points
+from sweeps.systems.system import Kernel, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -30,8 +29,6 @@ class Periodic(Described):
 
     samples_per_second = 5_000
     start_seconds = 2.5
-    presentation = "sweeps.systems.periodic.presentation"
-    references_in = "sweeps.systems.periodic.references"
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
     kernels = ("floquet", "jacobians", "monodromy", "paths", "runs", "statuses", "straight", "variational")
     compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)

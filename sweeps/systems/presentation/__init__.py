@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation.look import Compared, Look
 from sweeps.systems.system import Dynamics
 
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-    from matplotlib.figure import Figure
+Drawing = Callable[..., Any]  # of an optional place (Axes): a Figure, or None where there is nothing to draw
+Drawings = dict[str, Drawing]  # name → drawing
+Animations = dict[str, Callable[[], Iterator[Any]]]  # name → function that draws the frames, arrays of pixels
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ class Presentation:
     def __init__(self, system: Dynamics):
         self.system = system
 
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures(self, ds: Dataset) -> Drawings:
         """Return name → drawing function, of an optional place, of each figure of a map."""
         return {name: self.drawing(where, ds) for name, where in self.drawn} | self.against_theory(ds)
 
-    def against_theory(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def against_theory(self, ds: Dataset) -> Drawings:
         """Return the figure of measured quantities against theory, of a map that has some of :attr:`compared`."""
         from sweeps.systems.presentation import agreement
 
@@ -69,33 +69,33 @@ class Presentation:
         draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.look)
         return {"theory_against_measured": draw} if held else {}
 
-    def drawing(self, where: str, ds: "xr.Dataset", *more) -> "Callable[..., Figure | None]":
+    def drawing(self, where: str, ds: Dataset, *more) -> Drawing:
         """Return a function of this package, "module.function", that draws a map."""
         module, function = where.split(".")
         return partial(getattr(import_module(f"{type(self).__module__}.{module}"), function), ds, *more)
 
-    def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return name → drawing function of the figures of a map of sampled or listed points."""
         from sweeps.systems.presentation import cloud
 
         return {"points": partial(cloud.draw, ds, self.system.layout().variables, self.look)}
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+    def animations(self, ds: Dataset) -> Animations:
         """Return name → function that draws the frames of each animation of a map."""
         return {}
 
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
+    def draws_plainly(self, ds: Dataset) -> bool:
         """Return True if all figures of a map can be drawn from a plain map, without loading xarray or Numba.
 
         Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
         """
         return False
 
-    def opening(self, ds: "xr.Dataset") -> Opening:
+    def opening(self, ds: Dataset) -> Opening:
         """Return the initial view of the page of a map."""
         return Opening(at={name: float(ds[name].values.min()) for name in self.least if name in ds.dims})
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return the system's part of the page of a map."""
         return self.part if self.part.needs <= set(ds.variables) else Page(question=self.part.question)
 

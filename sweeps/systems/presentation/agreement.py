@@ -5,21 +5,17 @@ system's table of variables and its look. A map is read once, in blocks, so that
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, blocks, flags
+from sweeps.schema.boxes import Dataset, along, blocks, flags
 from sweeps.schema.variables import Role, Variable, of_role
 from sweeps.systems.presentation.look import Compared, Look
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK_POINTS = 2**18
 MOST_DRAWN = 200_000
@@ -52,7 +48,7 @@ class Agreement:
     certificate: float = math.nan  #: largest value of the certificate; NaN where the map has none
 
 
-def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DRAWN) -> Agreement:
+def agreement(ds: Dataset, specs: Specs, one: Compared, most: int = MOST_DRAWN) -> Agreement:
     """Compare a measured quantity with theory; at most `most` points are kept, the other numbers are over all."""
     first = ds[one.names[0]]
     sizes = dict(zip(first.dims, first.shape, strict=True))
@@ -74,7 +70,7 @@ def agreement(ds: "xr.Dataset", specs: Specs, one: Compared, most: int = MOST_DR
     return comparison
 
 
-def _meanings(ds: "xr.Dataset", specs: Specs, role: Role) -> dict[int, str]:
+def _meanings(ds: Dataset, specs: Specs, role: Role) -> dict[int, str]:
     """Return number → meaning of the flag variable of a role; {} of one that the map has not."""
     name = of_role(specs, role)
     return flags(ds[name]) if name in ds.variables else {}
@@ -119,20 +115,10 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
 # -- the picture
 
 
-def draw(
-    ds: "xr.Dataset", specs: Specs, compared: Collection[Compared], look: Look, ax: Axes | None = None
-) -> Figure | None:
+def draw(ds: Dataset, specs: Specs, compared: Iterable[Compared], look: Look, ax: Axes | None = None) -> Figure | None:
     """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
 
-    Args:
-        ds: a map.
-        specs: name → variable, of the system's table.
-        compared: what is compared.
-        look: how the system's flags look.
-        ax: where; left out, on a figure of its own.
-
-    Returns:
-        The figure; None without a point to compare.
+    None is drawn without a point to compare. `specs` is the system's table, `look` how its flags look.
     """
     every = [(one, agreement(ds, specs, one)) for one in compared]
     some = [(one, values) for one, values in every if _is_drawable(values.columns).any()]
@@ -151,15 +137,23 @@ def draw(
         words = f"deviation / {look.symbol(spec.scale)}" if spec.scale else "relative deviation"
         lower.set(xscale="log", yscale="log", xlabel=f"theory{unit}", ylabel=words)
         _side(upper, lower, values, _groups(ds, specs, values.columns, look))
-    _share_deviations(axes[1], comparisons)
+    deviations = np.concatenate([values.columns["deviation"] for values in comparisons])
+    deviations = np.clip(deviations[np.isfinite(deviations)], EXACT, MOST_DEVIATION)
+    for lower in axes[1]:  # the same range in all, with the line that stands for "equal to the last bit"
+        lower.set_ylim(min(deviations.min() / 3, 1e-13), max(deviations.max() * 3, 1e-9))
+        style.grid(lower, "y")
+        if lower.get_ylim()[0] < EXACT * 1.5:
+            exponents = range(-15, min(6, int(np.ceil(np.log10(lower.get_ylim()[1])))), 2)
+            style.log_ticks_above_zero(lower.yaxis, EXACT, exponents)
     figure.align_ylabels(axes)
     style.legend(figure)
     return figure
 
 
-def _subtitle(ds: "xr.Dataset", specs: Specs, comparisons: list[Agreement], look: Look) -> str:
+def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], look: Look) -> str:
     stride, first = comparisons[0].stride, comparisons[0]
-    thinned = "all drawn" if stride == 1 else f"every {_ordinal(stride)} drawn"
+    ending = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
+    thinned = "all drawn" if stride == 1 else f"every {stride:,}{ending} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
@@ -172,16 +166,11 @@ def _subtitle(ds: "xr.Dataset", specs: Specs, comparisons: list[Agreement], look
     return "\n".join(rows)
 
 
-def _ordinal(n: int) -> str:
-    ending = "th" if n % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th")
-    return f"{n:,}{ending}"
-
-
 def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.isfinite(columns["deviation"]) & (columns["theory"] > 0)
 
 
-def _groups(ds: "xr.Dataset", specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
+def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
     """Return name, mask, words and look of each group of points; each point that can be drawn is in one."""
     drawable = _is_drawable(columns)
     size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))
@@ -265,15 +254,3 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     low, high = (np.maximum(v, EXACT) for v in (low, high))
     look = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
     ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **look)
-
-
-def _share_deviations(axes: Iterable[Axes], comparisons: Iterable[Agreement]) -> None:
-    """Set the same range of deviations in all panels, with the line that stands for "equal to the last bit"."""
-    values = np.concatenate([one.columns["deviation"][np.isfinite(one.columns["deviation"])] for one in comparisons])
-    values = np.clip(values, EXACT, MOST_DEVIATION)
-    for ax in axes:
-        ax.set_ylim(min(values.min() / 3, 1e-13), max(values.max() * 3, 1e-9))
-        style.grid(ax, "y")
-        if ax.get_ylim()[0] < EXACT * 1.5:
-            exponents = range(-15, min(6, int(np.ceil(np.log10(ax.get_ylim()[1])))), 2)
-            style.log_ticks_above_zero(ax.yaxis, EXACT, exponents)

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import dimensions, flags, own_of_points, spreads_by_ratio
-from sweeps.schema.variables import Role, Variable
+from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:
     from sweeps.systems.presentation.look import Look
@@ -24,14 +24,16 @@ BINS = 60
 def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
     """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable."""
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
-    flag, measured = _of_role(ds, specs, Role.HEADLINE), _of_role(ds, specs, Role.MEASUREMENT)
+    held = {name: spec for name, spec in specs.items() if name in ds.data_vars}
+    flag, measured = of_role(held, Role.HEADLINE), of_role(held, Role.MEASUREMENT)
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
     if not names or not flag:
         return None
     stride = style.even_stride([ds.sizes["point"]], MOST_DRAWN)
     chosen = [flag, *([measured] if measured else [])]
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
-    subtitle = f"{ds.attrs.get('title', '')}:  {_drawn(ds.sizes['point'], stride)}".strip()
+    shown = "all shown" if stride == 1 else f"one in {stride:,} shown"
+    subtitle = f"{ds.attrs.get('title', '')}:  {ds.sizes['point']:,} points, {shown}".strip()
     width = 0.8 + 2.9 * len(panels)
     figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
@@ -43,16 +45,10 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
             column[0].set_title(f"{along} {ds[along].values[number]}", loc="left", fontweight="bold")
         if measured:
             _histogram(column[1], ds[measured], panel, flag, colored)
-    style.legend(figure, _legend(part[flag], flags(ds[flag]), colored, look))
+    used, dot = set(np.unique(part[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
+    words = {value: look.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
+    style.legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
     return figure
-
-
-def _of_role(ds: xr.Dataset, specs: Mapping[str, Variable], role: Role) -> str:
-    return next((name for name, spec in specs.items() if spec.role == role and name in ds.data_vars), "")
-
-
-def _drawn(points: int, stride: int) -> str:
-    return f"{points:,} points, " + ("all shown" if stride == 1 else f"one in {stride:,} shown")
 
 
 def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
@@ -90,9 +86,3 @@ def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, 
         ax.hist(parts, bins, stacked=True, color=[colored[value] for value in used], gid="histogram")
     name = str(described.name).replace("_", " ")
     ax.set(xlabel=style.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")
-
-
-def _legend(values: xr.DataArray, meanings: Mapping[int, str], colored, look: "Look") -> list:
-    used = set(np.unique(values.values).tolist())
-    dot = {"ls": "none", "marker": "o", "ms": 4}
-    return [Line2D([], [], color=colored[v], label=look.words(m), **dot) for v, m in meanings.items() if v in used]

@@ -7,12 +7,11 @@ import numpy as np
 
 from sweeps.schema.parameters import Range, spread
 from sweeps.systems import described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.periodic.definition import OnePeriod
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.pumped_body.definition import PumpedDefinition
-from sweeps.systems.system import Dynamics, Points
+from sweeps.systems.system import Dynamics, Kernel, Points
 
 
 class PumpedBody(Dynamics):
@@ -23,8 +22,6 @@ class PumpedBody(Dynamics):
     """
 
     name = "pumped_body"
-    presentation = "sweeps.systems.pumped_body.presentation"
-    references_in = "sweeps.systems.pumped_body.references"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
     kernels = (*Periodic.kernels, "triangle")
     existence = variables.CHANGING

@@ -45,8 +45,7 @@ class Solved:
 class Linearised:
     """The equations of a description as NumPy has them, and the eigenvalues of its points.
 
-    Args:
-        model: the flow; of it only the equations, the names and where the equilibria are.
+    Of the model, only the equations, the names and where the equilibria are is used.
     """
 
     def __init__(self, model: "Model"):
@@ -99,10 +98,8 @@ class Linearised:
         step = 1j * STEP * sizes
         J = np.array([self.rates(parameters, x + step * e).imag / STEP / sizes for e in np.eye(x.size)]).T
         moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
-        return (
-            _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN),
-            _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION),
-        )
+        by_matrix = _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN)
+        return by_matrix, _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION)
 
     def _free(self, parameters, x, sizes):
         """Return the directions that leave the conserved quantities as they are, in units of the sizes."""

@@ -5,22 +5,45 @@ definition names and whose equations are of first order (see `sweeps.mechanics.e
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from pydantic import BeforeValidator
 
 from sweeps.process.processors import cores
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.strict import key, mapping
+from sweeps.schema.values import Positive, Tolerance, whole
+from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, Described
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.relative_equilibrium import variables as tables
-from sweeps.systems.relative_equilibrium.definition import FlowDefinition
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Cost
+from sweeps.systems.shared_variables import rows
+from sweeps.systems.system import Cost, Kernel
 
 if TYPE_CHECKING:
     from sweeps import mechanics
+
+
+MOST_RUNS = 4
+NUMBER = whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")
+
+
+class FlowIntegration(Integration):
+    """How the runs from a relative equilibrium are made."""
+
+    rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
+    tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-12)
+    runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = key(
+        f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
+        "default one for every two eigenvalues, from two to four"
+    )
+
+
+class FlowDefinition(Definition):
+    """A sweep of relative equilibria; each system's own model has its parameters in `grid`."""
+
+    integration: FlowIntegration = mapping("how each run is made", FlowIntegration)
 
 
 SAMPLE_BYTES = 256  # one number of each motion of a block
@@ -31,8 +54,6 @@ class RelativeEquilibrium(Described):
 
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
-    presentation = "sweeps.systems.relative_equilibrium.presentation"
-    references_in = "sweeps.systems.relative_equilibrium.references"
     method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots")
     compiled = (
@@ -68,16 +89,9 @@ class RelativeEquilibrium(Described):
         if definition is None:
             return VARIABLES
         model = self.mechanism
-        drifts = (
-            Variable(
-                f"{name}_drift",
-                "1",
-                f"largest change of the conserved {name.replace('_', ' ')}, relative",
-                role=Role.CHECK,
-            )
-            for name in model.quantities
-        )
-        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | table(*drifts) | self.places()
+        change = "  1  largest change of the conserved {}, relative [check]"
+        drifts = rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
+        return VARIABLES | (INVARIANTS if model.n == 4 else {}) | drifts | self.places()
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""

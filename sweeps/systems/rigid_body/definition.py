@@ -2,13 +2,13 @@
 
 from typing import Annotated, ClassVar
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, display, hint, refusals
-from sweeps.schema.strict import Strict, mapping
-from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, different, in_unit, line_of_text, not_empty
+from sweeps.schema.strict import Strict, key, mapping, switch
+from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit, line_of_text, list_of_different
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.shapes import RATIOS
@@ -21,51 +21,35 @@ GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)
 class Observed(Strict):
     """What people measured of a body's motion: for comparison only, nothing is computed from it."""
 
-    period_days: Positive = Field(description="observed period, days of 86,400 s: > 0")
-    what: Annotated[str, line_of_text(100)] = Field(description="the motion that has this period: one line of text")
+    period_days: Positive = key("observed period, days of 86,400 s: > 0", ...)
+    what: Annotated[str, line_of_text(100)] = key("the motion that has this period: one line of text", ...)
 
 
 class SpunBody(Body):
     """One real body, and how it spins."""
 
-    omega0: in_unit("rad s-1", SignedSpin) = Field(
-        default=None, description="spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150"
-    )
-    epsilon: in_unit("1", Epsilon) = Field(
-        default=None, description="size of the perturbation of this body, relative: 0 < epsilon < 1"
-    )
-    phase: in_unit("rad", Phase) = Field(
-        default=None, description="direction of the perturbation of this body, rad: finite"
-    )
-    axis: Axis = Field(default=None, description="the axis it spins about in nature: 1, 2 or 3")
-    observed: Observed = Field(default=None, description="observed motion: {period_days, what}")
+    omega0: in_unit("rad s-1", SignedSpin) = key("spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
+    epsilon: in_unit("1", Epsilon) = key("size of the perturbation of this body, relative: 0 < epsilon < 1")
+    phase: in_unit("rad", Phase) = key("direction of the perturbation of this body, rad: finite")
+    axis: Axis = key("the axis it spins about in nature: 1, 2 or 3")
+    observed: Observed = key("observed motion: {period_days, what}")
 
 
 class RigidBodyIntegration(Integration):
     """How each run of a rigid body is made."""
 
-    propagator: Annotated[str, choice(PROPAGATORS)] = Field(
-        "direct",
-        description="integration method: direct (Taylor steps, each point certified by the closed form) or exact "
+    propagator: Annotated[str, choice(PROPAGATORS)] = key(
+        "integration method: direct (Taylor steps, each point certified by the closed form) or exact "
         "(steps of the closed form)",
+        "direct",
     )
-    collapse: bool = Field(
-        False, description="true or false: whether points that differ by units alone are integrated once and expanded"
+    collapse: bool = switch("points that differ by units alone are integrated once and expanded")
+    variables: list_of_different(str) = key(
+        "which variables to make: a list of names of a map's variables; left out, all but the terms of "
+        "omega_squared_error"
     )
-    variables: Annotated[tuple[str, ...], AfterValidator(not_empty), AfterValidator(different)] = Field(
-        None,
-        description="which variables to make: a list of names of a map's variables; left out, all but the terms of "
-        "omega_squared_error",
-    )
-    flips: bool = Field(
-        False,
-        description="true or false: whether to follow the motion on to its flips and its largest tilt, up to "
-        "20,000 rotations each way",
-    )
-    attitude: bool = Field(
-        False,
-        description="true or false: whether to follow the attitude too, and measure how the spin axis moves in space",
-    )
+    flips: bool = switch("to follow the motion on to its flips and its largest tilt, up to 20,000 rotations each way")
+    attitude: bool = switch("to follow the attitude too, and measure how the spin axis moves in space")
 
     @property
     def table(self) -> dict[str, Variable]:
@@ -95,9 +79,9 @@ class NearAxisDefinition(BodiesDefinition):
     """A sweep of bodies that spin near their principal axes: about which axes, over which moments or bodies."""
 
     shareable: ClassVar = SHAREABLE
-    axes: Axes = Field((1, 2, 3), description=AXES)
+    axes: Axes = key(AXES, (1, 2, 3))
     grid: GridEntries = mapping("what is varied", GridEntries)
-    bodies: list_of(SpunBody) = Field(default=(), description=BODIES)
+    bodies: list_of(SpunBody) = key(BODIES, ())
 
 
 class RigidBodyDefinition(NearAxisDefinition):

@@ -3,14 +3,11 @@ r"""Numbers behind the pictures: signed rates, the power law of deviations in ε
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from sweeps.schema.boxes import Dataset
 
 SECONDS_PER_DAY = 86_400.0
 
@@ -64,7 +61,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
     return max(FLOOR_FACTOR * float(np.median(deviation[first])), float(np.median(error[first])))
 
 
-def breakdown(ds: "xr.Dataset") -> "xr.Dataset":
+def breakdown(ds: Dataset) -> Dataset:
     r"""Fit the exponent p of |Ω²/Ω²_theory − 1| ∝ ε^p for each body and axis.
 
     The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
@@ -110,12 +107,10 @@ class Period:
     note: str  #: what a reader should know
 
 
-def periods(ds: "xr.Dataset") -> list[Period]:
+def periods(ds: Dataset) -> list[Period]:
     """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
-    Args:
-        ds: a map over bodies; of omega0, epsilon and phase it has one value each, or the least epsilon and else the
-            first is taken.
+    Of several omega0, epsilon and phase, the least epsilon and else the first is taken.
     """
     observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
@@ -128,7 +123,7 @@ def periods(ds: "xr.Dataset") -> list[Period]:
     return periods_of_bodies
 
 
-def _observations(ds: "xr.Dataset") -> Iterator[Period]:
+def _observations(ds: Dataset) -> Iterator[Period]:
     """Yield the observations in a map's definition: plain values, of which any may be of any type."""
     from pydantic import ValidationError
 
@@ -137,13 +132,12 @@ def _observations(ds: "xr.Dataset") -> Iterator[Period]:
     bodies = definition_of(ds.attrs).get("bodies")
     named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
     for body in bodies if isinstance(bodies, tuple) else ():
-        if not isinstance(body, dict) or not isinstance(body.get("name"), str) or body["name"] not in named:
+        given = body if isinstance(body, dict) else {}
+        name, axis, note = given.get("name"), given.get("axis"), given.get("note")
+        if not (isinstance(name, str) and name in named and isinstance(axis, int)):
             continue
         try:
-            observed = Observed.model_validate(body.get("observed"))
+            seen = Observed.model_validate(given.get("observed"))
         except ValidationError:
             continue
-        if isinstance(body.get("axis"), int):
-            note = body.get("note")
-            said = (observed.period_days, observed.what, note if isinstance(note, str) else "")
-            yield Period(body["name"], body["axis"], math.nan, *said)
+        yield Period(name, axis, math.nan, seen.period_days, seen.what, note if isinstance(note, str) else "")

@@ -1,6 +1,6 @@
 """The compiled functions that a survey of a rigid body calls, in the order of compiling: the longest first."""
 
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
 RUN = (1.0, 16, 1e-9)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kernels import exact
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.systems.bodies import outline
@@ -15,8 +16,6 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import ascending, check_finite, check_tolerance, instants, span, time
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.rigid_body.definition import SpunBody
 
 SPIN = ("axis", "omega0", "epsilon", "phase")
@@ -44,7 +43,7 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
     return span((1 if flips else 2) * exact.period(top), rotation)
 
 
-def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> "xr.Dataset":
+def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> Dataset:
     """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion`.
 
     The default duration is two flips or two turns of the perturbation, or four rotations where that takes over 10,000.
@@ -77,7 +76,7 @@ def _given(start: Any) -> dict[str, Any]:
 
 def from_start(
     body: "SpunBody", spun: Mapping[str, float], start: Any, times: Any, tolerance: float, samples: int | None = None
-) -> "xr.Dataset":
+) -> Dataset:
     """Return the motion of a free rigid body from any start, in closed form and by direct integration.
 
     `spun` has omega0, epsilon and phase of a start about an axis; `start` is as `sweeps.motion` takes it. `times` are

@@ -22,9 +22,6 @@ class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"
-    presentation = "sweeps.systems.rigid_body.presentation"
-    references_in = "sweeps.systems.rigid_body.references"
-    motion_in = "sweeps.systems.rigid_body.motion"
     kernels = ("survey", "in_space")
     compiled = KERNELS
     tables = variables
@@ -48,7 +45,7 @@ class RigidBody(FreeBody):
         """Return linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
-        settings = _settings(integration)
+        settings = integration.rotations, integration.samples_per_rotation, integration.tolerance
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
         if integration.collapse and "omega_squared" in columns:
@@ -68,11 +65,6 @@ class RigidBody(FreeBody):
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
-
-
-def _settings(integration: "RigidBodyIntegration") -> tuple[float, int, float]:
-    """Return the settings of the kernels for a run: rotations, samples in one, tolerance."""
-    return integration.rotations, integration.samples_per_rotation, integration.tolerance
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
@@ -96,9 +88,8 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     sense[np.isnan(spin_spread)] = np.nan
     slow, off = wobble["frequency"], wobble["frequency_error"]
     of_space["space_rate"] = of_space.pop("psi_rate") + sense * slow
-    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + np.abs(sense) * (
-        psi_spread * spin + off + (slow + off) * spin_spread
-    )
+    error = np.abs(sense) * (psi_spread * spin + off + (slow + off) * spin_spread)
+    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + error
     return {name: values for name, values in of_space.items() if name in wanted}
 
 

@@ -95,17 +95,9 @@ IN_SPACE = rows(
     """
 )
 
-PARAMETERS = (
-    *bodies.PRINCIPAL,
-    Parameter(
-        "omega0",
-        bodies.SIGNED_SPIN,
-        "spin rate",
-        description="spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the other way",
-    ),
-    bodies.EPSILON,
-    bodies.PHASE,
-)
+_SPIN = "spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the other way"
+OMEGA0 = Parameter("omega0", bodies.SIGNED_SPIN, "spin rate", description=_SPIN)
+PARAMETERS = (*bodies.PRINCIPAL, OMEGA0, bodies.EPSILON, bodies.PHASE)
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
 COORDINATES = LAYOUT.coordinates

@@ -8,8 +8,8 @@ import xarray as xr
 
 from kernels import exact
 from kernels import symmetric_top as top
-from sweeps.systems.bodies.attitude import quaternion
-from sweeps.systems.motion import angular_velocity, instants, span, time
+from sweeps.systems.bodies.attitude import described
+from sweeps.systems.motion import instants, span, time
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
@@ -24,8 +24,5 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
         duration = span(2 * (2 * math.pi / rate) if rate > 0 else math.inf, rotation)
     times = instants(duration, samples, rotation)
     omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
-    values = top.rotation(ratio, omega, times)
-    attitude = exact.attitude((1.0, 1.0, ratio), omega, times)
-    columns = {f"omega{i + 1}": ("time", values[:, i], angular_velocity(i + 1, "closed form")) for i in range(3)}
-    columns |= {f"q{i}": ("time", attitude[:, i], quaternion(i, "closed form")) for i in range(4)}
-    return xr.Dataset(columns, {"time": time(times, "the start")})
+    followed = top.rotation(ratio, omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
+    return xr.Dataset(described(*followed, "closed form"), {"time": time(times, "the start")})

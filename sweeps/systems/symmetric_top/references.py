@@ -43,6 +43,5 @@ def allowed(point: Mapping[str, float], integration: TopIntegration) -> float:
     return 4.0 * (integration.tolerance + ROUNDING) / h * abs(point["omega3"])
 
 
-REFERENCE = Reference(
-    "precession_rate", {"SciPy DOP853": precession_by_scipy, "closed form": precession_in_closed_form}, allowed
-)
+WAYS = {"SciPy DOP853": precession_by_scipy, "closed form": precession_in_closed_form}
+REFERENCE = Reference("precession_rate", WAYS, allowed)

@@ -3,16 +3,14 @@
 from collections.abc import Mapping
 
 import numpy as np
-from pydantic import Field
 
 from kernels.triangle import triangle_margin
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import TOLERANCE, Positive, Tolerance
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.symmetric_top import variables
-from sweeps.systems.system import Dynamics
+from sweeps.systems.system import Dynamics, Kernel
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 
@@ -22,8 +20,8 @@ TopGrid = grid_model("TopGrid", variables.PARAMETERS, __name__)
 class TopIntegration(Integration):
     """How each run of a symmetric top is made."""
 
-    rotations: Positive = Field(4.0, description="length of a run in rotations, 2π/|omega3|: > 0")
-    tolerance: Tolerance = Field(1e-12, description=f"relative error allowed on the transverse part, {TOLERANCE}")
+    rotations: Positive = key("length of a run in rotations, 2π/|omega3|: > 0", 4.0)
+    tolerance: Tolerance = key(f"relative error allowed on the transverse part, {TOLERANCE}", 1e-12)
 
 
 class SymmetricTopDefinition(Definition):
@@ -37,9 +35,6 @@ class SymmetricTop(Dynamics):
     """Euler's equations without torque for I1 = I2, at any angle to the figure axis."""
 
     name = "symmetric_top"
-    presentation = "sweeps.systems.symmetric_top.presentation"
-    references_in = "sweeps.systems.symmetric_top.references"
-    motion_in = "sweeps.systems.symmetric_top.motion"
     method_text = "direct integration of Euler's equations"
     kernels = ("symmetric_top",)
     existence = ("ratio",)

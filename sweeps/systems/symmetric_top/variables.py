@@ -8,38 +8,26 @@ from sweeps.schema import quantities
 from sweeps.schema.layout import Layout
 from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
-from sweeps.schema.variables import Role, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.shared_variables import STEPS, rows, status
 
-_SCATTER = "scatter of the samples only"
-_ERROR = "bounds the distance from the closed form: scatter, integration error and rounding"
-_RESOLVED = "0 where it cannot be distinguished from rounding"
-
-
-def _precession(name: str, vector: str, of: str, comment: str, role: Role = Role.NONE) -> tuple[Variable, ...]:
-    """Return the precession rate of a vector about the figure axis, measured, its scatter and its error."""
-    long_name = f"precession rate of the {vector} about the figure axis, measured"
-    more = {"theory": "precession_rate_theory", "error": f"{name}_error", "role": role}
-    return (
-        Variable(name, "rad s-1", long_name, comment=comment, **more),
-        Variable(f"{name}_stderr", "rad s-1", f"standard error of the measured precession rate{of}", comment=_SCATTER),
-        Variable(f"{name}_error", "rad s-1", f"error of the measured precession rate{of}", comment=_ERROR),
-    )
-
+_MEASURED = """
+    {0}         rad s-1  precession rate of the {1} about the figure axis, measured{2}
+        comment: {3}0 where it cannot be distinguished from rounding
+    {0}_stderr  rad s-1  standard error of the measured precession rate{4}
+        comment: scatter of the samples only
+    {0}_error   rad s-1  error of the measured precession rate{4}
+        comment: bounds the distance from the closed form: scatter, integration error and rounding
+"""
+_MOMENTUM = "momentum_precession_rate"
 
 VARIABLES = rows(
     """
     precession_rate_theory  rad s-1  precession rate of the angular velocity about the figure axis, closed form
         comment: (I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2
     """,
-    *_precession("precession_rate", "angular velocity", "", _RESOLVED, Role.MEASUREMENT),
-    *_precession(
-        "momentum_precession_rate",
-        "angular momentum",
-        " of the angular momentum",
-        f"integrated independently; {_RESOLVED}",
-    ),
+    _MEASURED.format("precession_rate", "angular velocity", " [measurement]", "", ""),
+    _MEASURED.format(_MOMENTUM, "angular momentum", "", "integrated independently; ", " of the angular momentum"),
     """
     period_theory  s  period of the precession, closed form; missing where the rate is 0
     period         s  period of the precession, measured; missing where the rate is 0
@@ -65,6 +53,7 @@ VARIABLES = rows(
     status(statuses.NON_FINITE),
     replace(bodies.TRIANGLE_MARGIN, dtype="f8"),
 )
+VARIABLES[_MOMENTUM] = replace(VARIABLES[_MOMENTUM], theory="precession_rate_theory")
 
 _RATIO = "> 0 (1e-150 ≤ ratio ≤ 1e150)"
 _ANGLE = "a number with 0 < half_angle < 90 (and at least 1e-100), in degrees; at 0 nothing precesses"
@@ -83,6 +72,4 @@ PARAMETERS = (
 ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
 COORDINATES = quantities.coordinates(PARAMETERS)
 
-LAYOUT = Layout(
-    COORDINATES, VARIABLES, tuple(VARIABLES), {parameter.name: parameter.quantity.item for parameter in PARAMETERS}
-)
+LAYOUT = Layout(COORDINATES, VARIABLES, tuple(VARIABLES), {one.name: one.quantity.item for one in PARAMETERS})

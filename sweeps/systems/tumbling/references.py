@@ -10,14 +10,14 @@ from kernels import exact
 from sweeps.systems.bodies.body import Once
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.system import Reference
-from sweeps.systems.tumbling.motion import start
+from sweeps.systems.tumbling.system import SYSTEM
 
 GROWN = 100.0  # by which the steps' errors grow in a period
 
 
 def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
-    moments, omega = start({**point, "omega0": 1.0})
+    moments, omega = SYSTEM.start({**point, "omega0": 1.0})
     c, whole = coefficients(moments), exact.period(exact.set_up(*moments, *omega))
     if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
         return math.nan
@@ -34,7 +34,7 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
     """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
-    moments, omega = start(point)
+    moments, omega = SYSTEM.start(point)
     impossible = moments[2] < float(point["energy"]) * moments[0]
     whole = exact.period(exact.set_up(*moments, *omega))
     return whole if math.isfinite(whole) and not impossible else math.nan

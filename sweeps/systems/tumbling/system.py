@@ -4,16 +4,16 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from sweeps.schema.parameters import grid_model, spread
 from sweeps.schema.refusals import Problem, display, refusals
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.system import Kernel
 from sweeps.systems.tumbling import variables
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
@@ -24,8 +24,8 @@ TumblingGrid = grid_model("TumblingGrid", variables.PARAMETERS, __name__, RATIOS
 class Tumbler(Body):
     """One body that tumbles."""
 
-    energy: variables.Energy = Field(default=None, description="energy of this body, 2T I3/L2: from 1 to I_max/I_min")
-    omega0: Spin = Field(default=None, description="L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    energy: variables.Energy = key("energy of this body, 2T I3/L2: from 1 to I_max/I_min")
+    omega0: Spin = key("L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
     @model_validator(mode="after")
     def _check_energy(self) -> "Tumbler":
@@ -42,16 +42,13 @@ class TumblingDefinition(FollowedDefinition):
 
     shareable: ClassVar = ("energy", "omega0")
     grid: TumblingGrid = mapping("what is varied", TumblingGrid)
-    bodies: list_of(Tumbler) = Field(default=(), description=BODIES)
+    bodies: list_of(Tumbler) = key(BODIES, ())
 
     @model_validator(mode="after")
     def _check_energy(self) -> "TumblingDefinition":
-        if self.grid.energy is not None and (wrong := self._energy_problems()):
-            raise refusals(wrong)
-        return self
-
-    def _energy_problems(self) -> list[Problem]:
-        """Return the problems of energies that no body of the sweep can have."""
+        """Refuse energies that no body of the sweep can have."""
+        if self.grid.energy is None:
+            return self
         if self.bodies:
             most = max(max(body.moments) / min(body.moments) for body in self.bodies)
         else:
@@ -59,10 +56,10 @@ class TumblingDefinition(FollowedDefinition):
             most = max(ends[i, 1] / ends[j, 0] for i in range(3) for j in range(3) if i != j)
         least, greatest = _ends(self.grid.energy)
         if greatest <= most:
-            return []
+            return self
         wrong = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
         value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
-        return [Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")]
+        raise refusals([Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")])
 
 
 def _ends(entry) -> tuple[float, float]:
@@ -75,9 +72,6 @@ class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
-    presentation = "sweeps.systems.tumbling.presentation"
-    references_in = "sweeps.systems.tumbling.references"
-    motion_in = "sweeps.systems.tumbling.motion"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
         Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
@@ -89,6 +83,21 @@ class Tumbling(MeasuredOnce):
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
+
+    def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return moments (ascending, kg m2) and ω at time 0 (rad s-1) of a point: L = I3 omega0, w2 = 0."""
+        from kernels import tumbling
+
+        moments = np.sort([float(point[name]) for name in MOMENTS])
+        omega = np.array(tumbling.start(*moments / moments[2], float(point["energy"])))
+        return moments, omega * float(point["omega0"])
+
+    def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+        """Return two periods of ω in the body."""
+        from kernels import exact
+        from sweeps.systems.motion import span
+
+        return span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.tumbling`."""

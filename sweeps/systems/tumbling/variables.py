@@ -35,17 +35,11 @@ EXACT = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-_PERIODS, _ERRORS = zip(
-    *(with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items()), strict=True
-)
-MEASURED = table(
-    Variable(
-        "mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, exact="mode_exact", role=Role.HEADLINE
-    ),
-    *_PERIODS,
-    *_ERRORS,
-    status(statuses.NON_FINITE),
-)
+_MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
+_PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
+_LEADING = {"exact": "mode_exact", "role": Role.HEADLINE}
+_MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_LEADING)
+MEASURED = table(_MODE, *_PERIODS, *_ERRORS, status(statuses.NON_FINITE))
 
 VARIABLES = MEASURED | EXACT
 

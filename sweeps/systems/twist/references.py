@@ -10,15 +10,15 @@ from kernels import twist
 from sweeps.systems.bodies.body import Once
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.system import Reference
-from sweeps.systems.twist.motion import start
+from sweeps.systems.twist.system import SYSTEM
 
 GROWN = 100.0  # by which the steps' errors grow about the middle axis
 
 
 def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     """Return the time of one revolution of the handle about L in s, by DOP853; NaN along the handle."""
-    moments, omega = start({**point, "omega0": 1.0})
-    c, L = coefficients(moments), float(np.linalg.norm(moments * omega))
+    moments, omega = SYSTEM.start({**point, "omega0": 1.0})
+    c, L, until = coefficients(moments), float(np.linalg.norm(moments * omega)), 2.1 * math.pi * moments[2] / moments[1]
     if not omega[1:].any():
         return math.nan
 
@@ -31,7 +31,6 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
         return y[3] - 2.0 * math.pi
 
     around.terminal = True
-    until = 2.1 * math.pi * moments[2] / moments[1]
     run = solve_ivp(rates, (0, until), [*omega, 0.0], "DOP853", events=around, rtol=1e-13, atol=1e-15)
     return float(run.t_events[0][-1]) / float(point["omega0"])
 

@@ -4,15 +4,14 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import mapping
+from sweeps.schema.strict import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.bodies.variables import Spin
-from sweeps.systems.kernel import Kernel
+from sweeps.systems.bodies.variables import MOMENTS, Spin
+from sweeps.systems.system import Kernel
 from sweeps.systems.twist import variables
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "chi": 0.1, "theta": 1.5, "omega0": 1.0}
@@ -23,7 +22,7 @@ TwistGrid = grid_model("TwistGrid", variables.PARAMETERS, __name__, RATIOS)
 class Racket(Body):
     """One body that is thrown."""
 
-    omega0: Spin = Field(default=None, description="L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
+    omega0: Spin = key("L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
 
 class TwistDefinition(FollowedDefinition):
@@ -31,16 +30,13 @@ class TwistDefinition(FollowedDefinition):
 
     shareable: ClassVar = ("omega0",)
     grid: TwistGrid = mapping("what is varied", TwistGrid, required=True)
-    bodies: list_of(Racket) = Field(default=(), description=BODIES)
+    bodies: list_of(Racket) = key(BODIES, ())
 
 
 class Twist(MeasuredOnce):
     """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
 
     name = "twist"
-    presentation = "sweeps.systems.twist.presentation"
-    references_in = "sweeps.systems.twist.references"
-    motion_in = "sweeps.systems.twist.motion"
     kernels = ("twist", "statuses", "triangle")
     compiled = (Kernel("twist", "survey", example=(A_POINT, 1e-9), seconds=7.0),)
     model = TwistDefinition
@@ -49,6 +45,14 @@ class Twist(MeasuredOnce):
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"
     caption = "measured twist of a thrown body per revolution of its handle, compared with the closed form"
     samples_per_second = 400_000
+
+    def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return moments (ascending, kg m2) and ω at time 0 (rad s-1) of a point: L = I2 omega0."""
+        from kernels import twist
+
+        moments = np.sort([float(point[name]) for name in MOMENTS])
+        omega = np.array(twist.start(*moments / moments[1], float(point["chi"]), float(point["theta"])))
+        return moments, omega * float(point["omega0"])
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.twist`."""

@@ -4,11 +4,11 @@ from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.strict import Strict, key, mapping, switch
 from sweeps.schema.values import Positive, choice, converted, finite, number, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
@@ -65,23 +65,21 @@ def _phase(value: Any) -> float | str:
 class Uncertainty(Strict):
     """Standard deviations of a body and its spin."""
 
-    moments: Annotated[tuple[float, ...], _shares(3)] = Field(
-        default=None, description=f"of I1, I2 and I3 independently, relative: {SHARE}, or a list of three"
+    moments: Annotated[tuple[float, ...], _shares(3)] = key(
+        f"of I1, I2 and I3 independently, relative: {SHARE}, or a list of three"
     )
-    tensor: Annotated[tuple[float, ...], _shares(6)] = Field(
-        default=None,
-        description="of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: "
-        f"{SHARE}, or a list of six",
+    tensor: Annotated[tuple[float, ...], _shares(6)] = key(
+        f"of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: {SHARE}, or a list of six"
     )
-    covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = Field(
-        default=None, description=f"the whole covariance: {COVARIANCE}"
+    covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = key(
+        f"the whole covariance: {COVARIANCE}"
     )
-    omega0: Share = Field(default=None, description=f"of the spin rate, relative: {SHARE}")
-    epsilon: Share = Field(default=None, description=f"of the size of the perturbation, relative: {SHARE}")
-    phase: Annotated[float | str, BeforeValidator(_phase)] = Field(
-        default=None, description=f"of the direction of the perturbation, rad: ≥ 0, or {distribution.ANY}"
+    omega0: Share = key(f"of the spin rate, relative: {SHARE}")
+    epsilon: Share = key(f"of the size of the perturbation, relative: {SHARE}")
+    phase: Annotated[float | str, BeforeValidator(_phase)] = key(
+        f"of the direction of the perturbation, rad: ≥ 0, or {distribution.ANY}"
     )
-    inertia: Share = Field(default=None, description=f"of the moments, or of the tensor where that is given: {SHARE}")
+    inertia: Share = key(f"of the moments, or of the tensor where that is given: {SHARE}")
 
     @model_validator(mode="after")
     def _check_one(self) -> "Uncertainty":
@@ -100,14 +98,13 @@ class Uncertainty(Strict):
         return {name: value for name, value in values.items() if value not in (None, 0)}
 
 
-def _uncertainty(value: Any) -> Any:
-    """Return an uncertainty; a bare share stands for the moments, or the tensor where that is given."""
-    return value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)}
-
-
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
 GivenUncertainty = Annotated[
-    Uncertainty, BeforeValidator(_uncertainty, json_schema_input_type=Uncertainty | float | str)
+    Uncertainty,
+    BeforeValidator(  # a bare share stands for the moments, or the tensor where that is given
+        lambda value: value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)},
+        json_schema_input_type=Uncertainty | float | str,
+    ),
 ]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
@@ -117,34 +114,32 @@ Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 class UncertainBody(SpunBody):
     """One body and the uncertainty of its moments."""
 
-    uncertainty: GivenUncertainty = Field(default=None, description=f"uncertainty of this body: {UNCERTAIN}")
-    draws: Draws = Field(default=None, description="number of draws of this body")
+    uncertainty: GivenUncertainty = key(f"uncertainty of this body: {UNCERTAIN}")
+    draws: Draws = key("number of draws of this body")
 
 
 class UncertainIntegration(Integration):
     """How each draw is measured: half as long as a single body, to a rate that is still far better than the draws."""
 
-    rotations: Positive = Field(2.0, description="length of a run in rotations, 2π/|omega0|: > 0")
+    rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 2.0)
 
 
 class UncertainDefinition(NearAxisDefinition):
     """A sweep of uncertain bodies."""
 
-    bodies: list_of(UncertainBody) = Field(
-        default=(), description="a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws"
+    bodies: list_of(UncertainBody) = key(
+        "a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws", ()
     )
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
-    uncertainty: GivenUncertainty = Field(default=None, description=f"of all bodies without their own: {UNCERTAIN}")
-    draws: Draws = Field(10_000, description="least number of draws of each body")
-    seed: Seed = Field(1, description="seed of the draws: whole, ≥ 0")
-    method: Annotated[str, choice(designs.METHODS)] = Field(
-        "sobol", description="sampling of the draws: " + ", ".join(designs.METHODS)
+    uncertainty: GivenUncertainty = key(f"of all bodies without their own: {UNCERTAIN}")
+    draws: Draws = key("least number of draws of each body", 10_000)
+    seed: Seed = key("seed of the draws: whole, ≥ 0", 1)
+    method: Annotated[str, choice(designs.METHODS)] = key(
+        "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
     )
-    turns: Turns = Field(100.0, description="turns of the spin within which a flip is counted: > 0")
-    twist: bool = Field(
-        False, description="true or false: whether to measure the twist of the draws too, and write its quantiles"
-    )
-    keep: bool = Field(False, description="true or false: whether to write every draw into the map")
+    turns: Turns = key("turns of the spin within which a flip is counted: > 0", 100.0)
+    twist: bool = switch("to measure the twist of the draws too, and write its quantiles")
+    keep: bool = switch("to write every draw into the map")
 
     @property
     def remarks(self) -> list[tuple[str, str]]:

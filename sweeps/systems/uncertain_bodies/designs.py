@@ -21,6 +21,8 @@ NORMAL_95 = 1.959963984540054  # standard deviations on either side that hold 95
 HALF_CELL = 2.0**-31  # of SciPy's Sobol numbers, multiples of 2^-30: no draw lies at infinity
 INSIDE = (2.0**-54, 1.0 - 2.0**-53)  # where other uniform numbers are kept, for the same reason
 
+Groups = tuple[tuple[int, ...], ...]  # columns of each input
+
 
 def replicates(draws: int) -> tuple[int, int]:
     """Return the number of replicates and of draws in each: at least `draws` in all, at most a sixteenth more."""
@@ -35,18 +37,10 @@ def made(draws: int) -> int:
 
 @lru_cache(maxsize=4)
 def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
-    """Return standard normals, independent between columns.
+    """Return standard normals, independent between columns, shape (replicates, size, dimension); not to be written to.
 
-    Args:
-        method: one of `METHODS`.
-        dimension: columns, ≥ 1.
-        draws: how many are requested.
-        seed: whole, ≥ 0.
-        stream: which of several independent sets of this seed.
-        threads: that make replicates side by side.
-
-    Returns:
-        Shape (replicates, size, dimension); never to be written to.
+    The method is one of `METHODS`, the number of draws that which is requested, `stream` one of several independent
+    sets of the seed.
     """
     from scipy.special import ndtri
 
@@ -120,12 +114,7 @@ def _order_statistics(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarr
 
 
 def sobol_indices(
-    function: Callable[[np.ndarray], np.ndarray],
-    groups: tuple[tuple[int, ...], ...],
-    draws: int,
-    seed: int,
-    method: str = "sobol",
-    run: Callable = map,
+    function: Callable, groups: Groups, draws: int, seed: int, method: str = "sobol", run: Callable = map
 ) -> dict[str, np.ndarray]:
     r"""Estimate first-order and total Sobol indices of a function of independent standard normals (Saltelli's design).
 
@@ -165,7 +154,7 @@ def sobol_indices(
     return {name: np.stack(values) for name, values in indices.items()}
 
 
-def _saltelli(A: np.ndarray, B: np.ndarray, groups: tuple[tuple[int, ...], ...]) -> Iterator[np.ndarray]:
+def _saltelli(A: np.ndarray, B: np.ndarray, groups: Groups) -> Iterator[np.ndarray]:
     """Yield A, B, and A with the columns of one group after the other from B."""
     yield A
     yield B

@@ -146,9 +146,8 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
     covariance = (covariance + covariance.T) / 2
     least = float(np.linalg.eigvalsh(covariance)[0])
     if least < -1e-9 * size or (np.diag(covariance) < 0).any():
-        raise InertiaError(
-            "(a matrix)", f"is not positive: it has the eigenvalue {least:.4g}", "no variance below 0 in any direction"
-        )
+        wrong = f"is not positive: it has the eigenvalue {least:.4g}"
+        raise InertiaError("(a matrix)", wrong, "no variance below 0 in any direction")
     spread = np.sqrt(np.diag(covariance))
     # what a tensor's off-diagonal entry can be at most is half the sum of the diagonal ones beside it
     diagonal = np.abs(values[:3])

@@ -26,6 +26,8 @@ STABLE, UNSTABLE = (0, 1), 2  # regimes of the kernels
 CLEAR = 0.01  # probability below which (or above its complement) the stability is certain
 COLUMNS = {"omega_squared_reduced", "growth_rate_reduced", "frequency_reduced", "regime", "status"}  # of a draw
 
+Columns = dict[str, np.ndarray]  # name → values
+
 
 @dataclass(frozen=True)
 class BodySampling:
@@ -54,7 +56,7 @@ def measured(
     sampling: BodySampling,
     integration: Integration,
     threads: int = 1,
-) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+) -> Iterator[tuple[Columns, Columns]]:
     """Yield (variables, draws) of each spin of a body.
 
     Variables are floats, or arrays over `quantile` (of `QUANTILES`) or over the body's own inputs; draws are columns of
@@ -72,12 +74,8 @@ def measured(
 class _Body:
     """Draws of one body, each measured.
 
-    Args:
-        distribution: of its moments and spin.
-        normals: shape (replicates, size, dimension), of which draws are made.
-        sampling: how these were made.
-        integration: how each draw is measured.
-        run: `map`, or one that calls a function side by side. Where tiles of draws end does not depend on threads.
+    They are made of `normals`, shape (replicates, size, dimension). `run` is `map`, or one that calls a function side
+    by side; where tiles of draws end does not depend on threads.
     """
 
     def __init__(self, distribution: Distribution, normals, sampling: BodySampling, integration: Integration, run):
@@ -87,10 +85,12 @@ class _Body:
         drawn = self._tiled(lambda part: distribution.inertia(self.normals[part]), len(self.normals))
         self.moments, self.impossible, self.turned = drawn if distribution.is_tilted else (*drawn, None)
 
-    def spun(self, spin: Spun) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    def spun(self, spin: Spun) -> tuple[Columns, Columns]:
         """Measure one spin; see `measured`."""
         rates = self._tiled(lambda part: self._rates(self._points(part, spin)), len(self.normals))
-        followed = _followed(self.shape)
+        count, size = self.shape
+        some = np.arange(min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1)))))  # of each replicate the first
+        followed = (np.arange(count)[:, None] * size + some).reshape(-1)
         thrown = self._points(followed, spin)
         nonlinear = self._flips(thrown, rates["omega_squared_reduced"][followed])
         if self.sampling.twist:
@@ -251,13 +251,6 @@ def _points(distribution: Distribution, moments, turned, normals, spin: Spun) ->
         phase = np.arctan2(seen[2] / seen[0], seen[1] / seen[0])
     columns = dict(zip(MOMENTS, moments.T, strict=True))
     return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
-
-
-def _followed(shape: tuple[int, int]) -> np.ndarray:
-    """Return numbers of the draws that are followed to their flips: of each replicate the first, a power of two."""
-    count, size = shape
-    size_followed = min(size, 2 ** int(math.log2(max(FOLLOWED / count, 1))))
-    return (np.arange(count)[:, None] * size + np.arange(size_followed)).reshape(-1)
 
 
 def _starts(points) -> np.ndarray:

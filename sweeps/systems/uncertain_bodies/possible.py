@@ -66,10 +66,7 @@ def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndar
 def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return moments of possible bodies, which were impossible, and principal axes, from the six entries of tensors.
 
-    Args:
-        entries: shape (n, 6), in the order of `ENTRIES`.
-        delta: δ.
-        axes: the body's own principal axes as rows, by which those of a draw are numbered.
+    The entries have shape (n, 6), in the order of `ENTRIES`; axes are the body's own principal ones as rows.
 
     Returns:
         Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
@@ -110,9 +107,8 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
         return 0.5 - np.arcsin(rho) / np.pi
     root = np.sqrt((1.0 - rho) * (1.0 + rho))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.nan_to_num(
-            np.divide([y - rho * x, x - rho * y], [x * root, y * root]), posinf=np.inf, neginf=-np.inf
-        )
+        slopes = np.divide([y - rho * x, x - rho * y], [x * root, y * root])
     apart = x * y < 0 or (x * y == 0 and x + y < 0)
+    slopes = np.nan_to_num(slopes, posinf=np.inf, neginf=-np.inf)
     probability = 2 * owens_t([x, y], slopes).sum() + apart
     return float(min(max(probability, 0.0), 1.0))

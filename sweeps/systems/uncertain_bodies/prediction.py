@@ -17,7 +17,7 @@ from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
 from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
-OPTIONS = ("draws", "seed", "turns", "method", "twist")  # of the command line, and keys of a definition
+OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
 
 
 @dataclass(frozen=True)
@@ -51,15 +51,10 @@ def entry_of(body: SpunBody) -> dict:
     return named | ({"ratios": moments} if body.ratios is not None else moments)
 
 
-def definition(
-    entry: Mapping,
-    given: Mapping[str, object],
-    spun: Mapping[str, float],
-    load: Callable[[Mapping], UncertainDefinition],
-) -> UncertainDefinition:
+def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
-    `given` has uncertainty (text of YAML, or its value), axis, and `OPTIONS`, each None where it was not given.
+    `given` has uncertainty (text of YAML, or its value) and `OPTIONS`, each None where it was not given.
     """
     try:
         uncertainty = given["uncertainty"]
@@ -68,11 +63,10 @@ def definition(
         raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
     values |= {name: given[name] for name in OPTIONS if given[name] is not None}
-    values |= {"axes": [given["axis"]]} if given["axis"] is not None else {}
     try:
         return load(values)
     except DefinitionError as refused:
-        text = str(refused).replace("definition: bodies[0].", "body: ").replace("definition: axes[0]:", "body: axis:")
+        text = str(refused).replace("definition: bodies[0].", "body: ")
         raise DefinitionError(text.replace("definition: ", "body: ")) from None
 
 
@@ -89,18 +83,14 @@ def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
 def facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
     how = {"draws": designs.made(result.sampling.draws), "seed": result.sampling.seed, "method": result.sampling.method}
-    how |= {
-        "turns": result.sampling.turns,
-        "quantile": list(measuring.QUANTILES),
-        "input": list(result.distribution.inputs),
-    }
+    inputs = list(result.distribution.inputs)
+    how |= {"turns": result.sampling.turns, "quantile": list(measuring.QUANTILES), "input": inputs}
     how["impossible_naive"] = next(iter(result.axes.values()))[0]["impossible_naive"]
-    return how | {"axes": {axis: _plain(summary) for axis, (summary, _) in result.axes.items()}}
-
-
-def _plain(summary: Mapping) -> dict:
-    plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
-    return plain | {"stability": VARIABLES["stability"].flags[summary["stability"]]}
+    axes, words = {}, VARIABLES["stability"].flags
+    for axis, (summary, _) in result.axes.items():
+        plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
+        axes[axis] = plain | {"stability": words[summary["stability"]]}
+    return how | {"axes": axes}
 
 
 def rows(result: Answer) -> list[tuple[str, str]]:
@@ -119,9 +109,8 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
             if fast[number] > 0:
                 time = wording.duration(1 / fast[number])
                 text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
-    text += (
-        f"; P(flips within {result.sampling.turns:g} turns) {_probability(summary, 'flip', summary['draws_followed'])}"
-    )
+    probability = _probability(summary, "flip", summary["draws_followed"])
+    text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
         text += f", median time between flips {wording.duration(sooner[2])}"
@@ -130,7 +119,11 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
         thrown = f"; thrown with ε = {result.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
         text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
-    return text + _matters(summary, result.distribution)
+    shares, inputs = np.nan_to_num(summary["sensitivity_total"]), result.distribution.inputs
+    if not shares.size or shares.max() <= 0:
+        return text
+    most = int(shares.argmax())
+    return f"{text}; most of the variance of Ω² comes from {inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def _probability(summary: Mapping, what: str, draws: int) -> str:
@@ -142,14 +135,6 @@ def _probability(summary: Mapping, what: str, draws: int) -> str:
         return f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{digits}g} (95 %)"
     digits = max(2, 1 - math.floor(math.log10(error)))
     return f"= {value:.{digits}f} ± {error:.{digits}f}"
-
-
-def _matters(summary: Mapping, distribution: Distribution) -> str:
-    shares = np.nan_to_num(summary["sensitivity_total"])
-    if not shares.size or shares.max() <= 0:
-        return ""
-    most = int(shares.argmax())
-    return f"; most of the variance of Ω² comes from {distribution.inputs[most]} (total Sobol index {shares[most]:.2f})"
 
 
 def lines(result: Answer) -> Iterator[str]:
@@ -166,8 +151,7 @@ def lines(result: Answer) -> Iterator[str]:
         yield f"{wrong} and are projected to nearly flat bodies"
     for axis, (summary, _) in result.axes.items():
         moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
-        wanted = summary["moment_spread_requested"]
-        spread = summary["moment_spread"] / wanted - 1 if wanted else 0
+        spread = summary["moment_spread"] / wanted - 1 if (wanted := summary["moment_spread_requested"]) else 0
         if abs(moved) > 1e-3 or abs(spread) > 1e-2:
             mean = f"sampled mean {100 * moved:+.2f} % from the requested one"
             yield f"moment about axis {axis}: {mean}, sigma {1 + spread:.3g} x the requested one"

@@ -7,15 +7,15 @@ import numpy as np
 
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.family import FreeBody
-from sweeps.systems.kernel import Kernel
 from sweeps.systems.rigid_body.kernels import FLIPS, SURVEY
-from sweeps.systems.system import Cost, Reference
+from sweeps.systems.system import Cost, Kernel, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, measuring, variables
 from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 from sweeps.systems.uncertain_bodies.variables import ARGUMENTS, KEPT, TWISTS, VARIABLES
 
 WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
+TWISTED = tuple(replace(kernel, when=lambda definition: definition.twist) for kernel in TWIST.compiled)
 
 
 class UncertainBodies(FreeBody):
@@ -25,15 +25,9 @@ class UncertainBodies(FreeBody):
     """
 
     name = "uncertain_bodies"
-    presentation = "sweeps.systems.uncertain_bodies.presentation"
     kernels = ("survey", "principal", "twist")
     existence = ()
-    compiled = (
-        *SURVEY,
-        replace(FLIPS, when=lambda definition: True),
-        Kernel("principal"),
-        *(replace(kernel, when=lambda definition: definition.twist) for kernel in TWIST.compiled),
-    )
+    compiled = (*SURVEY, replace(FLIPS, when=lambda definition: True), Kernel("principal"), *TWISTED)
     tables = variables
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
@@ -71,7 +65,10 @@ class UncertainBodies(FreeBody):
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition = self._definition
         size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
-        columns = {n: _missing(v, size, tuple(further[dim].size for dim in v.over)) for n, v in table.items()}
+        columns = {}
+        for name, one in table.items():
+            missing = np.nan if one.missing_is_nan else one.first_flag
+            columns[name] = np.full((size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
         spins = zip(points["body"], *(points[name] for name in ARGUMENTS[1:]), strict=True)
         per_body: dict[str, list[tuple[int, measuring.Spun]]] = {}
         for number, (name, axis, *spun) in enumerate(spins):
@@ -108,11 +105,6 @@ class UncertainBodies(FreeBody):
 
 def _most(definition: UncertainDefinition) -> int:
     return max(designs.made(definition.sampling(body).draws) for body in definition.bodies)
-
-
-def _missing(variable: Variable, size: int, inner: tuple[int, ...]) -> np.ndarray:
-    missing = np.nan if variable.missing_is_nan else variable.first_flag
-    return np.full((size, *inner), missing, dtype=variable.dtype)
 
 
 def _put(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:

@@ -2,50 +2,38 @@
 
 from dataclasses import replace
 
-from sweeps.schema.layout import Layout
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Variable, table
 from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
 from sweeps.systems.shared_variables import rows
 
-_ERROR = "from independent replicates"
 _OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
-_ALL = "over all draws: {}"
-_FIRST = "fraction of the variance of Ω² that this input alone explains"
-_TOTAL = "fraction of the variance of Ω² that is left if all other inputs are known"
 
 
-def _with_error(name: str, units: str, long_name: str, comment: str = "", **more) -> tuple[Variable, Variable]:
-    value = Variable(name, units, long_name, comment=comment, **more)
-    how = _ERROR + (_OF_PROBABILITY if name.startswith("probability") else "")
-    error = Variable(f"{name}_error", units, f"sampling standard error of {name}", comment=how, over=value.over)
-    return value, error
+def _sampled(text: str) -> dict[str, Variable]:
+    """Return name → variable of a table as `rows` reads it; after each name that ends in ±, its sampling error."""
+    variables = {}
+    for row, one in rows(text).items():
+        name = row.removesuffix("±")
+        over = ("quantile",) if name.endswith("_quantile") else ("input",) if name.startswith("sensitivity") else ()
+        variables[name] = replace(one, name=name, over=over)
+        if name != row:
+            how = "from independent replicates" + (_OF_PROBABILITY if name.startswith("probability") else "")
+            words = f"sampling standard error of {name}"
+            variables[f"{name}_error"] = Variable(f"{name}_error", one.units, words, comment=how, over=over)
+    return variables
 
 
-def _quantile(name: str, units: str, long_name: str, comment: str) -> tuple[Variable, Variable]:
-    return _with_error(f"{name}_quantile", units, long_name, _ALL.format(comment), over=("quantile",))
-
-
-VARIABLES = rows(
-    *_with_error(
-        "probability_unstable",
-        "1",
-        "probability that the spin is unstable, from the measured draws",
-        role=Role.MEASUREMENT,
-    ),
-    *_with_error("probability_middle", "1", "probability that the axis is the intermediate axis"),
+VARIABLES = _sampled(
     """
+    probability_unstable±      1  probability that the spin is unstable, from the measured draws [measurement]
+    probability_middle±        1  probability that the axis is the intermediate axis
     probability_middle_theory  1  probability that the axis is the intermediate axis, for normally distributed moments;
         missing where the principal axes tilt
-    """,
-    *_with_error(
-        "probability_flip",
-        "1",
-        "probability that the body flips within `turns` turns of the spin, from the measured draws",
-        "`turns` is a key of the definition; over the draws that were followed to their flips",
-    ),
-    """
+    probability_flip±          1  probability that the body flips within `turns` turns of the spin, from the measured
+        draws
+        comment: `turns` is a key of the definition; over the draws that were followed to their flips
     stability                -  stable or unstable with a probability above 0.99, otherwise uncertain [headline]
         flags: 0 stable uncertain unstable
     status                   -  whether fewer than 1 % of the draws are undecided [status]
@@ -54,40 +42,32 @@ VARIABLES = rows(
         ok
     impossible_naive         1  fraction of Gaussian samples that violate the triangle inequality of moments
     moment_mean_requested    kg m2  mean of the moment about the axis, requested
-    """,
-    *_with_error("moment_mean", "kg m2", "mean of the moment about the axis, sampled"),
-    """
+    moment_mean±             kg m2  mean of the moment about the axis, sampled
     moment_spread_requested  kg m2  standard deviation of the moment about the axis, requested
     moment_spread            kg m2  standard deviation of the moment about the axis, sampled
     draws                    1  i4  number of draws
     draws_followed           1  i4  number of draws that were followed to their flips
-    """,
-    *_quantile("growth_rate", "s-1", "quantile of the measured growth rate", "0 where not unstable"),
-    *_quantile("frequency", "rad s-1", "quantile of the measured angular frequency", "0 where not stable"),
-    *_quantile(
-        "flip_period",
-        "s",
-        "quantile of the time between two flips, measured; missing where the spin keeps its sign",
-        "a spin that keeps its sign counts as infinitely long",
-    ),
-    *_quantile(
-        "max_tilt",
-        "rad",
-        "quantile of the largest angle of the angular velocity from the direction of the axis near which it starts, "
-        "measured",
-        "from the axis of the drawn body",
-    ),
-    *_with_error("sensitivity_first", "1", "first-order Sobol index of Ω²", _FIRST, over=("input",)),
-    *_with_error("sensitivity_total", "1", "total Sobol index of Ω²", _TOTAL, over=("input",)),
+    growth_rate_quantile±    s-1  quantile of the measured growth rate
+        comment: over all draws: 0 where not unstable
+    frequency_quantile±      rad s-1  quantile of the measured angular frequency
+        comment: over all draws: 0 where not stable
+    flip_period_quantile±    s  quantile of the time between two flips, measured; missing where the spin keeps its sign
+        comment: over all draws: a spin that keeps its sign counts as infinitely long
+    max_tilt_quantile±       rad  quantile of the largest angle of the angular velocity from the direction of the axis
+        near which it starts, measured
+        comment: over all draws: from the axis of the drawn body
+    sensitivity_first±       1  first-order Sobol index of Ω²
+        comment: fraction of the variance of Ω² that this input alone explains
+    sensitivity_total±       1  total Sobol index of Ω²
+        comment: fraction of the variance of Ω² that is left if all other inputs are known
+    """
 )
 
-TWISTS = table(
-    *_quantile(
-        "twist",
-        "rad",
-        "quantile of the absolute twist per revolution of the axis of least inertia about L, measured",
-        "near pi, a half turn, for a thrown racket; missing for a spin about that axis",
-    )
+TWISTS = _sampled(
+    """
+    twist_quantile±  rad  quantile of the absolute twist per revolution of the axis of least inertia about L, measured
+        comment: over all draws: near pi, a half turn, for a thrown racket; missing for a spin about that axis
+    """
 )
 
 KEPT = {
@@ -118,12 +98,5 @@ FURTHER = table(
 OF_BODIES = {name: one for name, one in OF_ANY.items() if name not in OF_RIGID_BODIES.spare}
 COORDINATES = OF_BODIES | FURTHER
 
-LAYOUT = Layout(
-    {"body": OF_BODIES["body"], **COORDINATES},
-    VARIABLES | TWISTS | KEPT,
-    tuple(VARIABLES),
-    OF_RIGID_BODIES.values,
-    along="body",
-    beside=OF_RIGID_BODIES.beside,
-    spare=OF_RIGID_BODIES.spare,
-)
+_HELD = {"coordinates": {"body": OF_BODIES["body"], **COORDINATES}, "variables": VARIABLES | TWISTS | KEPT}
+LAYOUT = replace(OF_RIGID_BODIES, needed=tuple(VARIABLES), over={}, **_HELD)

@@ -71,7 +71,6 @@ class DampedTop(Dynamics):
     tables = sys.modules[__name__]
     references = "Landau and Lifshitz, Mechanics, section 25"
     caption = "measured decay of a damped top's spin"
-    presentation = "damped_top.presentation"
 
     def columns(self, points, integration: Integration):
         spin, tau = points["spin"], points["tau"]

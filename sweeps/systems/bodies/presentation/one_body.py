@@ -74,21 +74,18 @@ def answer(
     if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
     chosen, spun = prediction.body_of(body, source, given, load)
-    axis = prediction.axis_of(axis)
-    facts, (lines, rows, more) = (
-        prediction.facts(chosen, spun, axis, twist),
-        prediction.answer(chosen, spun, axis, twist),
-    )
+    of_axes = (chosen, spun, axes := prediction.axes_of(axis), twist)
+    facts, (lines, rows, more) = prediction.facts(*of_axes), prediction.answer(*of_axes)
     if not is_sampled:
         return BodyAnswer(chosen.name, facts, lines, rows, more)
     from sweeps.systems.uncertain_bodies import prediction as uncertain
 
     entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
-    read = uncertain.definition(entry, given | {"axis": axis, "twist": twist or None}, spun, load)
+    read = uncertain.definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
     memory.keep_freed()
     sampled = uncertain.answer(read, processors.cores())
     drawn = uncertain.facts(sampled)
-    axes = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
+    measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
     rows = [*uncertain.rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
     lines = [*lines, *uncertain.lines(sampled)]
-    return BodyAnswer(chosen.name, facts | drawn | {"axes": axes}, lines, rows, more, sampled)
+    return BodyAnswer(chosen.name, facts | drawn | {"axes": measured}, lines, rows, more, sampled)

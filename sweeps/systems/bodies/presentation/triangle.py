@@ -1,28 +1,24 @@
 """The triangle of inertia in figures: the shapes of a grid over I1/I3 and I2/I3, and what stands around them."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along
+from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.bodies.variables import SHAPE_COORDINATES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SHAPE = tuple(SHAPE_COORDINATES)
 
 
-def places(ds: "xr.Dataset", of: Callable = np.asarray) -> tuple[np.ndarray, np.ndarray]:
+def places(ds: Dataset, of: Callable = np.asarray) -> tuple[np.ndarray, np.ndarray]:
     """Return I1/I3 and I2/I3 of the shapes of a grid, ascending; with `style.edges`, at the corners of their cells."""
     x, t = np.meshgrid(*(np.clip(of(np.sort(ds[name].values)), 0.0, 1.0) for name in SHAPE), indexing="ij")
     return x, 1.0 - x * (1.0 - t)
 
 
-def values(ds: "xr.Dataset", name: str, at: Mapping[str, int]) -> np.ndarray:
+def values(ds: Dataset, name: str, at: Mapping[str, int]) -> np.ndarray:
     """Return a variable at the places of the shapes, where the other dimensions are at these indices."""
     found = along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
     return found[np.ix_(*(np.argsort(ds[side].values, kind="stable") for side in SHAPE))]

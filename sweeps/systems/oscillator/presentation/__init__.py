@@ -1,18 +1,13 @@
 """Presentation of small oscillations."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from sweeps.schema.boxes import Dataset
 from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
-from sweeps.systems.presentation import Page, Presentation, moving
+from sweeps.systems.presentation import Animations, Page, Presentation, moving
 from sweeps.systems.presentation.look import Compared, Look, Symbol
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
 
 LOOK = Look(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
 
@@ -29,11 +24,11 @@ class OscillatorPresentation(Presentation):
     drawn = (("oscillations", "figure_oscillations.draw"),)
     compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return the motion of one mode, and the equilibria."""
         return replace(self.part, facts=moving.facts_of(ds, self.system))
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+    def animations(self, ds: Dataset) -> Animations:
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""
         if self.system.name not in ANIMATED:
             return {}

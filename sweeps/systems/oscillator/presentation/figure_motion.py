@@ -50,7 +50,8 @@ class Run:
 
 def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     """Yield the frames of the animation; none without a stable and an unstable equilibrium."""
-    point = {p.name: _nearest(ds[p.name], p.default) for p in model.system.parameters.values()}
+    defaults = {p.name: p.default for p in model.system.parameters.values()}
+    point = {n: float(ds[n].values[np.argmin(np.abs(ds[n].values - value))]) for n, value in defaults.items()}
     here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
     runs = [run for regime in COLORS if (run := beside(here, regime, model)) is not None]
     if not runs:
@@ -63,10 +64,6 @@ def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     if not np.isfinite(states).all():
         return
     yield from _drawn(model, point, runs, states[:, :, : model.equations.m], times)
-
-
-def _nearest(values: xr.DataArray, wanted: float) -> float:
-    return float(values.values[np.argmin(np.abs(values.values - wanted))])
 
 
 def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
@@ -93,7 +90,11 @@ def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
 
 def _drawn(model, point, runs, q, times):
     film = style.film.get()
-    figure = animation.stage(INCHES, DOTS, model.system.title, _settings(model, point), (11.0, 7.5))
+    settings = (
+        style.with_unit(f"{p.name.replace('_', ' ')} {style.number(point[p.name], 3)}", p.unit)
+        for p in model.system.parameters.values()
+    )
+    figure = animation.stage(INCHES, DOTS, model.system.title, ",  ".join(settings), (11.0, 7.5))
     for k, run in enumerate(runs):
         text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
         x, side = ((0.03, "left"), (0.98, "right"))[k]
@@ -113,14 +114,6 @@ def _drawn(model, point, runs, q, times):
             yield *(artist for part in parts for artist in part(lately)), clock
 
     yield from animation.played(figure, frames())
-
-
-def _settings(model, point):
-    """Return the point in words: its varied and relevant parameters, with units."""
-    return ",  ".join(
-        style.with_unit(f"{p.name.replace('_', ' ')} {style.number(point[p.name], 3)}", p.unit)
-        for p in model.system.parameters.values()
-    )
 
 
 def _lines(ax, runs, **look):
@@ -157,9 +150,8 @@ def _scene(ax, model, point, runs, q):
         for run in runs:
             ax.plot(*places(run.place).T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
         trails = _lines(ax, runs, lw=2.0, alpha=0.4) if kind == "mass" else []
-        moving.append(
-            (places, _lines(ax, runs, lw=2.0, **({} if kind == "line" else {"marker": "o", "ms": 9})), trails)
-        )
+        mark = {} if kind == "line" else {"marker": "o", "ms": 9}
+        moving.append((places, _lines(ax, runs, lw=2.0, **mark), trails))
     ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach), aspect="equal")
     ax.axis("off")
 

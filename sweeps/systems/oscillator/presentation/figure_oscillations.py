@@ -55,7 +55,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         if not y:
             _lines(ax, one, x)
         elif _is_level(one, x) and _is_level(one, y):
-            _law(ax, one, *_steepest(one, x, y))
+            _law(ax, one, x, y)
         elif level := next((name for name in (x, y) if _is_level(one, name)), None):
             _lines(ax, one.isel({level: one.sizes[level] // 2}), y if level == x else x)
         else:
@@ -106,8 +106,11 @@ def _map(ax, one, x, y, most):
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")
     planes.boundary(ax, one[x].values, one[y].values, one["theory"].values, ROUNDING, r"theory: $\omega^2 = 0$")
-    rows, columns = _few_dots(*np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1))
+    rows, columns = np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1)
     if rows.size:
+        every = max(1, math.ceil(math.sqrt(rows.size / MOST_DOTS)))
+        kept = (rows % every == 0) & (columns % every == 0)
+        rows, columns = rows[kept], columns[kept]
         look = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
         ax.plot(one[x].values[columns], one[y].values[rows], "o", ms=2.0, mew=0.0, **look)
     planes.name_sides(ax, one, x, y)
@@ -129,16 +132,15 @@ def _is_level(one, name):
     return bool(np.isfinite(values).any() and span.max() <= LEVEL * np.nanmax(np.abs(values)))
 
 
-def _steepest(one, x, y):
-    """Return both parameters, first y where theory's rate hardly changes over x."""
-    with np.errstate(all="ignore"):
-        rates = np.log(np.abs(one["omega_squared_theory"]))
-        spans = [float((rates.max(name) - rates.min(name)).max()) for name in (x, y)]
-    return (x, y) if spans[0] > 0.1 * spans[1] else (y, x)
-
-
 def _law(ax, one, x, y):
-    """Draw the measured rate as dots on theory's lines over x, at a few values of y that stand beside their ends."""
+    """Draw the measured rate as dots on theory's lines over x, at a few values of y that stand beside their ends.
+
+    The other way round where theory's rate hardly changes over x.
+    """
+    with np.errstate(all="ignore"):
+        logs = np.log(np.abs(one["omega_squared_theory"]))
+        spans = [float((logs.max(name) - logs.min(name)).max()) for name in (x, y)]
+    x, y = (x, y) if spans[0] > 0.1 * spans[1] else (y, x)
     some = np.unique(np.linspace(0, one.sizes[y] - 1, MOST_CURVES).round().astype(int))
     every = style.few(one.sizes[x], 24)
     rates = np.sqrt(np.abs(one["omega_squared_theory"].isel({y: some}).transpose(y, x).values))
@@ -165,13 +167,6 @@ def _law(ax, one, x, y):
     ax.set_title(f"{ax.get_title(loc='left')}, by {y.replace('_', ' ')}", loc="left")
 
 
-def _few_dots(rows, columns):
-    """Return places of at most some `MOST_DOTS` dots: all, or those on every k-th row and column."""
-    every = math.ceil(math.sqrt(rows.size / MOST_DOTS)) if rows.size > MOST_DOTS else 1
-    kept = (rows % every == 0) & (columns % every == 0)
-    return rows[kept], columns[kept]
-
-
 def _lines(ax, one, x):
     """Draw measured signed ω² as dots on theory's line, where one parameter varies."""
     at = one[x].values
@@ -185,8 +180,7 @@ def _lines(ax, one, x):
 
 def _places(ax, part, name, x, y):
     """Draw the equilibria over x in the middle of y: stable ones in one colour, unstable ones in another."""
-    row = part.isel({y: part.sizes[y] // 2}) if y else part
-    row = row.isel(mode=0)
+    row = (part.isel({y: part.sizes[y] // 2}) if y else part).isel(mode=0)
     line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
     styles = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
     for k, (dash, word) in enumerate(styles):
@@ -200,8 +194,7 @@ def _places(ax, part, name, x, y):
     style.scale_as_spread(ax.xaxis, row[x].values)
     cut = f", {style.fixed_at(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
     ax.set_title(f"equilibria{cut}", loc="left")
-    symbol = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium"))
-    unit = part[name].attrs.get("units", "1")
+    symbol, unit = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium")), part[name].attrs.get("units", "1")
     ax.set(xlabel=style.label_of(part, x), ylabel=style.with_unit(symbol, unit, "  ({})"))
 
 

@@ -6,28 +6,22 @@ For the pages of systems that descriptions make. Their own script says, in `part
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation import turning
 from sweeps.systems.presentation.moving.equations import facts
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.described import Described
 
 _HERE = Path(__file__).parent
-FILES = (
-    turning.DRAWING,
-    *(_HERE / name for name in ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")),
-)
+_NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")
+FILES = (turning.DRAWING, *(_HERE / name for name in _NAMES))
 
 
-def facts_of(ds: "xr.Dataset", system: "Described", suffix: str = "equilibrium") -> dict:
+def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
     """Return what the scripts are told: the equations, where the map has all that stands in them.
 
-    Args:
-        ds: the map.
-        system: its system; a file that only a map names is not run.
-        suffix: of the names of the variables that hold where a motion starts.
+    A file that only a map names is not run. Names of variables with `suffix` hold where a motion starts.
     """
     if system.name.endswith(".py"):
         return {"equations": None}

@@ -24,9 +24,6 @@ class UnwrittenError(Exception):
 def facts(system: "System") -> dict | None:
     """Return the equations a_ij q̈_j = f_i, or x' = f, of a system for the page; None where it cannot evaluate them.
 
-    Args:
-        system: the description.
-
     Returns:
         `coordinates` (name, `velocity`, None of a state, `unit`, and `size`, the tree of what is drawn as a
         perturbation of one), `shared` (name and tree of what stands in several), `a` (rows of trees; none of states),
@@ -43,15 +40,11 @@ def facts(system: "System") -> dict | None:
         seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
         period = None if system.given_period is None else tree(system.given_period)
         attitude = system.turning and [[tree(x) for x in vector] for vector in system.turning]
-        coordinates = [
-            {
-                "name": c.name,
-                "velocity": c.velocity.name if equations.v else None,
-                "unit": c.unit,
-                "size": tree(_size(c)),
-            }
-            for c in equations.places
-        ]
+        coordinates = []
+        for c in equations.places:  # a perturbation of 1 is drawn as described, as a radian, or an eighth of the bounds
+            usual = 1 if c.unit == "rad" else (c.bounds[1] - c.bounds[0]) / 8
+            words = {"name": c.name, "velocity": c.velocity.name if equations.v else None, "unit": c.unit}
+            coordinates.append(words | {"size": tree(usual if c.size is None else c.size)})
     except UnwrittenError:
         return None
     n = len(equations.v)
@@ -108,16 +101,6 @@ def _rods(system: "System", places: list) -> list[tuple[int, int]]:
                 pairs.append((k, j))
                 break
     return pairs
-
-
-def _size(coordinate) -> "sp.Expr":
-    """Return size of a perturbation of 1 in a picture: as described, a radian, or an eighth of the bounds."""
-    import sympy as sp
-
-    if coordinate.size is not None:
-        return coordinate.size
-    low, high = coordinate.bounds
-    return sp.Integer(1) if coordinate.unit == "rad" else (high - low) / 8
 
 
 def tree(expression: "sp.Expr") -> float | str | list:

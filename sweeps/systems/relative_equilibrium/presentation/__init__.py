@@ -1,18 +1,12 @@
 """Presentation of relative equilibria."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sweeps.figure import colors
-from sweeps.systems.presentation import Page, Presentation, moving
+from sweeps.schema.boxes import Dataset
+from sweeps.systems.presentation import Animations, Page, Presentation, moving
 from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-
 
 _PAGE = Path(__file__).parent / "page"
 LOOK = Look(
@@ -39,11 +33,11 @@ class RelativeEquilibriumPresentation(Presentation):
     drawn = (("stability", "figure_spectra.draw"),)
     compared = (Compared(("eigenvalue_real", "eigenvalue_imag"), "eigenvalues", "rate_scale"),)
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return the motion about the equilibrium, and its eigenvalues."""
         return replace(self.part, facts=moving.facts_of(ds, self.system))
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+    def animations(self, ds: Dataset) -> Animations:
         """Return the animation of the flat spin of a body with a viscous slug."""
         slug = self.system.name == "viscous_slug"
         return {"flat_spin": self.drawing("figure_flat_spin.frames", ds)} if slug else {}

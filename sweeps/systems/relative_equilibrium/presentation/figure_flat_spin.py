@@ -69,9 +69,8 @@ def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     flat.terminal = True
     across = math.tan(TILT) * point["axial_moment"] / point["transverse_moment"] * spin
     start, end = np.array([across, 0.0, spin, across, 0.0, spin]), E_FOLDS / point["growth_rate"]
-    run = solve_ivp(
-        lambda t, x: rates(x), (0.0, end), start, "DOP853", rtol=1e-9, atol=1e-12, events=flat, dense_output=True
-    )
+    options = {"rtol": 1e-9, "atol": 1e-12, "events": flat, "dense_output": True}
+    run = solve_ivp(lambda t, x: rates(x), (0.0, end), start, "DOP853", **options)
     times = np.linspace(0.0, run.t[-1], FRAMES * style.film.get().finer * FINER + 1)
     x = run.sol(times)
     return times, (moments[:, None] * x[:3] + slug * x[3:]).T

@@ -38,9 +38,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         else:
             mesh = _frequencies(ax, one, x, y)
     if y and not top:
-        figure.colorbar(
-            mesh, ax=list(axes), label=f"measured angular frequency  ({style.units('rad s-1')})", aspect=30, pad=0.02
-        )
+        words = f"measured angular frequency  ({style.units('rad s-1')})"
+        figure.colorbar(mesh, ax=list(axes), label=words, aspect=30, pad=0.02)
     regimes.explain(figure, axes, "growth or decay / rate scale")
     return figure
 

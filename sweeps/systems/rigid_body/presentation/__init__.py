@@ -1,16 +1,9 @@
 """Presentation of free rigid bodies."""
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
-
-from sweeps.systems.presentation import Opening, Page, Presentation
+from sweeps.schema.boxes import Dataset
+from sweeps.systems.presentation import Animations, Drawings, Opening, Page, Presentation
 from sweeps.systems.presentation.look import Compared
 from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, is_grid, is_of_shapes
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
 
@@ -26,7 +19,7 @@ class RigidBodyPresentation(Presentation):
         Compared(("omega_squared",), "Ω²", is_spare=True),
     )
 
-    def opening(self, ds: "xr.Dataset") -> Opening:
+    def opening(self, ds: Dataset) -> Opening:
         """Return the plane of the stability figures, or for bodies their least ε."""
         if not is_grid(ds):
             return super().opening(ds)
@@ -36,13 +29,13 @@ class RigidBodyPresentation(Presentation):
         plane, at = (SHAPE, super().opening(ds).at) if is_of_shapes(ds) else planes(ds)
         return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return bodies in a table, the body turning, and the limit of linear theory."""
         from sweeps.systems.rigid_body.presentation.page import page
 
         return page(ds)
 
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures(self, ds: Dataset) -> Drawings:
         """Return the stability over moments or the triangle, or bodies in a row, and more."""
         drawings, shapes = {}, is_of_shapes(ds)
         if shapes:
@@ -57,16 +50,16 @@ class RigidBodyPresentation(Presentation):
             drawings["breakdown"] = self.drawing("figure_breakdown.draw", ds)
         return drawings | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
 
-    def draws_plainly(self, ds: "xr.Dataset") -> bool:
+    def draws_plainly(self, ds: Dataset) -> bool:
         """Return True for all figures of a grid except the breakdown."""
         return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
 
-    def figures_of_points(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
         drawings = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
         return drawings | self.against_theory(ds)
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+    def animations(self, ds: Dataset) -> Animations:
         """Return the animation of one flip of the most unstable possible body."""
         return {"flip": self.drawing("figure_flip.frames", ds)}
 

@@ -23,6 +23,8 @@ NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
 OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": "white", "mec": colors.INK, "mew": 1.3}
 HOLLOW = ("sphere", "undetermined")  # regimes
+LIGHT = (*HOLLOW, "stable_minor")  # of whose marks the numeral is dark
+NUMERAL = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
 OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 
 
@@ -47,7 +49,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
     elif many:
         _histogram(axes[1], ds)
-    _legend(figure, part)
+    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
+    words = [word for word in REGIMES if word in present]
+    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
+    handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
+    style.legend(figure, handles)
     return figure
 
 
@@ -84,14 +90,22 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
         ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
-            _numbered(ax, rate if trusted[i, j] and rate > 0 else zero, y, axis, word)
+            x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else "white"
+            ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
+            style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     letters = 7.2 if style.is_narrow() else 9.0
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=letters)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
-    _zero_column(ax, zero, low, rows)
+    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
+    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
+    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
+    style.grid(ax, "x")
+    for i in range(1, rows):
+        ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
+    ax.tick_params(axis="y", length=0)
 
 
 def _histogram(ax: Axes, ds: xr.Dataset) -> None:
@@ -142,27 +156,9 @@ def _row_label(body: xr.Dataset) -> str:
     return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(no rigid body)")
 
 
-def _numbered(ax: Axes, x: float, y: float, axis: int, word: str) -> None:
-    ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
-    ink = colors.INK if word in (*HOLLOW, "stable_minor") else "white"
-    look = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
-    style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **look)
-
-
 def _marker(word: str) -> dict:
     color = LOOK.color(word)
     return {"marker": "o", "ms": 7, "mec": color, "mfc": "white" if word in HOLLOW else color}
-
-
-def _zero_column(ax: Axes, zero: float, low: float, rows: int) -> None:
-    """Separate the column of zero rates, and rows from each other."""
-    exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
-    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
-    ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
-    style.grid(ax, "x")
-    for i in range(1, rows):
-        ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
-    ax.tick_params(axis="y", length=0)
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
@@ -219,14 +215,6 @@ def _days(value: float) -> str:
 def gist(note: str) -> str:
     """Return the last sentence of a note, its conclusion."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
-
-
-def _legend(figure: Figure, part: xr.Dataset) -> None:
-    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
-    words = [word for word in REGIMES if word in present]
-    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
-    handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
-    style.legend(figure, handles)
 
 
 def brief_duration(seconds: float) -> str:

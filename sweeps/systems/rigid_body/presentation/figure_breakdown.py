@@ -17,6 +17,7 @@ EXPECTED, TOLERANCE = 2.0, 0.1
 SMALLEST_DRAWN = 1e-16
 HIGHLIGHTED = 3  # bodies in colours; the others are grey
 OTHERS = "#b5b9bf"
+LETTERS = 29  # of a name in the table
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
@@ -31,7 +32,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     left, right, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
     right.sharey(left)
     right.sharex(left)
-    lit = _highlighted(fits)
+    fitted = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
+    best = np.flatnonzero(fitted == fitted.max())  # of these some, far from each other
+    lit = best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
     _panel(left, fits, fits["theory"] > 0, lit)
     _panel(right, fits, fits["theory"] < 0, lit)
     left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$")
@@ -75,13 +78,6 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
         label = ", ".join(style.number(float(part[name]), 3) for name in MOMENTS)
         parts.append(part.drop_vars({*MOMENTS, *over}).assign_coords(body=f"({label}) kg m²"))
     return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(places)
-
-
-def _highlighted(fits: xr.Dataset) -> list[int]:
-    """Return numbers of the bodies in colours: some of those with most fitted exponents, far from each other."""
-    fitted = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
-    best = np.flatnonzero(fitted == fitted.max())
-    return best[np.unique(np.linspace(0, best.size - 1, HIGHLIGHTED).round().astype(int))].tolist()
 
 
 def _look(body: int, lit: list[int]) -> dict:
@@ -138,18 +134,15 @@ def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:
         ax.plot([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, lw=1.1, ls=LINES[axis])
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
+        name = str(fits["body"].values[i])
         ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
-        ax.text(0.085, i, _clipped(str(fits["body"].values[i])), va="center", fontsize=8.0)
+        ax.text(0.085, i, name if len(name) <= LETTERS else name[: LETTERS - 1] + "…", va="center", fontsize=8.0)
         for j, x in enumerate(columns):
             text, color = _cell(fits.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
     ax.axhline(rows - 0.45, color=colors.FAINT, lw=0.8)
     if "no law" in {text.get_text() for text in ax.texts}:
         ax.text(0.0, rows + 0.1, "no law: too few deviations above rounding", **(head | {"fontsize": 7.8}))
-
-
-def _clipped(name: str, most: int = 29) -> str:
-    return name if len(name) <= most else name[: most - 1] + "…"
 
 
 def _cell(at: xr.Dataset) -> tuple[str, str]:

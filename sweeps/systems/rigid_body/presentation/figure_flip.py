@@ -5,7 +5,8 @@ axis of least moment. Attitude and angular velocity are those of the closed form
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -14,7 +15,7 @@ from matplotlib.collections import PolyCollection
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along, blocks, dimensions, nearest_by
+from sweeps.schema.boxes import Dataset, along, blocks, dimensions, nearest_by
 from sweeps.systems.bodies import outline as outlines
 from sweeps.systems.bodies.attitude import rotated
 from sweeps.systems.bodies.solid import Face, of_mesh
@@ -22,9 +23,6 @@ from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.presentation.look import settings
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
@@ -44,7 +42,7 @@ COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 INDICES = "₁₂₃"
 
 
-def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
+def most_unstable(ds: Dataset) -> dict[str, float] | None:
     """Return the physically possible point whose perturbation grows fastest for its spin rate; None without one.
 
     Its parameters by name, with `body` where the map has it.
@@ -62,7 +60,7 @@ def most_unstable(ds: "xr.Dataset") -> dict[str, float] | None:
     return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
-def racket(ds: "xr.Dataset") -> dict[str, float] | None:
+def racket(ds: Dataset) -> dict[str, float] | None:
     """Return the point of a tennis racket thrown about its axis 2; None where none is on the grid."""
     at = racket_at(ds)
     if at is None:
@@ -71,7 +69,7 @@ def racket(ds: "xr.Dataset") -> dict[str, float] | None:
     return {"body": "Tennis racket"} | {name: float(value) for name, value in values.items()}
 
 
-def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
+def racket_at(ds: Dataset) -> dict[str, int] | None:
     """Return dimension → index of that point."""
     if "body" in ds.dims or not {*PARAMETERS} <= set(ds.coords) or not all(ds[name].ndim for name in PARAMETERS):
         return None
@@ -86,18 +84,13 @@ def racket_at(ds: "xr.Dataset") -> dict[str, int] | None:
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return matrices body → space (n, 3, 3) at times (s), L along z; moments in kg m2, omega at time 0 in rad/s."""
     turned = rotated(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
-    return _upright(moments * omega) @ turned
-
-
-def _upright(L: np.ndarray) -> np.ndarray:
-    """Return a rotation that takes a vector onto the z axis."""
-    z = L / np.linalg.norm(L)
+    z = moments * omega / np.linalg.norm(moments * omega)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
+    return np.stack([x, np.cross(z, x), z]) @ turned
 
 
-def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
+def frames(ds: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips."""
     point = racket(ds) or most_unstable(ds)
     if point is None:
@@ -106,11 +99,10 @@ def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return
-    try:
+    moving = None
+    with suppress(ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
         times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
         moving = _moving(moments, omega, times)
-    except (ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
-        return
     if moving is None:  # moments beyond doubles' products
         return
     axis, name = int(point["axis"]), f"{point['body']}, " if "body" in point else ""
@@ -118,7 +110,7 @@ def frames(ds: "xr.Dataset") -> Iterator[np.ndarray]:
     yield from _drawn(_Shown(f"{name}spin about axis {axis}", words, axis, solid_of(moments)), moments, times, *moving)
 
 
-def film(motion: "xr.Dataset") -> Iterator[np.ndarray]:
+def film(motion: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
@@ -145,14 +137,10 @@ def _moving(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[
 
 
 def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
-    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow."""
-    flip = _flip(moments, omega, axis, period)
-    length = min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
-    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
+    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow.
 
-
-def _flip(moments, omega, axis: int, period: float) -> float:
-    """Return when in one flip period the spin changes sign, or is least; to some 1e-5 of the period, s."""
+    The spin changes sign, or is least, in their middle, to some 1e-5 of the period.
+    """
     low, high = 0.0, period
     for _ in range(2):
         times = np.linspace(low, high, 321)
@@ -160,7 +148,8 @@ def _flip(moments, omega, axis: int, period: float) -> float:
         (changes,) = np.nonzero(np.signbit(spin[1:]) != np.signbit(spin[:-1]))
         at = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spin))) - 1, 0)
         low, high = times[at], times[min(at + (1 if changes.size else 2), times.size - 1)]
-    return 0.5 * (low + high)
+    flip, length = 0.5 * (low + high), min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
+    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
 
 
 class _Shown(NamedTuple):

@@ -1,7 +1,6 @@
 """Polhodes: the curves that the angular velocity traces in a body, on the ellipsoid of one energy, far side faint."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +9,10 @@ from matplotlib.figure import Figure
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import along
+from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
 from sweeps.systems.rigid_body.presentation.look import LOOK, moments_over
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
@@ -104,14 +100,13 @@ class Scene:
         return float(self.half().mean())
 
 
-def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
+def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw the polhodes of the most asymmetric possible body of a map; None where all have two equal moments."""
     body = chosen(ds)
     if body is None:
         return None
     figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
-    ax = figure.subplots()
-    scene = Scene.of(body.moments)
+    ax, scene = figure.subplots(), Scene.of(body.moments)
     ax.set_axis_off()
     _surface(ax, scene)
     _principal_axes(ax, scene, body)
@@ -125,7 +120,7 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     return figure
 
 
-def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
+def chosen(ds: Dataset) -> AsymmetricBody | None:
     """Return the body of a map with the greatest `asymmetry`; None where none has three different moments."""
     if "body" in ds.dims:
         table = np.column_stack([ds[name].values for name in MOMENTS])
@@ -140,7 +135,7 @@ def chosen(ds: "xr.Dataset") -> AsymmetricBody | None:
     return AsymmetricBody(names[best], table[best], "" if ratios[best] else "kg m²") if score[best] > 1.0 else None
 
 
-def _some_moments(ds: "xr.Dataset") -> np.ndarray:
+def _some_moments(ds: Dataset) -> np.ndarray:
     """Return moments of bodies of a grid, thinned along each dimension that they have, shape (n, 3)."""
     dims, columns = moments_over(ds), []
     for name in MOMENTS:
@@ -160,16 +155,13 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
     return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
 
 
-def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
-    values = ",  ".join(
-        f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in zip(MOMENTS, body.moments, strict=True)
-    )
+def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
+    pairs = zip(MOMENTS, body.moments, strict=True)
+    values = ",  ".join(f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in pairs)
     units = f" {body.units}" if body.units else "  (ratios)"
     which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
-    return (
-        f"{ds.attrs.get('title', '')};  {which}{values}{units}\n"
-        "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
-    )
+    words = "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
+    return f"{ds.attrs.get('title', '')};  {which}{values}{units}\n{words}"
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -179,6 +171,8 @@ def _subtitle(ds: "xr.Dataset", body: AsymmetricBody) -> str:
 def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
     """Return evenly spaced polhodes about both ends of both stable axes, and the two branches of the separatrix.
 
+    These are plane ellipses that cross at the ends of the middle axis.
+
     Returns:
         (regime, closed curve of shape (POINTS, 3)) of each; the separatrix last.
     """
@@ -187,7 +181,9 @@ def polhodes(scene: Scene) -> list[tuple[str, np.ndarray]]:
         for angle in _angles(scene, begin):
             start = np.array([scene.semi[0] * np.cos(angle), 0.0, scene.semi[2] * np.sin(angle)])
             curves += [(kind, exact.polhode(scene.moments, end * start, POINTS)) for end in (1.0, -1.0)]
-    return curves + [("unstable", branch) for branch in _separatrix(scene)]
+    turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
+    x, y, z = scene.semi[0] * np.cos(at) * np.cos(turn), np.sin(turn), scene.semi[2] * np.sin(at) * np.cos(turn)
+    return curves + [("unstable", np.column_stack([x, y, side * z])) for side in (1.0, -1.0)]
 
 
 def _angles(scene: Scene, begin: float) -> np.ndarray:
@@ -196,13 +192,6 @@ def _angles(scene: Scene, begin: float) -> np.ndarray:
     arc = np.hypot(np.diff(scene.semi[0] * np.cos(angles)), np.diff(scene.semi[2] * np.sin(angles))).cumsum()
     parts = int(np.clip(round(arc[-1] / (SPACING * scene.size)), LEAST_CURVES, MOST_CURVES))
     return np.interp(arc[-1] * (np.arange(parts) + 0.5) / (parts + 0.1), arc, angles[1:])
-
-
-def _separatrix(scene: Scene) -> list[np.ndarray]:
-    """Return its two branches, plane ellipses that cross at the ends of the middle axis."""
-    turn, at = np.linspace(0.0, 2 * np.pi, POINTS), scene.crossing()
-    x, z = scene.semi[0] * np.cos(at), scene.semi[2] * np.sin(at)
-    return [np.column_stack([x * np.cos(turn), np.sin(turn), side * z * np.cos(turn)]) for side in (1.0, -1.0)]
 
 
 def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:

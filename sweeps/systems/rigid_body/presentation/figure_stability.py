@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,14 +16,11 @@ from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
 from sweeps.figure import colors, style
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.schema.boxes import along
+from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
 from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
@@ -51,7 +47,7 @@ NAMED = {
 }
 
 
-def planes(ds: "xr.Dataset") -> tuple[tuple[str, ...], dict[str, float]]:
+def planes(ds: Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
     """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
 
     The moments are two, one or none: the longest dimensions first, in order. Fixed are the least epsilon (theory is
@@ -73,25 +69,18 @@ def _middle(values: np.ndarray) -> float:
     return float(np.sort(values)[(values.size - 1) // 2])
 
 
-def _most_telling(ds: "xr.Dataset", sides: tuple[str, str], third: str) -> float:
+def _most_telling(ds: Dataset, sides: tuple[str, str], third: str) -> float:
     """Return the third moment at which the rarest regime about any axis has the largest share of the bodies."""
-    values = np.sort(ds[third].values)
+    values, best, most = np.sort(ds[third].values), _middle(ds[third].values), 0.0
     thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
-    candidates = values[style.few(values.size, MOST_COMPARED)]
-    shares = [_rarest_share(thinned | {third: value}, ds["axis"].values) for value in candidates]
-    if max(shares) == 0.0:
-        return _middle(values)
-    return float(candidates[int(np.argmax(shares))])
-
-
-def _rarest_share(moments: Mapping[str, np.ndarray], axes: np.ndarray) -> float:
-    I1, I2, I3 = (m.reshape(-1) for m in np.meshgrid(*(moments[name] for name in MOMENTS), indexing="ij"))
-    possible = triangle_margin(I1, I2, I3) >= 0
-    if not possible.any():
-        return 0.0
-    kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE)
-    regimes = [linear.regime(I1[possible], I2[possible], I3[possible], int(axis)) for axis in axes]
-    return min(float(np.mean(regime == kind)) for regime in regimes for kind in kinds)
+    for value in values[style.few(values.size, MOST_COMPARED)]:
+        moments = np.meshgrid(*((thinned | {third: value})[name] for name in MOMENTS), indexing="ij")
+        possible = [m.reshape(-1)[triangle_margin(*moments).reshape(-1) >= 0] for m in moments]
+        regimes = [linear.regime(*possible, axis) for axis in ds["axis"].values.tolist()]
+        kinds = (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE) if possible[0].size else ()
+        share = min((float(np.mean(regime == kind)) for regime in regimes for kind in kinds), default=0.0)
+        best, most = (float(value), share) if share > most else (best, most)
+    return best
 
 
 def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]) -> dict:
@@ -122,7 +111,7 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
 # The pictures
 
 
-def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+def draw(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis: a map over two moments, a curve over one, None where none varies."""
     sides, fixed = planes(ds)
     if not sides:
@@ -136,7 +125,7 @@ def draw(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
     return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, sides, fixed)
 
 
-def _slice(ds: "xr.Dataset", axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
+def _slice(ds: Dataset, axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
     """Return the plane (or line) of a picture, at most `MOST_CELLS` a side, with its `signed_rate`; (…, x) last."""
     at = {name: int(np.flatnonzero(ds[name].values == value)[0]) for name, value in fixed.items()}
     at |= {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])}
@@ -164,7 +153,7 @@ def _map(figure, part, axis, sides, fixed) -> Figure:
     taken = _mark_bodies(ax, sides, window, fixed[third])
     _name_regions(ax, part, sides, lines, taken)
     color_bar(figure, ax, mesh)
-    style.legend(figure, _vanishing(part) + _missing(part))
+    style.legend(figure, list(_unnamed(part)))
     return figure
 
 
@@ -205,15 +194,12 @@ def _between(scale: str, low: float, high: float) -> np.ndarray:
     return (np.geomspace if scale == "log" else np.linspace)(low, high, 400)
 
 
-def _vanishing(part: Mapping[str, np.ndarray]) -> list:
-    if not np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
-        return []
-    return [Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, lw=0.7, label=r"marginal: $\Omega^2 = 0$")]
-
-
-def _missing(part: Mapping[str, np.ndarray]) -> list:
-    missing = int(np.count_nonzero(~np.isfinite(part["signed_rate"])))
-    return [Patch(facecolor=MISSING, label=f"no value ({missing:,})")] if missing else []
+def _unnamed(part: Mapping[str, np.ndarray]) -> Iterator[Patch]:
+    """Yield the legend's entries for regions that are not named in the panel."""
+    if np.isin(part["regime"], (linear.MARGINAL, linear.SPHERE)).any():
+        yield Patch(facecolor="#f7f7f7", edgecolor=colors.QUIET, lw=0.7, label=r"marginal: $\Omega^2 = 0$")
+    if missing := int(np.count_nonzero(~np.isfinite(part["signed_rate"]))):
+        yield Patch(facecolor=MISSING, label=f"no value ({missing:,})")
 
 
 def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
@@ -248,21 +234,19 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
 
 
 @cache
-def _listed(file: str) -> tuple[dict, ...]:
-    return tuple(plain(read_text(file_text(Path(__file__).parents[3] / "definitions" / file)))["bodies"])
-
-
-def real_bodies(*files: str) -> Iterator[tuple[str, tuple[float, float, float], tuple, str]]:
-    """Yield name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
+def real_bodies(*files: str) -> tuple[tuple[str, tuple[float, float, float], tuple, str], ...]:
+    """Return name, moments in units of the third, offset and alignment of real bodies, of some or all definitions."""
+    bodies = []
     for file, named in NAMED.items():
         if files and file not in files:
             continue
-        for body in _listed(file):
+        for body in plain(read_text(file_text(Path(__file__).parents[3] / "definitions" / file)))["bodies"]:
             if body["name"] in named:
                 given = body.get("ratios", body)
-                moments = [float(given[name]) for name in ("I1", "I2", "I3")]
+                moments = [float(given[name]) for name in MOMENTS]
                 name, offset, side = named[body["name"]]
-                yield name, tuple(moment / moments[2] for moment in moments), offset, side
+                bodies.append((name, tuple(moment / moments[2] for moment in moments), offset, side))
+    return tuple(bodies)
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
@@ -280,7 +264,9 @@ def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
         elif level:
             _outside(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
         else:
-            at = _clear_of(xs, [other for other in lines.values() if other is not line])
+            others = [other for other in lines.values() if other is not line]
+            crossings = [int(np.searchsorted(xs, next(iter(other.values()))[0])) for other in others]
+            at = 176 if all(abs(at - 176) > 40 for at in crossings) else 80  # near the end, if no other crosses there
             ax.add_artist(_Along(_pair_text(pair), xs[[at - 24, at]], ys[[at - 24, at]]))
 
 
@@ -298,12 +284,6 @@ class _Along(Annotation):
             return 0.0
         (x, y), (u, v) = self.axes.transData.transform(self._line)
         return float(np.degrees(np.arctan2(v - y, u - x)))
-
-
-def _clear_of(diagonal: np.ndarray, others) -> int:
-    """Return where on a slanting boundary its name stands: near the end, unless another boundary crosses there."""
-    crossings = [int(np.searchsorted(diagonal, next(iter(other.values()))[0])) for other in others]
-    return 176 if all(abs(at - 176) > 40 for at in crossings) else 80
 
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
@@ -328,7 +308,9 @@ def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mappin
 def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -> None:
     lines = text.split("\n")
     box = np.array([0.011 * max(map(len, lines)) + 0.012, 0.02 * len(lines) + 0.02])  # half width and height
-    room = _room(points, others, box)
+    frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
+    apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
+    room = np.minimum(frame, apart.min(axis=1, initial=np.inf))  # how many times a box can grow until it meets either
     best = int(np.argmax(room))
     if room[best] >= 1.0:
         look = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
@@ -345,13 +327,6 @@ def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]
     """Return points of a boundary: from end to end of the frame where it is upright or level."""
     ends = (ax.get_xlim(), ax.get_ylim())
     return [line[name] if name in line else np.linspace(*end, 200) for name, end in zip(sides, ends, strict=True)]
-
-
-def _room(points: np.ndarray, others: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return how many times a box around each point can grow until it meets another point or the frame."""
-    frame = np.min(np.minimum(points, 1.0 - points) / box, axis=1)
-    apart = np.max(np.abs(points[:, None] - others[None]) / box, axis=2)
-    return np.minimum(frame, apart.min(axis=1, initial=np.inf))
 
 
 def color_bar(figure: Figure, ax: Axes, mesh) -> None:
@@ -375,7 +350,11 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
         ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
-    _theory_curve(ax, axis, name, cells, fixed)
+    xs = _between(ax.get_xscale(), cells[0], cells[-1])
+    moments = [xs if m == name else fixed[m] for m in MOMENTS]
+    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
+    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
+    ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
     finite = np.isfinite(part["signed_rate"])
     x, y, codes = (part[which][finite] for which in (name, "signed_rate", "regime"))
     dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec="white", mew=0.5, gid="measured")
@@ -388,11 +367,3 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
     style.legend(figure)
     return figure
-
-
-def _theory_curve(ax: Axes, axis: int, name: str, cells: np.ndarray, fixed: Mapping[str, float]) -> None:
-    xs = _between(ax.get_xscale(), cells[0], cells[-1])
-    moments = [xs if m == name else fixed[m] for m in MOMENTS]
-    rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
-    ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
-    ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")

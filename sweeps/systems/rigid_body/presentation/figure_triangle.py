@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,14 +9,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import dimensions
+from sweeps.schema.boxes import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies
 from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, cut_at, is_of_shapes, settings
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 CELLS = 500  # a side of a panel
 LEAST_FILLED = 100_000  # points; fewer are drawn as dots
@@ -26,7 +22,7 @@ COLOR_MAP = "RdBu"
 BEYOND = 1e-9  # of a ratio: rounding
 
 
-def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
+def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points."""
     if not _is_on_triangle(ds):
         return None
@@ -36,7 +32,10 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
     upright = style.is_narrow()  # the others below, and not beside
     size = (4.2, 6.2) if upright else (8.6, 5.9) if others else (5.6, 5.9)
-    figure = style.canvas(*size, title, _subtitle(ds), ax=ax)
+    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
+    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
+    subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
+    figure = style.canvas(*size, title, subtitle, ax=ax)
     shares = (1.9, 1.0) if others else (1.0,)
     shape = (len(shares), 2, None, shares) if upright else (2, len(shares), shares, None)
     grid = figure.add_gridspec(*shape[:2], width_ratios=shape[2], height_ratios=shape[3])
@@ -44,12 +43,13 @@ def draw(ds: "xr.Dataset", ax: Axes | None = None) -> Figure | None:
     axes |= {axis: figure.add_subplot(grid[1, k] if upright else grid[k, 1]) for k, axis in enumerate(others[:2])}
     for axis, ax in axes.items():
         mesh = _panel(ax, ds, axis, axis == large)
-        ax.set_title(f"spun about axis {axis}", **_heading(axis == large))
+        size, pad = (10, 18) if axis == large else (9, 6)
+        ax.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", fontsize=size, pad=pad)
     color_bar(figure, axes[large], mesh)
     return figure
 
 
-def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | None:
+def draw_axis(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
     fixed = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
@@ -62,7 +62,7 @@ def draw_axis(ds: "xr.Dataset", axis: int, ax: Axes | None = None) -> Figure | N
     return figure
 
 
-def _is_on_triangle(ds: "xr.Dataset") -> bool:
+def _is_on_triangle(ds: Dataset) -> bool:
     """Return whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
     if "axis" not in ds.dims or is_of_shapes(ds):
         return is_of_shapes(ds)
@@ -73,23 +73,17 @@ def _is_on_triangle(ds: "xr.Dataset") -> bool:
     return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
 
 
-def _subtitle(ds: "xr.Dataset") -> str:
-    bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
-    points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
-    return f"{points}.  Colour: measured rate of the perturbation over the spin rate"
-
-
-def fixed_at(ds: "xr.Dataset") -> dict[str, int]:
+def fixed_at(ds: Dataset) -> dict[str, int]:
     """Return the indices at which figures of a grid of shapes cut its other dimensions."""
     return {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")} | cut_at(ds)
 
 
-def about(ds: "xr.Dataset", name: str, axis: int) -> np.ndarray:
+def about(ds: Dataset, name: str, axis: int) -> np.ndarray:
     """Return a variable of a grid of shapes about an axis, at the places of the shapes."""
     return triangle.values(ds, name, fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])})
 
 
-def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+def _blocks(ds: Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
     """Yield I1/I3, I2/I3 and, about an axis, the signed rate, block after block of points."""
     fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
     for first in range(0, ds.sizes["point"], BLOCK_POINTS):
@@ -99,7 +93,7 @@ def _blocks(ds: "xr.Dataset", axis: int | None) -> Iterator[tuple[np.ndarray, np
         yield x, y, None if squared is None else signed_rate(squared, part["omega0"].values)
 
 
-def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
+def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
     """Return mean signed rate in each cell of the triangle, NaN in those without a point."""
     total = count = 0.0
     for x, y, rate in _blocks(ds, axis):
@@ -109,7 +103,7 @@ def _binned(ds: "xr.Dataset", axis: int, edges: np.ndarray) -> np.ndarray:
     return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
 
 
-def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
+def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
     look = {"cmap": COLOR_MAP, "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
         rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
@@ -125,10 +119,6 @@ def _panel(ax: Axes, ds: "xr.Dataset", axis: int, is_large: bool):
     if is_large and not style.is_narrow():
         _name_bodies(ax)
     return mesh
-
-
-def _heading(is_large: bool) -> dict:
-    return {"loc": "left", "fontweight": "bold", "fontsize": 10 if is_large else 9, "pad": 18 if is_large else 6}
 
 
 def _words(ax: Axes, axis: int, is_large: bool) -> None:

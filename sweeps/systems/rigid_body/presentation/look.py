@@ -1,17 +1,13 @@
 """How the rigid body looks: words, characters, colours and symbols, and what the bodies of a map are spread along."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from sweeps.figure import colors
-from sweeps.schema.boxes import dimensions
+from sweeps.schema.boxes import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 from sweeps.systems.rigid_body.variables import COORDINATES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SHAPE = tuple(SHAPE_COORDINATES)
 LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # of each spin axis
@@ -42,23 +38,23 @@ def settings(values: Mapping[str, float]) -> str:
     )
 
 
-def cut_at(ds: "xr.Dataset") -> dict[str, int]:
+def cut_at(ds: Dataset) -> dict[str, int]:
     """Return the indices at which figures cut the spin and the perturbation: the middle, of ε the least."""
     middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims}
     return middle | ({"epsilon": int(ds["epsilon"].values.argmin())} if "epsilon" in middle else {})
 
 
-def is_of_shapes(ds: "xr.Dataset") -> bool:
+def is_of_shapes(ds: Dataset) -> bool:
     """Return True if a map is a grid of shapes."""
     return {*SHAPE} <= {*ds.dims}
 
 
-def is_grid(ds: "xr.Dataset") -> bool:
+def is_grid(ds: Dataset) -> bool:
     """Return True if a map is a grid of moments or of shapes."""
     return {*MOMENTS} <= {*ds.dims} or is_of_shapes(ds)
 
 
-def moments_over(ds: "xr.Dataset") -> tuple[str, ...]:
+def moments_over(ds: Dataset) -> tuple[str, ...]:
     """Return the dimensions that the moments of a map lie along."""
     along = {dim for name in MOMENTS for dim in ds[name].dims}
     return tuple(dim for dim in dimensions(ds) if dim in along)

@@ -21,9 +21,8 @@ class SymmetricTopPresentation(Presentation):
     """The precession over I3/I1 and the cones; a page with the top turning."""
 
     look = LOOK
-    part = Page(
-        (*turning.FILES, Path(__file__).parent / "page/part.js"), keys="Space: play or pause.", facts=turning.FACTS
-    )
+    files = (*turning.FILES, Path(__file__).parent / "page/part.js")
+    part = Page(files, keys="Space: play or pause.", facts=turning.FACTS)
     compared = (
         Compared(("precession_rate",), "precession of ω", "omega3"),
         Compared(("momentum_precession_rate",), "precession of L", "omega3"),

@@ -28,13 +28,14 @@ def cones(ratio: float, half_angle: float) -> tuple[float, float]:
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw both cones of a long and of a flat top; None where no such top is in the map."""
-    tops = _tops(ds)
+    ratios = ds["ratio"].values
+    sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
+    tops = [float(s[np.argmin(np.abs(s - wanted))]) for s, wanted in zip(sides, SHOWN, strict=True) if s.size]
     if not tops:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    title = "Body cone and space cone"
-    figure, axes = style.panels(len(tops), (4.4, 3.6), title, subtitle, ax, beside=(0.0, 1.4))
+    figure, axes = style.panels(len(tops), (4.4, 3.6), "Body cone and space cone", subtitle, ax, beside=(0.0, 1.4))
     for ax, ratio in zip(axes, tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
@@ -43,14 +44,6 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
     style.legend(figure)
     return figure
-
-
-def _tops(ds: xr.Dataset) -> list[float]:
-    """Return the ratios nearest to those to be drawn, of possible bodies: at most one long and one flat."""
-    ratios = ds["ratio"].values
-    sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
-    near = zip(sides, SHOWN, strict=True)
-    return [float(side[np.argmin(np.abs(side - wanted))]) for side, wanted in near if side.size]
 
 
 def _seen(points: np.ndarray) -> np.ndarray:
@@ -86,8 +79,6 @@ def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
     ):
         end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
         ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})
-        ax.text(
-            *(end * 1.05), name, color=color, ha="center", va="bottom", fontweight="bold", path_effects=style.halo()
-        )
+        ax.text(*(end * 1.05), name, color=color, ha="center", va="bottom", weight="bold", path_effects=style.halo())
     ax.set(aspect="equal", xlim=(-1.15, 1.15), ylim=(-0.25, 1.5))
     ax.axis("off")

@@ -23,10 +23,7 @@ class TumblingPresentation(Presentation):
     part = on_triangle(
         "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
     )
-    compared = (
-        Compared(("period_psi",), "period in the body"),
-        Compared(("period_phi_encircled",), "period about L"),
-    )
+    compared = (Compared(("period_psi",), "period in the body"), Compared(("period_phi_encircled",), "period about L"))
     drawn = (("periods", "figure_periods.draw"), ("herpolhode", "figure_herpolhode.draw"))
 
 

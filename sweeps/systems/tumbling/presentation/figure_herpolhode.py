@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 from kernels import exact
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.attitude import rotated
-from sweeps.systems.tumbling.motion import start
+from sweeps.systems.tumbling.system import SYSTEM
 
 PERIODS, POINTS = 7, 8000
 
@@ -36,7 +36,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     subtitle = f"{ds.attrs.get('title', '')}\nseen along L, closed form"
     figure, axes = style.panels(len(places), (4.4, 4.4), "Herpolhodes", subtitle, ax)
     for ax, (mode, point) in zip(axes, places, strict=True):
-        moments, omega = start(point)
+        moments, omega = SYSTEM.start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])
         radius = np.hypot(*curve.T)

@@ -31,8 +31,7 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure, axes = style.panels(PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes, energies, strict=True):
-        part = ds.isel(I3=0, omega0=0, energy=int(k)).load()
-        mesh = _plane(ax, part)
+        mesh = _plane(ax, ds.isel(I3=0, omega0=0, energy=int(k)).load())
         ax.set(xlabel="$I_1/I_3$", ylabel="$I_2/I_3$")
         ax.label_outer()
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
@@ -74,8 +73,7 @@ def _closed_form(part, energies):
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = style.canvas(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
-    ax = figure.subplots()
-    is_curve = "energy" in ds.dims
+    ax, is_curve = figure.subplots(), "energy" in ds.dims
     for number, name in enumerate(ds["body"].values.tolist()):
         part = ds.isel(body=number).squeeze().load()
         color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]

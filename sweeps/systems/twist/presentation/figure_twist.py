@@ -23,7 +23,9 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw |twist| over I1/I2 and I3/I2 at one chi, with lines of equal growth rate; None without such a plane."""
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
-    part = _plane(ds)
+    place = {"chi": int(np.argmin(np.abs(np.abs(ds["chi"].values) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
+    place |= {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
+    part = ds[["twist_exact", "growth", "triangle_margin"]].isel(place).load().sortby(["I1", "I3"])
     chi, theta = (style.number(float(part[name]), digits) for name, digits in (("chi", 3), ("theta", 4)))
     thrown = f"thrown at χ = {chi} rad from the intermediate axis, θ = {theta} rad; closed form"
     subtitle = f"{ds.attrs.get('title', '')}\n{thrown}"
@@ -45,21 +47,9 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         style.note(ax, name, (across, along), (7, 5), path_effects=style.halo(), fontsize=8.5)
     ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    handles = [
-        Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2"),
-        style.hatched(),
-    ]
-    style.legend(figure, handles)
+    white = Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2")
+    style.legend(figure, [white, style.hatched()])
     return figure
-
-
-def _plane(ds: xr.Dataset) -> xr.Dataset:
-    """Return the plane over I1 and I3 at the chi nearest to `NUDGE` and the first of all else, thinned for drawing."""
-    chi = ds["chi"].values
-    place = {"chi": int(np.argmin(np.abs(np.abs(chi) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
-    keep = {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
-    names = ["twist_exact", "growth", "triangle_margin"]
-    return ds[names].isel(place).isel(keep).load().sortby(["I1", "I3"])
 
 
 def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -71,7 +61,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     figure = style.canvas(7.2, 5.2, "Shortfall of the twist from a half turn", subtitle, ax=ax)
     ax = figure.subplots()
     x = np.exp(-np.pi * part["growth"].values)
-    defect = np.pi - np.abs(part[_twist(part)])
+    defect = np.pi - np.abs(part["twist" if "twist" in part else "twist_exact"])
     few = x.size <= FEW
     dot = {"ms": 6.0 if few else 2.4, "mew": 0.0, "alpha": 1.0 if few else 0.5}
     ring = {"ms": 9.0, "mfc": "none", "mew": 1.6} if few else dot
@@ -91,10 +81,8 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if few and "body" in part.coords:
         heights, order = np.sort(style.spread(ax, x[0], best, NAME_ROOM)), np.argsort(x)  # no leader crosses a name
         look = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
-        leader = {
-            "textcoords": ("data", "axes fraction"),
-            "arrowprops": {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7},
-        }
+        arrow = {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7}
+        leader = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
         for *place, at, name in zip(x[order], heights, best[order], part["body"].values[order], strict=True):
             style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **look)
             ax.annotate("", (place[0], at), place, **leader)
@@ -112,13 +100,9 @@ def asymptotic(part: xr.Dataset) -> np.ndarray:
     return 4.0 * np.sqrt(a / (a + b)) * np.exp(-(np.pi + np.arctan(np.sqrt(b / a))) * part["growth"].values)
 
 
-def _twist(part: xr.Dataset) -> str:
-    return "twist" if "twist" in part else "twist_exact"
-
-
 def _bodies(ds: xr.Dataset) -> xr.Dataset:
     """Return possible bodies of three different moments along one dimension, over chi, at the first of all else."""
-    names = [_twist(ds), "growth", "twist_defect_theory", "triangle_margin"]
+    names = ["twist" if "twist" in ds else "twist_exact", "growth", "twist_defect_theory", "triangle_margin"]
     part = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
     over = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in part[name].dims))
     part = part.isel({dim: style.few(ds.sizes[dim], 40) for dim in over if dim != "body"}).load()

@@ -1,30 +1,21 @@
 """Presentation of uncertain bodies."""
 
-from typing import TYPE_CHECKING
-
 from sweeps.figure import colors
+from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
 
-if TYPE_CHECKING:
-    import xarray as xr
+MARKS = {"uncertain": Mark("uncertain", "?", colors.GREY), "undecided": Mark("many draws undecided", "u", "")}
 
 
 class UncertainBodiesPresentation(Presentation):
     """Figure and table of probabilities and quantiles."""
 
-    look = Look(
-        {
-            **OF_RIGID_BODIES.marks,
-            "uncertain": Mark("uncertain", "?", colors.GREY),
-            "undecided": Mark("many draws undecided", "u", ""),
-        },
-        OF_RIGID_BODIES.symbols,
-    )
+    look = Look({**OF_RIGID_BODIES.marks, **MARKS}, OF_RIGID_BODIES.symbols)
     drawn = (("outlook", "figure_outlook.draw"),)
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return bodies and axes in a table."""
         from sweeps.systems.uncertain_bodies.presentation.page import page
 

@@ -19,8 +19,7 @@ STEPS = 220
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the probability of instability and the range of the growth rate, per body and axis."""
     part = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
-    bodies = part.sizes["body"]
-    part = part.isel(body=slice(MOST_BODIES)).load()
+    part, bodies = part.isel(body=slice(MOST_BODIES)).load(), ds.sizes["body"]
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
@@ -60,17 +59,16 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
         most = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
         mesh = _background(ax, axis, most)
-        _cloud(ax, x, y, draws["regime"] == UNSTABLE)
+        some = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
+        look = np.where((draws["regime"] == UNSTABLE)[some], colors.UNSTABLE, colors.STABLE)
+        ax.scatter(x[some], y[some], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
         p, error = summary["probability_unstable"], summary["probability_unstable_error"]
         ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
         ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")
     panels[0].set_ylabel("$I_2/I_3$")
     figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
-    handles = [
-        style.hatched(),
-        Patch(facecolor=colors.UNSTABLE, label="sampled, unstable"),
-        Patch(facecolor=colors.STABLE, label="sampled, not unstable"),
-    ]
+    drawn = {"unstable": colors.UNSTABLE, "not unstable": colors.STABLE}
+    handles = [style.hatched(), *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in drawn.items())]
     style.legend(figure, handles)
     return figure
 
@@ -87,9 +85,3 @@ def _background(ax, axis: int, most: float):
     for line in ([1, 1], [0, most]), ([0, most], [1, 1]), ([0, most], [0, most]):
         ax.plot(*line, color=colors.QUIET, lw=0.6)
     return mesh
-
-
-def _cloud(ax, x: np.ndarray, y: np.ndarray, unstable: np.ndarray) -> None:
-    drawn = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
-    look = np.where(unstable[drawn], colors.UNSTABLE, colors.STABLE)
-    ax.scatter(x[drawn], y[drawn], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)

@@ -1,16 +1,13 @@
 """The rigid body's part of the page: the body turning, bodies in a table, and where linear theory ends."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import Dataset
 from sweeps.systems import rates
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.presentation import TRIANGLE
 from sweeps.systems.presentation import Page, turning
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NAMES = ("first.html", "three.html", "bodies.css", "own.css", "bodies.js", "own.js", "part.js")
 FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name for name in _NAMES))
@@ -25,12 +22,6 @@ def _box(mass: float, *sides: float) -> list[float]:
     return [mass / 12 * (b * b + c * c), mass / 12 * (a * a + c * c), mass / 12 * (a * a + b * b)]
 
 
-def _rod(mass: float, radius: float, length: float) -> list[float]:
-    """Return moments of a uniform cylinder, kg m2, axis 1 along it."""
-    across = mass / 12 * (3 * radius**2 + length**2)
-    return [mass / 2 * radius**2, across, across]
-
-
 # Racket, phone and Earth as in the definition `bodies`. Explorer 1: 13.97 kg, 2.05 m by 0.165 m, 750 rpm.
 PRESETS = [
     {"name": name, "moments": moments, "omega0": omega0, "axis": axis}
@@ -40,19 +31,19 @@ PRESETS = [
         ("book", _box(0.8, 0.24, 0.17, 0.03), 6.0, 2),
         ("Earth", [8.0101e37, 8.0103e37, 8.0365e37], 7.292115e-5, 3),
         ("3U CubeSat", _box(4.0, 0.34, 0.1, 0.1), 0.1, 3),
-        ("Explorer 1", _rod(13.97, 0.0825, 2.05), 78.5, 1),
+        ("Explorer 1", [13.97 / 2 * 0.0825**2, *[13.97 / 12 * (3 * 0.0825**2 + 2.05**2)] * 2], 78.5, 1),
     )
 ]
 
 
-def page(ds: "xr.Dataset") -> Page:
+def page(ds: Dataset) -> Page:
     """Return the system's part of the page of a map."""
     table = "body" in ds.dims
     facts = turning.FACTS | {"nature": natural_axes(ds), "outlines": outline.read(ds.attrs), "presets": PRESETS}
     return Page(FILES, QUESTION, IN_TABLE if table else ON_PLANE, table, facts)
 
 
-def natural_axes(ds: "xr.Dataset") -> dict[str, int]:
+def natural_axes(ds: Dataset) -> dict[str, int]:
     """Return body → usual spin axis, from the definition that a map carries."""
     bodies = definition_of(ds.attrs).get("bodies")
     axes = {}

@@ -6,13 +6,14 @@ says, with its own seed: they show which bodies were meant, and nothing was meas
 
 import base64
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import dimensions, flags
+from sweeps.schema.boxes import Dataset, dimensions, flags
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.presentation import Page
 from sweeps.systems.rigid_body.presentation.page import FILES as OF_RIGID_BODIES
@@ -21,8 +22,6 @@ from sweeps.systems.uncertain_bodies import designs
 from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from sweeps.systems.uncertain_bodies.distribution import Distribution
     from sweeps.systems.uncertain_bodies.measuring import BodySampling
 
@@ -41,22 +40,16 @@ SEED = 1  # of which draws are shown
 MEANT = ("bodies", "grid", "uncertainty", "draws", "seed", "method")  # keys without which no body is drawn
 
 
-def page(ds: "xr.Dataset") -> Page:
+def page(ds: Dataset) -> Page:
     """Return the system's part of the page of a map."""
     return Page(FILES, QUESTION, KEYS, True, {"nature": natural_axes(ds), **facts(ds)})
 
 
-def facts(ds: "xr.Dataset") -> dict:
+def facts(ds: Dataset) -> dict:
     """Return `drawn`, `spread` and `inputs` for the scripts, each empty where there is nothing to show."""
     extra = {dim for spec in (VARIABLES | TWISTS | KEPT).values() for dim in spec.over} & set(ds.dims)
     points = dimensions(ds.drop_dims(extra))
-    drawn = _kept(ds, points) if "draw" in ds.dims else _again(ds)
-    return {"drawn": drawn, **_spread(ds, points)}
-
-
-def _shown(bodies: int, numbers: int) -> int:
-    """Return how many draws of each body a page holds, where each takes so many numbers."""
-    return min(MOST_SHOWN, MOST_TOLD // max(1, bodies * numbers))
+    return {"drawn": _drawn(ds, points), **_spread(ds, points)}
 
 
 def _packed(values: np.ndarray) -> dict:
@@ -68,31 +61,39 @@ def _packed(values: np.ndarray) -> dict:
 
 
 # ---------------------------------------------------------------------------------------------------------
-# Draws that the map keeps
+# Draws that the map keeps, or that are made again
 
 
-def _kept(ds: "xr.Dataset", points: dict[str, int]) -> dict:
-    """Return draws of each body and their measured values in each spin."""
-    measured = [name for name in KEPT if name in ds.data_vars and name not in MOMENTS]
-    if "body" not in points or any(name not in ds.data_vars for name in MOMENTS):
+def _drawn(ds: Dataset, points: dict[str, int]) -> dict:
+    """Return draws of each body, with their measured values in each spin where the map keeps them."""
+    is_kept = "draw" in ds.dims
+    measured = [name for name in KEPT if is_kept and name in ds.data_vars and name not in MOMENTS]
+    if "body" not in points or (is_kept and any(name not in ds.data_vars for name in MOMENTS)):
         return {}
     spins = math.prod(points.values()) // points["body"]
-    most = _shown(points["body"], len(MOMENTS) + len(measured) * spins)
+    most = min(MOST_SHOWN, MOST_TOLD // max(1, points["body"] * (len(MOMENTS) + len(measured) * spins)))
     if most < LEAST_SHOWN:
         return {}
-    chosen = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:most])
-    part = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw")
     bodies = {}
+    for name, of, numbers, columns in _kept(ds, points, measured, most) if is_kept else _again(ds, most):
+        packed = {column: [_packed(row) for row in rows] for column, rows in columns.items()}
+        bodies[name] = {"of": of, "shown": len(columns["I1_draw"][0]), "numbers": numbers, "columns": packed}
+    described = [_described(ds, name) for name in (*MOMENTS, *measured)]
+    return {"measured": is_kept, "bodies": bodies, "columns": described} if bodies or is_kept else {}
+
+
+def _kept(ds: Dataset, points: dict[str, int], measured: list[str], most: int) -> Iterator[tuple]:
+    """Yield name, number of draws, which are shown, and their columns, of each body."""
+    chosen = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:most])
+    part, first = ds[[*MOMENTS, *measured]].isel(draw=chosen).transpose(*points, "draw"), {dim: 0 for dim in points}
     for number, name in enumerate(ds["body"].values.tolist()):
         of_body = part.isel(body=slice(number, number + 1)).load()
-        first = {dim: 0 for dim in points}
         moments = np.stack([of_body[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
         there = np.isfinite(moments).all(axis=0)
-        columns = {name: [_packed(row[there]) for row in _rows(of_body[name].values)] for name in measured}
-        columns |= {name: [_packed(row[there])] for name, row in zip(MOMENTS, moments, strict=True)}
+        columns = {name: [row[there] for row in _rows(of_body[name].values)] for name in measured}
+        columns |= {name: [row[there]] for name, row in zip(MOMENTS, moments, strict=True)}
         of = int(np.isfinite(ds["I1_draw"].isel(first | {"body": number}, missing_dims="ignore").values).sum())
-        bodies[str(name)] = {"of": of, "shown": int(there.sum()), "numbers": chosen[there].tolist(), "columns": columns}
-    return {"measured": True, "bodies": bodies, "columns": [_described(ds, name) for name in (*MOMENTS, *measured)]}
+        yield str(name), of, chosen[there].tolist(), columns
 
 
 def _rows(values: np.ndarray) -> np.ndarray:
@@ -100,7 +101,7 @@ def _rows(values: np.ndarray) -> np.ndarray:
     return np.asarray(values, "f8").reshape(-1, values.shape[-1])
 
 
-def _described(ds: "xr.Dataset", name: str) -> dict:
+def _described(ds: Dataset, name: str) -> dict:
     spec = KEPT[name]
     units = "" if spec.units in (None, "1") else spec.units
     meanings = flags(ds[name]) if name in ds.data_vars else {}
@@ -108,31 +109,17 @@ def _described(ds: "xr.Dataset", name: str) -> dict:
     return {"name": name.removesuffix("_draw"), "longName": spec.long_name, "units": units, "flags": meanings_of_flag}
 
 
-# ---------------------------------------------------------------------------------------------------------
-# Draws made again
-
-
-def _again(ds: "xr.Dataset") -> dict:
-    """Return bodies drawn again from the map's definition, where nothing else is needed to draw them."""
-    if "body" not in ds.dims:
-        return {}
-    most = _shown(ds.sizes["body"], len(MOMENTS))
-    if most < LEAST_SHOWN:
-        return {}
-    bodies = {}
+def _again(ds: Dataset, most: int) -> Iterator[tuple]:
+    """Yield the same of bodies drawn again from the map's definition, where nothing else is needed to draw them."""
     for number, (distribution, sampling) in _meant(ds).items():
-        normals = designs.normals(
-            sampling.method, max(distribution.dimension, 1), min(sampling.draws, most), sampling.seed
-        )
+        draws = min(sampling.draws, most)
+        normals = designs.normals(sampling.method, max(distribution.dimension, 1), draws, sampling.seed)
         moments, _, _ = distribution.inertia(normals.reshape(-1, normals.shape[-1])[:most])
-        columns = {name: [_packed(row)] for name, row in zip(MOMENTS, moments.T, strict=True)}
-        entry = {"of": designs.made(sampling.draws), "shown": len(moments), "numbers": [], "columns": columns}
-        bodies[str(ds["body"].values[number])] = entry
-    columns = [_described(ds, name) for name in MOMENTS]
-    return {"measured": False, "bodies": bodies, "columns": columns} if bodies else {}
+        columns = {name: [row] for name, row in zip(MOMENTS, moments.T, strict=True)}
+        yield str(ds["body"].values[number]), designs.made(sampling.draws), [], columns
 
 
-def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
+def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
     """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
@@ -147,7 +134,10 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
         if name not in named:
             continue
         try:
-            body = _without_file(ds, number, named[name])
+            body = named[name]
+            if "mesh" in body:  # that is not read: the map carries its moments
+                moments = {n: float(ds[n].isel(body=number, missing_dims="ignore").values) for n in ("I1", "I2", "I3")}
+                body = {key: value for key, value in body.items() if key != "mesh"} | moments
             definition = UncertainDefinition.model_validate({"title": name} | values | {"bodies": (body,)})
         except (ValidationError, DefinitionError, ValueError, KeyError):  # what is shown beside is the map's own
             continue
@@ -155,31 +145,18 @@ def _meant(ds: "xr.Dataset") -> "dict[int, tuple[Distribution, BodySampling]]":
     return meant
 
 
-def _without_file(ds: "xr.Dataset", number: int, body: dict) -> dict:
-    """Return a body of the definition; one from a mesh with the moments that the map carries."""
-    if "mesh" not in body:
-        return body
-    moments = {name: float(ds[name].isel(body=number, missing_dims="ignore").values) for name in ("I1", "I2", "I3")}
-    return {key: value for key, value in body.items() if key != "mesh"} | moments
-
-
 # ---------------------------------------------------------------------------------------------------------
 # Quantiles and sensitivities
 
 
-def _spread(ds: "xr.Dataset", points: dict[str, int]) -> dict:
+def _spread(ds: Dataset, points: dict[str, int]) -> dict:
     """Return quantiles and sensitivities, and their errors: a row at each point, in the order of the page's points."""
     names = [name for name, spec in (VARIABLES | TWISTS).items() if spec.over and name in ds.data_vars]
     size = sum(math.prod(points.values()) * ds.sizes[(VARIABLES | TWISTS)[name].over[0]] for name in names)
     if not names or size > MOST_NUMBERS:
         return {"spread": {}, "levels": [], "inputs": []}
-    rows = {name: _numbers(ds[name].transpose(*points, ...).values) for name in names}
+    values = {name: _rows(ds[name].transpose(*points, ...).values).tolist() for name in names}
+    rows = {n: [[float(f"{v:.6g}") if math.isfinite(v) else None for v in row] for row in v] for n, v in values.items()}
     levels = ds["quantile"].values.tolist() if "quantile" in ds.coords else []
     inputs = [str(name) for name in ds["input"].values.tolist()] if "input" in ds.coords else []
     return {"spread": rows, "levels": levels, "inputs": inputs}
-
-
-def _numbers(values: np.ndarray) -> list:
-    """Return rows as JSON has them: None for NaN and infinity."""
-    rows = _rows(values).tolist()
-    return [[float(f"{value:.6g}") if math.isfinite(value) else None for value in row] for row in rows]
