@@ -114,6 +114,24 @@ def cones(ratio, half_angle):
     return np.arctan(tangent / ratio), np.arctan(space)
 
 
+def rotation(ratio, omega_start, times):
+    """Return the angular velocity of a free symmetric top at given times, in closed form.
+
+    Args:
+        ratio (float): I3/I1, > 0.
+        omega_start (array_like, shape (3,)): Angular velocity in the principal axes at time 0, axis 3 the figure axis,
+            rad s-1.
+        times (array_like, shape (n,)): Times in s, of either sign.
+
+    Returns:
+        numpy.ndarray, shape (n, 3): Angular velocity in rad s-1.
+    """
+    w1, w2, w3 = np.asarray(omega_start, dtype=np.float64)
+    angle = precession_rate(ratio, w3) * np.asarray(times, dtype=np.float64)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([w1 * cosine - w2 * sine, w1 * sine + w2 * cosine, np.full_like(angle, w3)], axis=-1)
+
+
 @njit(**INLINE)
 def turn(b1, c1, b, c):
     """Return the angle from (b1, c1) to (b, c), rad, at most half, in plain arithmetic so that lanes stay packed.

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import symmetric_top
+from kernels import direct, symmetric_top
 from kernels.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN
 
 SETTINGS = (4.0, 16, 1e-12)
@@ -69,6 +69,15 @@ def test_sense_and_rate_are_those_of_scipys_motion(ratio, omega3):
     found = symmetric_top.survey(top(ratio, omega3, 70.0), *SETTINGS)
     # DOP853 at rtol 1e-13 keeps some 1e-11 of the angle over ten radians
     np.testing.assert_allclose(found["precession_rate"], np.polyfit(solution.t, angle, 1)[0], rtol=1e-10)
+    expected = symmetric_top.rotation(ratio, [transverse, 0.0, omega3], solution.t)
+    np.testing.assert_allclose(expected, solution.y.T, rtol=0, atol=1e-10 * transverse)
+
+
+def test_closed_form_is_the_direct_integrators_motion():
+    times = np.linspace(-20.0, 20.0, 7)
+    start = [0.3, -2.0, 1.1]
+    by_steps = direct.rotation([2.0, 2.0, 3.1], start, times, 1e-13)
+    np.testing.assert_allclose(symmetric_top.rotation(1.55, start, times), by_steps, rtol=0, atol=1e-11)
 
 
 def test_cones_are_the_angles_between_the_vectors():
