@@ -121,10 +121,11 @@ def _write_samples(rows, S, terms, step, low, share, times, number, due, out):
     N = out.shape[1]
     for lane in range(W):
         run, t, rest, per_step, within = number[lane], S[N, lane], low[N, lane], 1.0 / S[step, lane], TOGETHER
+        end = t + (share[lane] * S[step, lane] + rest)
         while within == TOGETHER:
             within, first = 0, max(due[lane], 0)
             for k in range(TOGETHER):
-                within += 1 if ((times[run, first + k] - t) - rest) * per_step <= share[lane] else 0
+                within += 1 if times[run, first + k] <= end else 0
             for i in range(N if within > 0 else 0):
                 x, left, c = S[i, lane], low[i, lane], _terms(rows, terms + BLOCK * i, lane)
                 for k in range(TOGETHER):
@@ -163,7 +164,7 @@ def follow(expand, path, times, tolerance, steps, out):
 
     Args:
         times (runs, samples and TOGETHER times that never come).
-        out (runs, samples, states without the time).
+        out (runs, states without the time, samples and TOGETHER places more).
     """
     whole_vectors()
     (runs, terms), series, N = path.table.shape, path.low.shape[1], path.size.shape[1]
