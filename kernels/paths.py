@@ -115,25 +115,22 @@ def _terms(S, first, lane):
 
 
 @njit(**OPTIONS)
-def _write_samples(rows, S, terms, step, low, share, times, number, due, X, out):
-    """Write the samples of each lane that lie within its step, and what is its next."""
+def _write_samples(rows, S, terms, step, low, share, times, number, due, out):
+    """Write the samples of each lane that lie within its step, and what is its next; a later step writes the others."""
     whole_vectors()
-    N, at = out.shape[2], X[-1]
+    N = out.shape[1]
     for lane in range(W):
         run, t, rest, per_step, within = number[lane], S[N, lane], low[N, lane], 1.0 / S[step, lane], TOGETHER
+        end = t + (share[lane] * S[step, lane] + rest)
         while within == TOGETHER:
             within, first = 0, max(due[lane], 0)
             for k in range(TOGETHER):
-                at[k] = ((times[run, first + k] - t) - rest) * per_step
-            for k in range(TOGETHER):
-                within += 1 if at[k] <= share[lane] else 0
+                within += 1 if times[run, first + k] <= end else 0
             for i in range(N if within > 0 else 0):
                 x, left, c = S[i, lane], low[i, lane], _terms(rows, terms + BLOCK * i, lane)
                 for k in range(TOGETHER):
-                    X[i, k] = x + (_sum(at[k], c) + left)
-            for k in range(within):
-                for i in range(N):
-                    out[run, first + k, i] = X[i, k]
+                    at = ((times[run, first + k] - t) - rest) * per_step
+                    out[run, i, first + k] = x + (_sum(at, c) + left)
             due[lane] += within
 
 
@@ -167,12 +164,12 @@ def follow(expand, path, times, tolerance, steps, out):
 
     Args:
         times (runs, samples and TOGETHER times that never come).
-        out (runs, samples, states without the time).
+        out (runs, states without the time, samples and TOGETHER places more).
     """
     whole_vectors()
     (runs, terms), series, N = path.table.shape, path.low.shape[1], path.size.shape[1]
     rows, low, size = scratch(terms + BLOCK * series), rows_of(series), rows_of(N)
-    share, next_step, X, step, S = scratch(1), scratch(1), np.zeros((N, TOGETHER)), series + 1, rows.reshape(-1, W)
+    share, next_step, step, S = scratch(1), scratch(1), series + 1, rows.reshape(-1, W)
     run, number, left = np.full(W, -1), np.zeros(W, dtype=np.int64), np.zeros(W, dtype=np.int64)
     due, following, count = np.full(W, times.shape[1] - TOGETHER), 0, times.shape[1] - TOGETHER
     while True:
@@ -192,13 +189,13 @@ def follow(expand, path, times, tolerance, steps, out):
             break
         expand(rows)
         _choose(S, terms, step, size, share, next_step, tolerance)
-        _write_samples(rows, S, terms, step, low, share, times, number, due, X, out)
+        _write_samples(rows, S, terms, step, low, share, times, number, due, out)
         _move(rows, S, terms, low, share)
         for lane in range(W):
             left[lane] -= 1
             S[step, lane] = next_step[lane]
             if due[lane] < count and not next_step[lane] >= LEAST:
                 for k in range(due[lane], count):
-                    for i in range(out.shape[2]):
-                        out[number[lane], k, i] = math.nan
+                    for i in range(N - 1):
+                        out[number[lane], i, k] = math.nan
                 due[lane] = count

@@ -36,8 +36,8 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     time = len(code.graph.equations.states)  # the place of the time among the states
     x = np.insert(start, time, times[:, 0], axis=1)
     count, expand = times.shape[1], code.module().expand
-    states = np.empty((len(x), count, start.shape[1]))
-    states[:, 0] = start
+    states = np.empty((*start.shape, count + paths.TOGETHER))
+    states[:, :, 0] = start
     low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), np.ptp(times, axis=1) / count
     step[step == 0.0] = 1.0
     due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
@@ -53,8 +53,8 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
         x, low, size, step = table[left, : code.n], low[left], size[left], table[left, code.step_row]
         due = np.ascontiguousarray(due[:, left])
     for number, first in due.T:
-        states[number, first:] = np.nan
-    return states
+        states[number, :, first:] = np.nan
+    return states[..., :count].swapaxes(1, 2)
 
 
 def solved(
