@@ -65,7 +65,7 @@ def _by_inverse(equations):
 
 
 def _timed(g):
-    g.rates, g.watched = (*g.rates, g.constant(1)), ()
+    g.rates, g.watched = (*g.rates, g.build(1)), ()
     return g
 
 

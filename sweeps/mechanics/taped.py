@@ -67,13 +67,14 @@ class TapedCode(Code):
 
     def _text(self):
         functions, g = self.graph.functions, self.graph
-        last = set(self._inner([g.nodes[f].parts[0] for f in functions]))
+        last = set(self._needed([g.nodes[f].parts[0] for f in functions], slopes=False))
         slots, tables = self._tables("STEP", self._needed([*g.rates, *functions]), last)
         rates = [[slots[k] if g.moves(k) else -1, -1 if g.near else self._base_row(k)] for k in g.rates]
         tables += [_table("RATES", rates, 2)]
         if not g.near:
             return self._header(FAR_TEXT).replace("TABLES", "\n".join(tables))
-        slots, more = self._tables("CHECK", self._inner([k for _, terms in g.watched for k in terms]), set())
+        checked = self._needed([k for _, terms in g.watched for k in terms], slopes=False)
+        slots, more = self._tables("CHECK", checked, set())
         watched = [[row, kind, slots.get(k, -1)] for row, (kind, terms) in enumerate(g.watched) for k in terms]
         tables = "\n".join([*tables, *more, _table("WATCHED", watched, 3)])
         return self._header(TEXT).replace("TABLES", tables)

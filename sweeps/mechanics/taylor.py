@@ -202,23 +202,8 @@ class Code:
 
     # -- the step
 
-    def _needed(self, roots):
-        """Return the nodes that some nodes depend on, functions' slopes with them, in order."""
-        nodes, stack = set(), list(roots)
-        while stack:
-            number = stack.pop()
-            if number in nodes or not self.graph.moves(number):
-                continue
-            nodes.add(number)
-            node = self.graph.nodes[number]
-            if node.kind in (ADD, MUL, DIV, FUNCTION):
-                stack += node.parts
-            if node.kind == FUNCTION:
-                stack.append(self.graph.slopes[number])
-        return sorted(nodes)
-
-    def _inner(self, roots):
-        """Return the nodes that some nodes depend on at one order."""
+    def _needed(self, roots, slopes=True):
+        """Return the nodes that some nodes depend on, in order; without ``slopes`` at one order of their series."""
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
@@ -226,6 +211,7 @@ class Code:
                 nodes.add(number)
                 node = self.graph.nodes[number]
                 stack += node.parts if node.kind in (ADD, MUL, DIV, FUNCTION) else ()
+                stack += [self.graph.slopes[number]] if slopes and node.kind == FUNCTION else []
         return sorted(nodes)
 
     def _term(self, number, n):
@@ -313,7 +299,7 @@ class Code:
     def _step_lines(self):
         functions = self.graph.functions
         nodes = self._needed([*self.graph.rates, *functions])
-        last = self._inner([self.graph.nodes[f].parts[0] for f in functions])
+        last = self._needed([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
         for n in range(self.order + 1):
             if n:
@@ -343,9 +329,9 @@ class Code:
     def _check_lines(self):
         watched, moves = self.graph.watched, self.graph.moves
         lines = []
-        for number in self._inner([k for _, terms in watched for k in terms]):
+        for number in self._needed([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term(number, 0)
-        for number in self._inner([k for kind, terms in watched if kind != FIRST for k in terms]):
+        for number in self._needed([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
             lines.append(f"t{number} = {self._second(number)}")
         for row, (kind, terms) in enumerate(watched, self.watched_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
