@@ -87,8 +87,6 @@ class Code:
     along a run; `expand` writes the terms of each series after these, of orders 1 to `order`.
     """
 
-    kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
-
     def __init__(self, graph: Graph):
         self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
         self.n = len(graph.rates)
@@ -175,15 +173,13 @@ class Code:
 
     # -- names in the text
 
-    def _is_unbased(self, number):
-        """Return True if U of a node is 0: by its expression, or far from equilibria, where its terms hold all."""
-        node = self.graph.nodes[number]
-        return node.zero or not (self.graph.near or node.kind == CONSTANT)
-
     def _base(self, number):
-        """Return the text of U of a node: a literal, or the local of its row; None where it is 0."""
+        """Return the text of U of a node: a literal, or the local of its row; None where it is 0.
+
+        It is by its expression, or far from equilibria, where the terms of all that moves hold all.
+        """
         node = self.graph.nodes[number]
-        if self._is_unbased(number):
+        if node.zero or not (self.graph.near or node.kind == CONSTANT):
             return None
         if node.kind == CONSTANT and node.weights[0].is_number:
             return repr(float(node.weights[0]))
