@@ -479,20 +479,13 @@ def log_sample(S):
     going = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = measure.dot(S[B + lane], S[C + lane], S[B + lane], S[C + lane])
-        grown = size >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane]
-        begun = S[LN + lane] > 0.0
-        # once entered, the window closes at either end; it can be entered only while the main window is open
-        stays = (size <= S[LCAP + lane]) & (grown | ~begun) & ((S[OPEN + lane] > 0.0) | begun)
-        inside = grown & stays & (S[LOPEN + lane] > 0.0)
-        going |= 1 if inside else 0
-        S[LOPEN + lane] = S[LOPEN + lane] if stays else 0.0
-        S[LFIRST + lane] = size if inside & ~begun else S[LFIRST + lane]
-        S[LLAST + lane] = size if inside else S[LLAST + lane]
-        S[LN + lane] += 1.0 if inside else 0.0
+        grown, is_open = measure.LOG_FROM * measure.LOG_FROM * S[START + lane], S[OPEN + lane] > 0.0
         P, up, Q, over = S[LP + lane], S[LPE + lane], S[LQ + lane], S[LQE + lane]
-        newP, new_up, newQ, new_over = measure.multiply_products(P, up, Q, over, size)
-        S[LP + lane], S[LPE + lane] = newP if inside else P, new_up if inside else up
-        S[LQ + lane], S[LQE + lane] = newQ if inside else Q, new_over if inside else over
+        sums = (S[LOPEN + lane], S[LN + lane], P, up, Q, over, S[LFIRST + lane], S[LLAST + lane])
+        inside, sums = measure.logged(size, grown, S[LCAP + lane], is_open, sums)
+        S[LOPEN + lane], S[LN + lane], S[LP + lane], S[LPE + lane], S[LQ + lane], S[LQE + lane] = sums[:6]
+        S[LFIRST + lane], S[LLAST + lane] = sums[6:]
+        going |= 1 if inside else 0
     return going > 0
 
 

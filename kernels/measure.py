@@ -113,27 +113,6 @@ _TURN = "\n".join(
 rate_squared_of_turn = straight("rate_squared_of_turn", ["D"], _TURN, {"TURNS": TURNS})
 
 
-@formula
-def add_to_line(sums, k, y, inside):
-    """Return the sums of :func:`line_slope` with (k, y) added if it is inside: by selection, so lanes stay packed."""
-    n, sum_k, sum_kk, sum_y, sum_ky = sums
-    return (
-        n + (1.0 if inside else 0.0),
-        sum_k + (k if inside else 0.0),
-        sum_kk + (k * k if inside else 0.0),
-        sum_y + (y if inside else 0.0),
-        sum_ky + (k * y if inside else 0.0),
-    )
-
-
-@njit(**OPTIONS)
-def line_slope(n, sum_k, sum_kk, sum_y, sum_ky):
-    """Return the least-squares slope of y against k from n points' sums; NaN for fewer than two points."""
-    if n < 2.0:
-        return math.nan
-    return (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k)
-
-
 @njit(**INLINE)
 def multiply_products(P, up, Q, over, x):
     """Return the products of :func:`slope_of_products` with x > 0 taken in; factors in [1, 2), exponents of 2."""
@@ -143,6 +122,25 @@ def multiply_products(P, up, Q, over, x):
     Q = Q * P
     carry = Q >= 2.0
     return P, up, (0.5 * Q if carry else Q), over + (up + 1.0 if carry else up)
+
+
+@njit(**INLINE)
+def logged(size, grown, most, is_open, sums):
+    """Return whether a sample is inside the log slope's window, and the sums with it taken in if it is.
+
+    Once entered at sizes from ``grown`` on, which is possible while the main window is open, it closes at either end:
+    samples inside follow each other. Sums: whether the window can still come, how many samples, their products
+    (:func:`slope_of_products`), the first and the last.
+    """
+    going, n, P, up, Q, over, first, last = sums
+    large, begun = size >= grown, n > 0.0
+    stays = (size <= most) & (large | ~begun) & (is_open | begun)
+    inside = large & stays & (going > 0.0)
+    newP, new_up, newQ, new_over = multiply_products(P, up, Q, over, size)
+    P, up = newP if inside else P, new_up if inside else up
+    Q, over = newQ if inside else Q, new_over if inside else over
+    first, last = size if inside & ~begun else first, size if inside else last
+    return inside, (going if stays else 0.0, n + (1.0 if inside else 0.0), P, up, Q, over, first, last)
 
 
 @njit(**INLINE)

@@ -79,7 +79,7 @@ CONVERGED = 0.003  # largest sixth order, relative to the rate² or 1/T², with 
 # Rows of a block, W lanes each, after the first of `runs`: what is given (see `run`), and what samples sum up to.
 START, ALLOWED, LIMIT, LCAP = range(GIVEN, GIVEN + 4)
 XI1, XI2, OTHER, GUESS, RX, RR, XX, USED, OPEN, LARGEST, E0, ED, ES = range(GIVEN + 4, GIVEN + 17)
-LOPEN, LN, LK, LKK, LY, LKY, LFIRST, LLAST = range(GIVEN + 17, GIVEN + 25)
+LOPEN, LN, LP, LPE, LQ, LQE, LFIRST, LLAST = range(GIVEN + 17, GIVEN + 25)
 # The runs of a half and of a quarter of the nudge: samples, recurrence's sums; of the twice extrapolated samples too.
 HALF1, HALF2, HRX, HXX, QUARTER1, QUARTER2, QRX, QXX, ZRX, ZRR, ZXX = range(GIVEN + 25, GIVEN + 36)
 ROWS = GIVEN + 36
@@ -143,24 +143,17 @@ def _sample(X, half, quarter, P, Q, states, triple):
 
 
 @njit(**OPTIONS)
-def _log_sample(X, Q, k):
-    """Add sample k to the log slope of every lane that is inside its window."""
+def _log_sample(X, Q):
+    """Add a sample to the log slope of every lane that is inside its window, where the nudged mode moves alone."""
     whole_vectors()
     for lane in range(W):
         size = abs(X[lane])
-        grown = size >= measure.LOG_FROM * Q[START, lane]
-        begun = Q[LN, lane] > 0.0
-        alone = Q[OTHER, lane] <= max(OTHERS * size, Q[ALLOWED, lane])
-        # once entered, the window closes at either end; it can be entered only while the main window is open
-        stays = alone & (size <= Q[LCAP, lane]) & (grown | ~begun) & ((Q[OPEN, lane] > 0.0) | begun)
-        inside = grown & stays & (Q[LOPEN, lane] > 0.0)
-        Q[LOPEN, lane] = Q[LOPEN, lane] if stays else 0.0
-        y = measure.logarithm(size)
-        Q[LFIRST, lane] = y if inside & ~begun else Q[LFIRST, lane]
-        Q[LLAST, lane] = y if inside else Q[LLAST, lane]
-        sums = Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane]
-        sums = measure.add_to_line(sums, k, y, inside)
-        Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane] = sums
+        most = Q[LCAP, lane] if Q[OTHER, lane] <= max(OTHERS * size, Q[ALLOWED, lane]) else -1.0
+        P, up, PP, over = Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane]
+        sums = (Q[LOPEN, lane], Q[LN, lane], P, up, PP, over, Q[LFIRST, lane], Q[LLAST, lane])
+        _, sums = measure.logged(size, measure.LOG_FROM * Q[START, lane], most, Q[OPEN, lane] > 0.0, sums)
+        Q[LOPEN, lane], Q[LN, lane], Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane] = sums[:6]
+        Q[LFIRST, lane], Q[LLAST, lane] = sums[6:]
 
 
 @njit(TAKEN, **PASSED)
@@ -177,6 +170,7 @@ def take(D, P, Q, numbers, _, k):
     if k == 0:
         for lane in range(W):
             Q[USED, lane], Q[OPEN, lane], Q[LOPEN, lane], Q[LARGER, lane] = 1.0, 1.0, 1.0, 1.0
+            Q[LP, lane], Q[LQ, lane] = 1.0, 1.0
             Q[LARGEST, lane] = abs(x[lane])
             Q[E0, lane], Q[ES, lane] = P[(states + 2) * W + lane], P[(states + 3) * W + lane]
     elif k == 2:
@@ -186,7 +180,7 @@ def take(D, P, Q, numbers, _, k):
     if k > 0:
         opened, logging = _sample(x, half, quarter, P, Q, states, k >= 2)
         if logging:
-            _log_sample(x, Q, float(k))
+            _log_sample(x, Q)
         going = opened or logging
     for lane in range(W):
         Q[XI2, lane], Q[XI1, lane] = Q[XI1, lane], x[lane]
@@ -225,9 +219,10 @@ def _unload(Q, lane, steps, row):
     row[RAW.halving] = Q[CHANGE, lane] / Q[LARGEST, lane]
     row[RAW.log_slope], row[RAW.e_folds] = math.nan, math.nan
     if Q[LN, lane] >= 2.0:
-        sums = (Q[LN, lane], Q[LK, lane], Q[LKK, lane], Q[LY, lane], Q[LKY, lane])
-        row[RAW.e_folds] = Q[LLAST, lane] - Q[LFIRST, lane]
-        row[RAW.log_slope] = measure.line_slope(*sums) / spacing
+        row[RAW.e_folds] = measure.logarithm(Q[LLAST, lane] / Q[LFIRST, lane])
+        row[RAW.log_slope] = (
+            measure.slope_of_products(Q[LN, lane], Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane]) / spacing
+        )
 
 
 @njit(void(*(int64[::1],) * 4, float64[:, :, ::1], float64[:, ::1]), nogil=True, **OPTIONS)

@@ -472,30 +472,25 @@ def measured(points, rotations, samples_per_rotation, tolerance):
     _, omega3, _ = _point_arrays(points)
     spin = np.abs(omega3)
     intervals = round(rotations * samples_per_rotation)
-    raw_rate, stderr = raw[:, RAW.rate], raw[:, RAW.stderr]
-    rate = _resolved(raw_rate, stderr, raw[:, RAW.floor])
-    raw_momentum, momentum_stderr = raw[:, RAW.momentum_rate], raw[:, RAW.momentum_stderr]
-    momentum_rate = _resolved(raw_momentum, momentum_stderr, raw[:, RAW.floor])
+    rates, columns = {}, {}
+    for of, rate, stderr, ahead in (
+        ("", RAW.rate, RAW.stderr, RAW.ahead),
+        ("momentum_", RAW.momentum_rate, RAW.momentum_stderr, RAW.momentum_ahead),
+    ):
+        name, rate, stderr = f"{of}precession_rate", raw[:, rate], raw[:, stderr]
+        rates[of] = _resolved(rate, stderr, raw[:, RAW.floor])
+        error = _error(raw, raw[:, ahead], rate, rates[of], stderr, intervals)
+        columns |= {name: rates[of] * spin, f"{name}_stderr": stderr * spin, f"{name}_error": error * spin}
+    rate = rates[""]
     senses = [~np.isfinite(rate), rate == 0.0, rate * np.sign(omega3) > 0.0]
-    return {
-        "precession_rate": rate * spin,
-        "precession_rate_stderr": stderr * spin,
-        "precession_rate_error": _error(raw, raw[:, RAW.ahead], raw_rate, rate, stderr, intervals) * spin,
-        "momentum_precession_rate": momentum_rate * spin,
-        "momentum_precession_rate_stderr": momentum_stderr * spin,
-        "momentum_precession_rate_error": _error(
-            raw, raw[:, RAW.momentum_ahead], raw_momentum, momentum_rate, momentum_stderr, intervals
-        )
-        * spin,
+    return columns | {
         "period": _period(rate) / spin,
         "sense": np.select(senses, [UNDETERMINED, NONE, WITH_SPIN], AGAINST_SPIN).astype(np.int8),
         "body_cone": np.degrees(raw[:, RAW.body]),
         "momentum_cone": np.degrees(raw[:, RAW.momentum]),
         "space_cone": np.degrees(raw[:, RAW.space]),
         "half_angle_drift": np.degrees(raw[:, RAW.body_spread]),
-        "coplanarity": raw[:, RAW.coplanarity],
-        "energy_drift": raw[:, RAW.energy_drift],
-        "momentum_drift": raw[:, RAW.momentum_drift],
+        **{name: raw[:, getattr(RAW, name)] for name in ("coplanarity", "energy_drift", "momentum_drift")},
         "propagation_error": raw[:, RAW.distance],
         "steps_per_sample": raw[:, RAW.steps].astype(np.int32),
         "status": _status(raw, tolerance, intervals),

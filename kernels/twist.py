@@ -56,11 +56,9 @@ A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
 M1, M2, M3, HALF, DONE, WRAPS, STEP, SLOW, FAST = (W * r for r in range(10, 19))
 ROWS = 19
 
-TWISTS = ("twist", "time_of_turn", "twist_error", "time_of_turn_error")
-
 
 class Throws(NamedTuple):
-    """Bodies of moments in any order, and how each is thrown; arrays of shape (n,)."""
+    """Bodies of ascending moments, and how each is thrown; arrays of shape (n,)."""
 
     I1: np.ndarray
     I2: np.ndarray
@@ -295,16 +293,8 @@ def defect_theory(I1, I2, I3):
 
 
 @njit(**OPTIONS)
-def ascending(x1, x2, x3):
-    """Return three numbers in ascending order."""
-    low, high = min(x1, x2), max(x1, x2)
-    return min(low, x3), max(low, min(high, x3)), max(high, x3)
-
-
-@njit(**OPTIONS)
-def scaled(I1, I2, I3):
-    """Return the moments in ascending order, in a unit in which the middle one is 1 or a little less."""
-    low, middle, high = ascending(I1, I2, I3)
+def scaled(low, middle, high):
+    """Return ascending moments in a unit in which the middle one is 1 or a little less."""
     unit = solution.unit_of_moments(low, middle, high, middle)
     return low / unit, middle / unit, high / unit
 
@@ -331,7 +321,7 @@ def fill_exact(throws, out):
 
 @njit(nogil=True, **OPTIONS)
 def fill(throws, tolerance, out):
-    """Fill (4, n) with measured twist (rad) and time of the turn (in I_mid/L), each with its error, as TWISTS."""
+    """Fill (4, n) with measured twist (rad) and time of the turn (in I_mid/L), then the errors of both."""
     whole_vectors()
     S, both = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
@@ -372,10 +362,10 @@ def survey(points, tolerance, measured=True):
             (s), ends_reversed (int8; -1 missing).
     """
     names = ("I1", "I2", "I3", "chi", "theta", "omega0")
-    *values, omega0 = arrays(*(points[name] for name in names))
-    throws, out = Throws(*values), np.empty((3, omega0.size))
+    *moments, chi, theta, omega0 = arrays(*(points[name] for name in names))
+    low, middle, high = np.sort(moments, axis=0)
+    throws, out = Throws(low, middle, high, chi, theta), np.empty((3, omega0.size))
     fill_exact(throws, out)
-    low, middle, high = np.sort(throws[:3], axis=0)
     columns = {
         "twist_exact": out[0],
         "time_of_turn_exact": out[1] / omega0,

@@ -22,10 +22,8 @@ LEFT_TO_THE_SLOW = {
     "spectrum",
     "projection",
     "invariants",
-    "jacobians",
     "flows",
     "in_space",
-    "taylor_tapes",
 }  # kernels that no quick test needs
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=15)

@@ -71,7 +71,6 @@ OTHERS = {  # of what runs when a module is imported: tests of who uses it, besi
     "kernels/solution": ["tests/kernels/test_exact.py"],
     "kernels/statuses": ["tests/kernels/test_columns.py", "tests/kernels/test_oscillations.py"],
     "kernels/taylor": ["tests/kernels/test_direct.py", "tests/kernels/test_attitude.py"],
-    "kernels/taylor_tapes": ["tests/mechanics/test_taylor.py"],
     "kernels/uncertainty": ["tests/kernels/test_reduction.py", "tests/kernels/test_survey.py"],
     "sweeps/shards/content": ["tests/maps/test_storage.py"],
     "sweeps/shards/contract": ["tests/maps/test_dataset.py"],

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernels.codes import POLE
+from kernels.matrices import by_matrix
 
 HALVINGS = 8  # of a piece
 NEWTON, FOUND = 6, 1e-13  # steps, and when no more are needed, over the range
@@ -102,11 +103,8 @@ def _passed(slopes, x, guess, p, q, width):
 
 def _newton(values):
     """Return Newton's step from F and J, shape (zeros, n, 1 + n); NaN where J is singular."""
-    F, J = values[:, :, 0], values[:, :, 1:]
-    sound = np.isfinite(values).all(axis=(1, 2)) & (np.linalg.det(np.nan_to_num(J)) != 0.0)
-    step = np.full(F.shape, np.nan)
-    step[sound] = np.linalg.solve(J[sound], F[sound][:, :, None])[..., 0]
-    return step
+    values = np.where(np.isfinite(values).all(axis=(1, 2), keepdims=True), values, np.nan)
+    return by_matrix(np.linalg.solve, values[:, :, 1:], values[:, :, :1])[..., 0]
 
 
 def _single(slopes, begin, end, width):

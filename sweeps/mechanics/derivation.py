@@ -32,7 +32,7 @@ import sympy as sp
 
 from sweeps.mechanics import modes
 from sweeps.mechanics.description import System
-from sweeps.mechanics.equations import SHORT, SIMPLE, Equations, expanded
+from sweeps.mechanics.equations import SIMPLE, Equations, expanded
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
@@ -143,8 +143,6 @@ _WRITTEN_OUT = {
 
 def _quadratic(system, T):
     """Return the parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
-    if T.count_ops() > SHORT and not system.kinetic_terms:
-        return _of_particles(system)
     v = [c.velocity for c in system.coordinates.values()]
     rest = dict.fromkeys(v, 0)
     T = expanded(T)
@@ -162,31 +160,6 @@ def _quadratic(system, T):
     if not vanishes(remainder):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     return a, b, T0
-
-
-def _of_particles(system):
-    """Return a, b, T0 of many particles from their places' derivatives; equal products are simplified once.
-
-    a_ij = Σ m ∂r/∂q_i · ∂r/∂q_j, b_i = Σ m ∂r/∂q_i · ∂r/∂t, T0 = ½ Σ m (∂r/∂t)².
-    """
-    symbols = [*(c.symbol for c in system.coordinates.values()), system.time]
-    n, masses, short = len(symbols), {}, {}
-    for mass, place in system.particles:
-        slopes = [[_by_sine_and_cosine(part).diff(x) for x in symbols] for part in place]
-        for i in range(n):
-            for j in range(i + 1):
-                product = sp.Add(*(slope[i] * slope[j] for slope in slopes))
-                if product not in short:
-                    paired = _paired(product)
-                    short[product] = simplified(paired) if paired.is_Add else paired
-                products = masses.setdefault((i, j), {})
-                products[short[product]] = products.get(short[product], 0) + mass
-    whole = sp.zeros(n)
-    for (i, j), products in masses.items():
-        whole[i, j] = whole[j, i] = sp.Add(*(product * mass for product, mass in products.items()))
-    kept = list(range(n - 1))
-    whole = _timeless(system, whole)
-    return whole.extract(kept, kept), whole.extract(kept, [n - 1]), whole[n - 1, n - 1] / 2
 
 
 def _timeless(system, e):

@@ -7,22 +7,11 @@ makes a long code shorter. Far from equilibria the time is a state whose rate is
 import sympy as sp
 
 from sweeps.mechanics.equations import Equations
-from sweeps.mechanics.graph import ABSOLUTE, CONSTANT, FIRST, SECOND, Graph
+from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
 SHORT = 50_000  # characters of a code that is compiled in two seconds: no shorter one is looked for
-MOST_WRITTEN = 120  # nodes that move: more of them are read from a tape
-
-
-def code(equations: Equations, near: bool = True) -> Code:
-    """Return the code of a system, near equilibria or of any motion: written out, or a tape where it is large."""
-    g = graph(equations, near)
-    if sum(node.kind != CONSTANT for node in g.nodes) <= MOST_WRITTEN:
-        return Code(g)
-    from sweeps.mechanics.taped import TapedCode  # its kernel is compiled where it is imported
-
-    return TapedCode(g)
 
 
 def graph(equations: Equations, near: bool = True) -> Graph:
@@ -65,7 +54,7 @@ def _by_inverse(equations):
 
 
 def _timed(g):
-    g.rates, g.watched = (*g.rates, g.constant(1)), ()
+    g.rates, g.watched = (*g.rates, g.build(1)), ()
     return g
 
 

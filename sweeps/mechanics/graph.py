@@ -115,10 +115,6 @@ class Graph:
             return self._function(e, e.args[0])
         raise DescriptionError(f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
 
-    def constant(self, expression) -> int:
-        """Return a node that depends on parameters only."""
-        return self.build(expression)
-
     def sum(self, numbers, weights=None, zero=False) -> int:
         """Return the node of a weighted sum of nodes; ``zero`` states that its value at the equilibrium vanishes."""
         weights = tuple(weights) if weights else (1.0,) * len(numbers)
@@ -170,7 +166,7 @@ class Graph:
             base, exponent = factor.as_base_exp()
             divides = exponent.is_Integer and exponent < 0 and self._root(base) is None
             (below if divides else above).append(1 / factor if divides else factor)
-        result = self.build(above[0]) if above else self.constant(sp.Integer(1))
+        result = self.build(above[0]) if above else self.build(sp.Integer(1))
         for factor in below:
             result = self.quotient(result, self.build(factor))
         for factor in above[1:]:
@@ -235,13 +231,13 @@ class Graph:
 
     def _slope(self, e, of_u, argument, number, inner):
         if e.is_Pow and e.base in self._roots:
-            return self.product(self.constant(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
+            return self.product(self.build(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
-            return self.quotient(self.product(self.constant(e.exp), number), inner)
+            return self.quotient(self.product(self.build(e.exp), number), inner)
         f = of_u.expr
         if f.func in (sp.tan, sp.tanh):
             square = self.product(number, number)
-            one, sign = self.constant(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
+            one, sign = self.build(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
             return self.sum((one, square), (1.0, sign))
         if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")

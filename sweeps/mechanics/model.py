@@ -16,7 +16,7 @@ from sweeps.mechanics import equilibria
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
-from sweeps.mechanics.first_order import code, graph
+from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.taylor import Code
 from sweeps.schema.refusals import DescriptionError
@@ -45,12 +45,12 @@ class Model:
     @cached_property
     def code(self) -> Code:
         """The generated kernel of motions near equilibria."""
-        return code(self.equations)
+        return Code(graph(self.equations))
 
     @cached_property
     def moving(self) -> Code:
         """The generated kernel of any motion."""
-        return code(self.equations, near=False)
+        return Code(graph(self.equations, near=False))
 
     def perturbed_code(self, still: bool) -> "PerturbedCode":
         """Return the generated kernel of perturbations of a motion: at rest at all times, or not."""

@@ -48,21 +48,24 @@ def normal_modes(hessian, a):
 
 def scale(hessian_terms, a):
     """Return S in s-1, shape (points,); NaN where a is not positive definite or V has no curvature."""
+    pair, least = _in_own_units(a)
     with np.errstate(all="ignore"):
-        unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
-        pair = unit[:, :, None] * unit[:, None, :]
         bound = np.sqrt(np.square(hessian_terms * pair).sum(axis=(1, 2)))
-        unit_a = a * pair
-        sound = np.isfinite(unit_a).all(axis=(1, 2))
-        least = np.linalg.eigvalsh(np.where(sound[:, None, None], unit_a, np.eye(a.shape[1])))[:, 0]
-        S = np.sqrt(bound / np.where(sound & (least > 0.0), least, np.nan))
+        S = np.sqrt(bound / np.where(least > 0.0, least, np.nan))
     return np.where(bound == 0.0, np.nan, S)
 
 
 def positive(a):
     """Return True where a is finite and positive definite, shape (points,)."""
+    return _in_own_units(a)[1] > 0.0
+
+
+def _in_own_units(a):
+    """Return factors that give a a diagonal of one, and its least eigenvalue then, NaN where it is not finite."""
     with np.errstate(all="ignore"):
         unit = 1.0 / np.sqrt(np.einsum("pii->pi", a))
-        unit_a = a * unit[:, :, None] * unit[:, None, :]
+        pair = unit[:, :, None] * unit[:, None, :]
+        unit_a, least = a * pair, np.full(len(a), np.nan)
     sound = np.isfinite(unit_a).all(axis=(1, 2))
-    return sound & (np.linalg.eigvalsh(np.where(sound[:, None, None], unit_a, np.eye(a.shape[1])))[:, 0] > 0.0)
+    least[sound] = np.linalg.eigvalsh(unit_a[sound])[:, 0]
+    return pair, least

@@ -239,10 +239,8 @@ def _columns(model, points, theory, measured):
         "omega_squared_reduced_error": left,
         "amplitude_shift": raw[:, kernel.RAW.rate2] - reduced,
         **_rates("_theory", theory["omega_squared"], predicted),
-        **_rates("", raw[:, kernel.RAW.rate2], regime),
-        **_rate_errors("", raw[:, kernel.RAW.rate2], error, regime),
-        **_rates("_reduced", reduced, regime),
-        **_rate_errors("_reduced", reduced, left, regime),
+        **_rates("", raw[:, kernel.RAW.rate2], regime, error),
+        **_rates("_reduced", reduced, regime, left),
         **_log_slope(raw, regime),
         "regime_theory": predicted,
         "regime": regime,
@@ -261,29 +259,21 @@ def _columns(model, points, theory, measured):
     return columns
 
 
-def _rates(suffix, squares, regime):
-    missing = np.where(regime < 0, np.nan, 0.0)
-    columns = {}
+def _rates(suffix, squares, regime, error=None):
+    """Return the rates, and their errors to the farther end of the square's interval where these have an error.
+
+    Missing where there is no such rate. Where it is marginal both rates are 0, and may be what the interval allows.
+    """
+    columns, missing = {}, np.where(regime < 0, np.nan, 0.0)
     for name, regime_of_rate, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
+        is_one = regime == regime_of_rate
         with np.errstate(invalid="ignore"):
             rate = np.sqrt(np.maximum(sign * squares, 0.0))
-        columns[f"{name}{suffix}"] = np.where(regime == regime_of_rate, rate, missing)
-    return columns
-
-
-def _rate_errors(suffix, squares, error, regime):
-    """Return errors of the rates, to the farther end of the square's interval; missing where there is no such rate.
-
-    Where it is marginal both rates are 0, and may be what the interval allows.
-    """
-    columns = {}
-    for name, regime_of_rate, sign in (("growth_rate", kernel.UNSTABLE, -1.0), ("frequency", kernel.STABLE, 1.0)):
-        square = np.where(regime == regime_of_rate, sign * squares, np.nan)
-        with np.errstate(invalid="ignore"):
-            low, rate, high = (np.sqrt(np.maximum(x, 0.0)) for x in (square - error, square, square + error))
-            farther = np.maximum(rate - low, high - rate)
-            upper = np.sqrt(np.maximum(sign * squares + error, 0.0))
-        columns[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, upper, farther)
+            columns[f"{name}{suffix}"] = np.where(is_one, rate, missing)
+            if error is not None:
+                low, high = (np.sqrt(np.maximum(sign * squares + e, 0.0)) for e in (-error, error))
+                farther = np.where(is_one, np.maximum(rate - low, high - rate), np.nan)
+                columns[f"{name}{suffix}_error"] = np.where(regime == kernel.MARGINAL, high, farther)
     return columns
 
 

@@ -28,14 +28,19 @@ class Tape:
         self._known: dict = {}
         self.outputs = np.array([self._row(sp.sympify(e)) for e in expressions], dtype=np.int64)
         self.rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
-        self._fixed = _Fixed(self._constants, self.parameters)
+        are_numbers = all(e.is_number for e in self._constants)
+        self._fixed = None if are_numbers else _Numbers(self._constants, self.parameters)
+        self._values = np.array([literal(e) for e in self._constants if are_numbers]).reshape(-1, 2)
 
     def constants(self, parameters, high=None) -> np.ndarray:
         """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter.
 
         With `high`, for all values of the parameters from the first to these.
         """
-        return self._fixed(parameters, high)
+        points = max((np.size(p) for p in parameters), default=1)
+        if self._fixed:
+            return self._fixed.values(parameters, parameters if high is None else high, points)
+        return np.ascontiguousarray(np.broadcast_to(self._values, (points, *self._values.shape)))
 
     def slopes(self, constants, owner, low, high, count=None):
         """Enclose f and its first derivatives, shape (boxes, functions, 1 + count, 2); return the boxes' states too."""
@@ -107,24 +112,6 @@ class Tape:
 def _plain(x, dtype=np.float64):
     """Return an array as compiled code takes it: contiguous and writable."""
     return np.require(x, dtype, ["C", "W"])
-
-
-class _Fixed:
-    """Enclosures of expressions in parameters alone, and of numbers."""
-
-    def __init__(self, expressions, parameters):
-        self.count, self.parameters, self._literals = len(expressions), parameters, []
-        if expressions and not all(e.is_number for e in expressions):
-            self._tape = _Numbers(expressions, parameters)
-        else:
-            self._tape = None
-            self._values = np.array([literal(e) for e in expressions]).reshape(-1, 2)
-
-    def __call__(self, parameters, high):
-        points = max((np.size(p) for p in parameters), default=1)
-        if self._tape is None:
-            return np.ascontiguousarray(np.broadcast_to(self._values, (points, self.count, 2)))
-        return self._tape.values(parameters, parameters if high is None else high, points)
 
 
 class _Numbers(Tape):

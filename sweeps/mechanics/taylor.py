@@ -87,8 +87,6 @@ class Code:
     along a run; `expand` writes the terms of each series after these, of orders 1 to `order`.
     """
 
-    kernels: tuple[str, ...] = ("straight",)  # modules that the generated one imports beside what every system needs
-
     def __init__(self, graph: Graph):
         self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
         self.n = len(graph.rates)
@@ -175,15 +173,13 @@ class Code:
 
     # -- names in the text
 
-    def _is_unbased(self, number):
-        """Return True if U of a node is 0: by its expression, or far from equilibria, where its terms hold all."""
-        node = self.graph.nodes[number]
-        return node.zero or not (self.graph.near or node.kind == CONSTANT)
-
     def _base(self, number):
-        """Return the text of U of a node: a literal, or the local of its row; None where it is 0."""
+        """Return the text of U of a node: a literal, or the local of its row; None where it is 0.
+
+        It is by its expression, or far from equilibria, where the terms of all that moves hold all.
+        """
         node = self.graph.nodes[number]
-        if self._is_unbased(number):
+        if node.zero or not (self.graph.near or node.kind == CONSTANT):
             return None
         if node.kind == CONSTANT and node.weights[0].is_number:
             return repr(float(node.weights[0]))
@@ -202,23 +198,8 @@ class Code:
 
     # -- the step
 
-    def _needed(self, roots):
-        """Return the nodes that some nodes depend on, functions' slopes with them, in order."""
-        nodes, stack = set(), list(roots)
-        while stack:
-            number = stack.pop()
-            if number in nodes or not self.graph.moves(number):
-                continue
-            nodes.add(number)
-            node = self.graph.nodes[number]
-            if node.kind in (ADD, MUL, DIV, FUNCTION):
-                stack += node.parts
-            if node.kind == FUNCTION:
-                stack.append(self.graph.slopes[number])
-        return sorted(nodes)
-
-    def _inner(self, roots):
-        """Return the nodes that some nodes depend on at one order."""
+    def _needed(self, roots, slopes=True):
+        """Return the nodes that some nodes depend on, in order; without ``slopes`` at one order of their series."""
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
@@ -226,6 +207,7 @@ class Code:
                 nodes.add(number)
                 node = self.graph.nodes[number]
                 stack += node.parts if node.kind in (ADD, MUL, DIV, FUNCTION) else ()
+                stack += [self.graph.slopes[number]] if slopes and node.kind == FUNCTION else []
         return sorted(nodes)
 
     def _term(self, number, n):
@@ -313,7 +295,7 @@ class Code:
     def _step_lines(self):
         functions = self.graph.functions
         nodes = self._needed([*self.graph.rates, *functions])
-        last = self._inner([self.graph.nodes[f].parts[0] for f in functions])
+        last = self._needed([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
         for n in range(self.order + 1):
             if n:
@@ -343,9 +325,9 @@ class Code:
     def _check_lines(self):
         watched, moves = self.graph.watched, self.graph.moves
         lines = []
-        for number in self._inner([k for _, terms in watched for k in terms]):
+        for number in self._needed([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term(number, 0)
-        for number in self._inner([k for kind, terms in watched if kind != FIRST for k in terms]):
+        for number in self._needed([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
             lines.append(f"t{number} = {self._second(number)}")
         for row, (kind, terms) in enumerate(watched, self.watched_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]

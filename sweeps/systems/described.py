@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
-TAPES = Kernel("taylor_tapes", seconds=10.0)  # called by the code of large systems alone
 PATHS = Kernel("paths", seconds=2.0, stage=1)  # called by motions far from an equilibrium, after all of `runs`
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
@@ -206,9 +205,7 @@ class Described(Dynamics):
     def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
         """Return what all of this kind share, what its generated code calls, and that code."""
         code = self._code()
-        tapes = (TAPES,) if TAPES.module in code.kernels else ()
-        shared = (kernel for kernel in super().kernels_of(definition) if kernel != TAPES)
-        return *shared, *tapes, Kernel(str(code.path), seconds=code.compile_seconds)
+        return *super().kernels_of(definition), Kernel(str(code.path), seconds=code.compile_seconds)
 
     def _code(self) -> "Code":
         return self.mechanism.code
@@ -227,7 +224,7 @@ def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
     """Return a hash of kernels, generated code, its generator and a description."""
     from kernels.fingerprint import fingerprint
 
-    digest = hashlib.sha256(fingerprint(*kernels, *code.kernels).encode() + code.digest.encode() + source)
+    digest = hashlib.sha256(fingerprint(*kernels, "straight").encode() + code.digest.encode() + source)
     for path in sorted(MECHANICS.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -58,7 +58,7 @@ assert "numba" not in sys.modules and "llvmlite" not in sys.modules
 
 
 def test_plain_kernels_load_no_compiler():
-    modules = "enclosures, roots, spectrum, survey, tumbling, twist, taylor_tapes, projection, principal"
+    modules = "enclosures, roots, spectrum, survey, tumbling, twist, projection, principal"
     subprocess.run([sys.executable, "-c", PLAIN.format(modules)], cwd=ROOT, check=True)
 
 

@@ -190,23 +190,6 @@ def test_signed_rate_takes_four_samples_and_no_fewer():
     assert math.isfinite(stderr)
 
 
-@given(st.lists(st.floats(-100, 100), min_size=2, max_size=30), st.integers(0, 50))
-def test_line_slope_against_polyfit(y, first):
-    k = first + np.arange(len(y))
-    y = np.array(y)
-    ours = measure.line_slope(float(len(y)), *(float(s) for s in (k.sum(), (k * k).sum(), y.sum(), (k * y).sum())))
-    exact = np.polyfit(k - k.mean(), y, 1)[0]
-    # n Skk - Sk² cancels to n² Var(k)
-    cancelled = (k * k).sum() / len(k) / k.var()
-    assert ours == pytest.approx(exact, rel=1e-13, abs=1e-15 * cancelled * (np.abs(y).max() + 1))
-
-
-def test_line_slope_of_fewer_than_two_points():
-    assert math.isnan(measure.line_slope(0.0, 0.0, 0.0, 0.0, 0.0))
-    assert math.isnan(measure.line_slope(1.0, 3.0, 9.0, 2.0, 6.0))
-    assert measure.line_slope(2.0, 3.0, 5.0, 9.0, 15.0) == 3.0
-
-
 @given(st.lists(st.floats(1e-3, 1e6), min_size=2, max_size=60))
 def test_slope_of_products_against_polyfit(sizes):
     P, up, Q, over = 1.0, 0.0, 1.0, 0.0

@@ -14,7 +14,7 @@ from sweeps.schema.refusals import Problem, display, refusal, refusals
 from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, PATHS, TAPES, Described
+from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.oscillator import variables as tables
 from sweeps.systems.oscillator.variables import DEGENERATE, FOLLOWED, VARIABLES
 from sweeps.systems.system import Kernel
@@ -75,7 +75,7 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
-    compiled = (Kernel("oscillations", seconds=2.0), TAPES, Kernel("roots", seconds=6.0), SEARCH)
+    compiled = (Kernel("oscillations", seconds=2.0), Kernel("roots", seconds=6.0), SEARCH)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables
