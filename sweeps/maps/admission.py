@@ -84,14 +84,8 @@ def holds_map(path: str | Path, sweep: "Sweep") -> bool:
 def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> PlainMap:
     """Return the content of a file that is a map; numbers are read on their first use.
 
-    Args:
-        path: the file's name, for messages.
-        file: the file, open.
-        structure: what it holds.
-        any_flags: whether flags without a meaning are read as they are; else they are refused as they are read.
-
-    Raises:
-        MapError: for a file that is unlike the maps of its system, in words.
+    With `any_flags`, flags without a meaning are read as they are; else they are refused as they are read. Raise a
+    MapError for a file that is unlike the maps of its system, in words.
     """
     try:
         attributes = _global(structure.attributes)
@@ -195,9 +189,8 @@ class _Parts:
                 continue
             words = {key: _printable(f"{name}:{key}", _said(one.attributes.get(key, "")), "") for key in DESCRIBING}
             words = {key: text[:MOST_WORDS] for key, text in words.items()}
-            self.specs[name] = Variable(
-                name, words["units"] or "1", words["long_name"] or name, comment=words["comment"]
-            )
+            units, meaning = words["units"] or "1", words["long_name"] or name
+            self.specs[name] = Variable(name, units, meaning, comment=words["comment"])
             if one.dims in ((), (name,), (POINT.name,)):
                 doubles[name] = one
             else:

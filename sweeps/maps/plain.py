@@ -12,25 +12,18 @@ import numpy as np
 
 from sweeps.reading.stored_values import StoredValues
 
+Data = np.ndarray | StoredValues
+
 
 class PlainVariable:
     """A variable or a coordinate: dimensions, attributes, and values that are read when they are asked for.
 
-    Args:
-        dims: names of its dimensions.
-        data: its values, in memory or in a file.
-        attrs: its attributes.
-        chosen: of each of the data's own dimensions a number, or a range of numbers; left out, all of it.
-        encoding: what holds of the variable in its file alone: `sha256`, the hash of its values.
+    The data lie in memory or in a file; `chosen` is a number, or a range of numbers, of each of its dimensions, or
+    all. `encoding` is what holds of the variable in its file alone: `sha256`, the hash of its values.
     """
 
     def __init__(
-        self,
-        dims: Sequence[str],
-        data: np.ndarray | StoredValues,
-        attrs: Mapping,
-        chosen: Sequence = (),
-        encoding: Mapping | None = None,
+        self, dims: Sequence[str], data: Data, attrs: Mapping, chosen: Sequence = (), encoding: Mapping | None = None
     ):
         self._own, self.data, self.attrs, self.dtype = tuple(dims), data, attrs, data.dtype
         self.encoding = dict(encoding or {})

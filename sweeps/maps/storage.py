@@ -34,10 +34,8 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         spec = table.get(name) or Variable(name, None, "", variable.dtype.str)
-        encoding[name] = {
-            "chunksizes": chunk_shape(variable.shape),
-            "_FillValue": np.nan if spec.missing_is_nan else None,
-        }
+        fill = np.nan if spec.missing_is_nan else None
+        encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": fill}
         encoding[name] |= DEFLATED if spec.deflated else {}
     lazy = ds[[name for name, variable in ds.data_vars.items() if variable.chunks]]
     with replaced(path) as temporary:

@@ -22,13 +22,11 @@ from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
 
+Beside = Callable[[], AbstractContextManager]
+
 
 def make(
-    planned: Plan,
-    results: str | Path = "results",
-    workers: int = 1,
-    again: bool = False,
-    beside: Callable[[], AbstractContextManager] = nullcontext,
+    planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, beside: Beside = nullcontext
 ) -> Iterator[Path]:
     """Make the map of a sweep, its figures and its report, and yield each; for `beside` see `making.make`."""
     with claims.claimed([planned.sweep.name], results):

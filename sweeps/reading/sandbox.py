@@ -39,9 +39,7 @@ class ChildError(Exception):
 def run_in_child(work: Callable[[], dict], size: int) -> dict | None:
     """Return what a function returns in a child process; None where the child died, or took too long or too much.
 
-    Args:
-        work: returns a value of JSON's types.
-        size: bytes of the file that it reads.
+    It returns a value of JSON's types, and reads a file of so many bytes.
     """
     try:
         (answer,) = parts_from_child(partial(_as_json, work), SECONDS + size / 2**30)

@@ -201,12 +201,8 @@ class _Csv(Source):
         for k, part in enumerate(text):
             if k < number:
                 continue
-            bad = np.stack(
-                [
-                    pd.to_numeric(part[name], errors="coerce").isna().to_numpy()
-                    for name in part.columns[: len(self.headings)]
-                ]
-            )
+            some = [part[name] for name in part.columns[: len(self.headings)]]
+            bad = np.stack([pd.to_numeric(one, errors="coerce").isna().to_numpy() for one in some])
             if not bad.any():
                 break
             row = int(np.argmax(bad.any(axis=0)))

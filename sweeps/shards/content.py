@@ -98,12 +98,7 @@ def content_hash(ds: "xr.Dataset") -> str:
 
 
 def hashed(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
-    """Return the hashes of a Dataset's content.
-
-    Args:
-        ds: what to hash.
-        room: most values of a variable to hold in memory at a time; left out, a variable whole.
-    """
+    """Return the hashes of a Dataset's content, with at most `room` values of a variable in memory, or all of them."""
     digest = ContentHash()
     for name, variable in ds.variables.items():
         digest.declare(name, variable.dims, variable.shape, variable.dtype)

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
@@ -14,7 +14,7 @@ from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract
 from sweeps.shards.mapfile import MapFile, written
-from sweeps.shards.shard import DamagedError, ForeignError, MapError, Shard, further, measure, write_shard
+from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, Shard, further, measure, write_shard
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -55,16 +55,10 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
     raise MapError(f"{path}: shards are damaged faster than they can be measured; allowed: a disk that keeps them")
 
 
-def measure_whole(
-    sweep: Sweep, path: str | Path, threads: int = 1, progress: Callable[[int], None] = lambda points: None
-) -> str:
+def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
     """Measure all points of a sweep, write its map without shards, and return its content hash.
 
-    Args:
-        sweep: the sweep.
-        path: the map to write.
-        threads: threads for the kernel.
-        progress: called with the number of points after each block.
+    `progress` is called with the number of points after each block.
     """
     with _begun(sweep, path) as file:
         motions = measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress)

@@ -56,14 +56,12 @@ def _seal(stated: Iterable[str], content_hash: str) -> str:
 
 # -- writing
 
+Progress = Callable[[int], None]
+Put = Callable[[Mapping[str, np.ndarray]], None]
+
 
 def write_shard(
-    sweep: Sweep,
-    number: int,
-    count: int,
-    path: str | Path,
-    threads: int = 1,
-    progress: Callable[[int], None] = lambda points: None,
+    sweep: Sweep, number: int, count: int, path: str | Path, threads: int = 1, progress: Progress = lambda points: None
 ) -> None:
     """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured."""
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
@@ -75,21 +73,10 @@ def write_shard(
         file.seal(origin | stated | {"seal": _seal(stated.values(), file.hexdigest())})
 
 
-def measure(
-    sweep: Sweep,
-    points: range,
-    put: Callable[[Mapping[str, np.ndarray]], None],
-    threads: int = 1,
-    progress: Callable[[int], None] = lambda points: None,
-) -> int:
+def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: Progress = lambda points: None) -> int:
     """Measure points block by block, store each block while the next is measured, and return the number of motions.
 
-    Args:
-        sweep: the sweep.
-        points: the numbers of the points, one after the other.
-        put: called with the columns of each block.
-        threads: threads for the kernel.
-        progress: called with the number of points after each block.
+    `put` is called with the columns of each block, `progress` with the number of its points after it.
     """
     memory.keep_freed()
     motions = 0
