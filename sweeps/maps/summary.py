@@ -107,8 +107,8 @@ class Summary:
         self.table: dict[tuple[str, str], int] = {}
         pairs = [(r, n) for n, spec in self._specs.items() for r in spec.references if r in ds.data_vars]
         #: pair (theory's flag variable, flag variable) → table [theory's meaning, meaning] of points
-        flags = {name: len(meanings) for name, meanings in self._flags.items()}
-        shapes = {(r, n): (flags[r], flags[n]) for r, n in pairs if r in flags and n in flags}
+        lengths = {name: len(meanings) for name, meanings in self._flags.items()}
+        shapes = {(r, n): (lengths[r], lengths[n]) for r, n in pairs if r in lengths and n in lengths}
         self.confusion = {pair: np.zeros(shape, np.int64) for pair, shape in shapes.items()}
         floats = {name for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
         #: variable that should be zero → its worst magnitude
