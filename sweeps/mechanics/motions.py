@@ -38,7 +38,7 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
     count, expand = times.shape[1], code.module().expand
     states = np.empty((*start.shape, count + paths.TOGETHER))
     states[:, :, 0] = start
-    low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), np.ptp(times, axis=1) / count
+    low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), (times[:, -1] - times[:, 0]) / count
     step[step == 0.0] = 1.0
     due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
     times = np.pad(times, ((0, 0), (0, paths.TOGETHER)), constant_values=np.inf)
