@@ -61,6 +61,7 @@ class Found:
     """Equilibria of points."""
 
     places: np.ndarray  #: shape (points, most, m); NaN where a point has no such equilibrium
+    hidden: np.ndarray  #: shape (points, most, m), how far rounding hides where they are; 0 where they are proved
     dimension: np.ndarray  #: shape (points, most), of the family that each lies in; 0 for one that is alone
     certified: np.ndarray  #: shape (points,), PROVED, ROUNDING, TOO_LARGE or FAMILY
     flat: np.ndarray  #: shape (points,), whether they form a family of which no member is named
@@ -168,7 +169,7 @@ def _cell(values):
 def _found(problem, parameters):
     with np.errstate(all="ignore"):
         all_ = _All(problem, parameters)
-        places, dimension = all_.table()
+        places, hidden, dimension = all_.table()
         decided = np.ones(all_.size, dtype=bool)
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
         most = problem.system.most
@@ -182,8 +183,9 @@ def _found(problem, parameters):
         slots = np.where(index[..., None] >= 0, np.take_along_axis(places, taken[..., None], axis=1), np.nan)
         _take_names(problem, parameters, slots)
         dimension = np.where(index >= 0, np.take_along_axis(dimension, taken, axis=1), 0).astype(np.int8)
-    certified = all_.certified.astype(np.int8)
-    return Found(slots, dimension, certified, all_.flat, all_.direction, counts, crowded, decided, all_.undecided)
+        hidden = np.take_along_axis(hidden, taken[..., None], axis=1)
+    of_points = all_.certified.astype(np.int8), all_.flat, all_.direction, counts, crowded, decided, all_.undecided
+    return Found(slots, hidden, dimension, *of_points)
 
 
 def _take_names(problem, parameters, slots):
@@ -204,6 +206,7 @@ class _All:
 
     Attributes:
         owner, place, dimension: of each equilibrium its point, the free unknowns, and the dimension of its family.
+        reach, hidden: half a box that it is alone in, and half one within which rounding hides where it is; or 0.
         certified, flat, direction, undecided: of each point, as of :class:`Found`.
     """
 
@@ -219,7 +222,7 @@ class _All:
         self.n = len(problem.free)
         self.narrowest = NARROWEST[self.n > 1]
         self.owner, self.place = np.empty(0, dtype=np.int64), np.empty((0, self.n))
-        self.dimension, self.reach = np.empty(0, dtype=np.int64), np.empty((0, self.n))
+        self.dimension, self.reach, self.hidden = np.empty(0, dtype=np.int64), *np.empty((2, 0, self.n))
         self.certified, self.flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
         self.direction = np.full((self.size, problem.m), np.nan)
         self.undecided = np.full((self.size, problem.m, 2), np.nan)
@@ -284,16 +287,23 @@ class _All:
         rows = np.where(rows > 0.0, rows, 1.0)
         return values[:, :, 0].mean(axis=-1) / rows, J / rows[:, :, None]
 
-    def descended(self, owner, place):
-        """Apply Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step."""
-        place = place.copy()
+    def descended(self, owner, place, kept=None):
+        """Apply Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step.
+
+        Along the directions `kept` (places, n, n), those that are not 0, the places stay: off a family J is regular.
+        """
+        start, place = place, place.copy()
         active = np.flatnonzero(~self.still(owner, place))
         for _ in range(ITERATIONS):
             if active.size == 0:
                 break
             F, J = self.jacobian(owner[active], place[active])
+            if kept is not None:
+                gone = (place - start)[active] / self.width[owner[active]]
+                F = np.concatenate([F, np.einsum("pij,pj->pi", kept[active], gone)], axis=1)
+                J = np.concatenate([J, kept[active]], axis=1)
             sound = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
-            step = np.full(F.shape, np.nan)
+            step = np.full((active.size, self.n), np.nan)
             step[sound] = -(np.linalg.pinv(J[sound], rcond=1e-13) @ F[sound][:, :, None])[..., 0]
             step *= np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
             place[active] += step * self.width[owner[active]]
@@ -313,20 +323,26 @@ class _All:
         return vectors, values <= SINGULAR
 
     def family(self, owner, place):
-        """Return the dimension of the family that each place lies in, and one direction of it."""
+        """Return the dimension of the family that each place lies in, and one direction of it.
+
+        Where families cross, J loses more directions than at the members nearby, and these have the dimension.
+        """
         vectors, lost = self.null(owner, place)
         dimension, direction = np.zeros(owner.size, dtype=np.int64), np.full(place.shape, np.nan)
+        least = np.full(owner.size, self.n)
         for k in range(self.n):
             rows = np.flatnonzero(lost[:, k])
-            both = np.ones(rows.size, dtype=bool)
+            both, kept = np.ones(rows.size, dtype=bool), vectors[rows] * lost[rows, :, None]
             for step in (-ASIDE, ASIDE):
                 start = place[rows] + step * vectors[rows, k] * self.width[owner[rows]]
-                there = self.descended(owner[rows], start)
+                there = self.descended(owner[rows], self.descended(owner[rows], start, kept))
                 far = np.abs(there - place[rows]) / self.width[owner[rows]]
                 both &= self.still(owner[rows], there) & (far.max(axis=1) > 0.5 * ASIDE / np.sqrt(self.n))
+                lost_there = np.where(both, self.null(owner[rows], there)[1].sum(axis=1), self.n)
+                least[rows] = np.minimum(least[rows], lost_there)
             dimension[rows[both]] += 1
             direction[rows[both]] = vectors[rows[both], k]
-        return dimension, direction
+        return np.minimum(dimension, np.maximum(least, 1)), direction
 
     # -- the search
 
@@ -350,7 +366,7 @@ class _All:
         points = np.unique(owner[dimension > 0])
         chosen = np.isin(owner, points)
         self.certified[points] = FAMILY
-        self._note(owner[chosen], place[chosen], dimension[chosen], np.zeros((chosen.sum(), self.n)))
+        self._note(owner[chosen], place[chosen], dimension=dimension[chosen])
         return points
 
     def _search(self, points):
@@ -367,7 +383,7 @@ class _All:
         nearer = self.descended(owner[wide], place[wide])
         inside = (np.abs(nearer - place[wide]) <= reach[wide]).all(axis=1)  # the one zero that the box holds
         place[wide[inside]] = nearer[inside]
-        self._note(owner[zero], place[zero], np.zeros(zero.sum(), dtype=np.int64), reach[zero])
+        self._note(owner[zero], place[zero], reach=reach[zero])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
         doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
         doubt[doubt] = ~self._poles(owner[doubt], kind[doubt], low[doubt], high[doubt])
@@ -395,14 +411,14 @@ class _All:
         order = np.argsort(merged[0], kind="stable")
         return tuple(x[order] for x in merged)
 
-    def _note(self, owner, place, dimension, reach):
+    def _note(self, owner, place, reach=0.0, hidden=0.0, dimension=0):
         """Note equilibria within the bounds; one at a bound but for a rounding is at it."""
         slack = np.where(self.periodic, 0.0, BOUND * self.width[owner] + reach)
         inside = ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
         place = np.clip(place, self.low[owner], self.high[owner])
-        old, new = (self.owner, self.place, self.dimension, self.reach), (owner, place, dimension, reach)
-        pairs = zip(old, new, strict=True)
-        self.owner, self.place, self.dimension, self.reach = (np.concatenate([a, b[inside]]) for a, b in pairs)
+        new = owner, place, *(np.broadcast_to(x, place.shape) for x in (reach, hidden)), dimension + 0 * owner
+        for name, values in zip(("owner", "place", "reach", "hidden", "dimension"), new, strict=True):
+            setattr(self, name, np.concatenate([getattr(self, name), values[inside]]))
 
     def _poles(self, owner, kind, low, high):
         """Return whether boxes hold only a pole, towards which a row of F grows from all sides within the bounds."""
@@ -460,21 +476,20 @@ class _All:
             noted = list(zip(self.place[zeros], self.reach[zeros], strict=True))
             for j in alone:
                 if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in noted):
-                    undecided.append((point, place[j], reach[j]))
+                    undecided.append((point, place[j], reach[j], 0.0 * reach[j]))
                 noted.append((place[j], reach[j]))
             covered = np.zeros(len(boxes[2]), dtype=bool)
             for j in alone:
                 covered |= ((boxes[0] >= a[0][j]) & (boxes[1] <= b[0][j])).all(axis=1)
             boxes = tuple(x[~covered] for x in boxes)
-            undecided += [(point, c, 0.0 * c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
+            undecided += [(point, *c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
             if boxes[2].size:
                 reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
                 ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
                 self.undecided[point, self.problem.free] = ends
         if undecided:
-            owners, places, reaches = (np.array(x) for x in zip(*undecided, strict=True))
-            self._note(owners, places, np.zeros(len(undecided), dtype=np.int64), reaches)
+            self._note(*(np.array(x) for x in zip(*undecided, strict=True)))
 
     def _starts(self, owner, kind, low, high):
         """Return places to start from: evenly many of the undecided boxes, and those that the description names."""
@@ -510,7 +525,10 @@ class _All:
         return proved, a, b, 0.5 * (b[1] - a[1])
 
     def _clusters(self, point, places, boxes, noted, width):
-        """Return one place of each group of boxes in which Newton's method found a zero that is not noted yet."""
+        """Return one place of each group of boxes in which Newton's method found a zero that is not noted yet.
+
+        With 0, its reach, and how far the group's boxes reach from it, where they were searched to the end.
+        """
         low, high, kind = boxes
         if not len(places) or not kind.size:
             return []
@@ -527,18 +545,19 @@ class _All:
             a, b = low[rows].min(axis=0), high[rows].max(axis=0)
             middle = np.where((a <= 0.0) & (b >= 0.0), 0.0, 0.5 * (a + b))
             if (kind[rows] == codes.LEFT).any():  # a group of boxes that may hold many
-                if not any((np.abs(other - place) <= width).all() for other in zeros.values()):
-                    zeros[len(group) + len(zeros)] = place
+                if not any((np.abs(other - place) <= width).all() for other, _, _ in zeros.values()):
+                    zeros[len(group) + len(zeros)] = place, 0.0 * place, 0.0 * place
             elif group[inside[0]] not in zeros:
                 owner = np.array([point])
                 resting = self.still(owner, middle[None], 2.0 * self.narrowest)[0]
-                zeros[group[inside[0]]] = middle if resting else place
+                chosen = middle if resting else place
+                zeros[group[inside[0]]] = chosen, 0.0 * chosen, np.maximum(chosen - a, b - chosen)
         return list(zeros.values())
 
     # -- what is found
 
     def table(self):
-        """Return places of all coordinates or states, sorted, (points, count, m), and dimensions of their families."""
+        """Return sorted places of all coordinates or states, how far each is hidden, and the families' dimensions."""
         problem, points = self.problem, self.owner
         holds = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
         bounds = np.broadcast_to(problem.bounds(self.parameters), (self.size, problem.m, 2))
@@ -561,9 +580,10 @@ class _All:
         counts = np.bincount(points[kept], minlength=self.size)
         position = np.arange(kept.size) - np.repeat(np.cumsum(counts) - counts, counts)
         places = np.full((self.size, max(counts.max(initial=0), 1), problem.m), np.nan)
-        dimension = np.zeros(places.shape[:2], dtype=np.int64)
+        dimension, hidden = np.zeros(places.shape[:2], dtype=np.int64), np.zeros(places.shape)
         places[points[kept], position], dimension[points[kept], position] = place[kept], self.dimension[kept]
-        return places, dimension
+        hidden[points[kept, None], position[:, None], problem.free] = self.hidden[kept]
+        return places, hidden, dimension
 
 
 # -- slots

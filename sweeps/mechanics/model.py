@@ -147,7 +147,7 @@ class Model:
         """Return the equilibrium in a slot of each point.
 
         Returns:
-            `place` (points, m), NaN where there is none; `dimension`, `certified` and `decided` as of
+            `place` (points, m), NaN where there is none; `hidden`, `dimension`, `certified` and `decided` as of
             `equilibria.Found`; `status`, OK or why there is none.
         """
         first, inverse = equilibria.runs_of(parameters)
@@ -162,6 +162,7 @@ class Model:
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {
             "place": place,
+            "hidden": zeros.hidden[inverse, slot],
             "dimension": zeros.dimension[inverse, slot],
             "certified": zeros.certified[inverse],
             "decided": zeros.decided[inverse],

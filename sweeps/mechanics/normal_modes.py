@@ -39,7 +39,8 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     group, back = runs_of([*parameters, slot])
     chosen = [p[group] for p in parameters]
     there = model.located(chosen, slot[group])
-    linear = {name: array[back] for name, array in (there | _linear(model.landscape, chosen, there["place"])).items()}
+    there |= _linear(model.landscape, chosen, there["place"], there["hidden"])
+    linear = {name: array[back] for name, array in there.items()}
     mode = np.asarray(points["mode"]) - 1
     squares, uncertain = (
         np.take_along_axis(linear.pop(name), mode[:, None], axis=1)[:, 0] for name in ("squares", "uncertain")
@@ -47,7 +48,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return linear | {"omega_squared": squares, "uncertain": uncertain, "parameters": parameters}
 
 
-def _linear(landscape, parameters, place):
+def _linear(landscape, parameters, place, hidden):
     q, nowhere, m = list(place.T), np.isnan(place).any(axis=1), place.shape[1]
     with np.errstate(all="ignore"):
         slopes, terms = landscape.slopes(parameters, q)
@@ -57,7 +58,7 @@ def _linear(landscape, parameters, place):
         sizes = scales.sizes(landscape, parameters, place, terms)
         terms, vanished = scales.bounding_terms(landscape, parameters, place, terms, sizes)
         hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
-        error = landscape.place_error(parameters, place)
+        error = landscape.place_error(parameters, place, hidden)
     squares, vectors = modes.normal_modes(hessian, a)
     S = modes.scale(terms, a)
     pulled = changed(lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], place, error)

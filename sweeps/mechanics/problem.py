@@ -82,10 +82,11 @@ class RootProblem:
         constants = self.whole.constants(parameters)
         return self.whole.slopes(constants, np.arange(low.shape[0]), low, high)
 
-    def place_error(self, parameters, place):
+    def place_error(self, parameters, place, hidden):
         """Return how far each coordinate of an equilibrium may be from its place, shape (points, m), to first order.
 
-        From an enclosure of F at the place and the slopes there; along a family nothing is uncertain.
+        From an enclosure of F at the place and the slopes there, or as far as rounding has `hidden` it; along a family
+        nothing is uncertain.
         """
         values, width = self.enclosed(parameters, place, place)[0], np.ptp(self.bounds(parameters), axis=-1)
         F, J = np.abs(values[:, :, 0]).max(axis=-1), values[:, :, 1:].mean(axis=-1) * width[:, None, :]
@@ -95,7 +96,7 @@ class RootProblem:
         inverse = np.abs(np.linalg.pinv(J[sound] / size[sound][:, :, None], rcond=SINGULAR))
         error = np.zeros(place.shape)
         error[sound] = width[sound] * np.einsum("pij,pj->pi", inverse, F[sound] / size[sound])
-        return error
+        return np.maximum(error, hidden)
 
     @cached_property
     def canonical(self) -> tuple[float | None, ...]:

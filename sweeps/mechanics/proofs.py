@@ -30,12 +30,13 @@ def _of_equilibria(model, parameters):
     if model.equations.natural:
         yield "forces are those of a potential: each mode has one real rate², which oscillates or grows", always
     else:
-        places = model.equilibria(parameters).places
-        point, slot = np.nonzero(~np.isnan(places).any(axis=-1))
-        at, place = [p[point] for p in parameters], places[point, slot]
-        slopes = model.landscape.slopes(at, list(place.T))
+        point, slot = np.nonzero(~np.isnan(model.equilibria(parameters).places).any(axis=-1))
+        at = [p[point] for p in parameters]
+        there = model.located(at, slot)
+        slopes = model.landscape.slopes(at, list(there["place"].T))
         yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(model, *slopes)
-        yield "stable by a definite conserved quantity", relative.definite(model, at, place)
+        proved = relative.definite(model, at, there["place"], there["hidden"])
+        yield "stable by a definite conserved quantity", proved
     if model.quantities:
         zeros = model.equations.n - model.n
         left_out = f"; {zeros} of {model.equations.n} eigenvalues, which are zero, are left out" if zeros else ""

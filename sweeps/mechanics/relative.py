@@ -25,6 +25,9 @@ TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are o
 ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
 ALIKE = 1e-12  # of the scale: real parts nearer than this are in an order of rounding's
 ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
+INVARIANTS = ("sum_of_squares", "product_of_squares", "discriminant")  # S, D, S² - 4D of four eigenvalues
+MOVED = ((4.0, 2), (4.0, 4), (48.0, 4))  # changes of S, D, S² - 4D where a matrix of norm S changes, and their units
+SLOW = 1 / 64  # of the scale
 EXACT = 1e-12  # of their terms: what slopes and curvatures of conserved quantities are known to, with room
 
 
@@ -67,10 +70,10 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, x, sizes, terms, gradients)
-    spectra = _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-    located |= {"place": place, "scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+    located |= _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
+    located |= {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
     located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
-    return located | spectra
+    return located | {"moved": _moved(model, located)}
 
 
 def _jacobian(model, parameters, x, slopes, terms):
@@ -90,6 +93,32 @@ def _jacobian(model, parameters, x, slopes, terms):
     scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
     root = jacobians.roots(bound * scaled[:, None, :] / scaled[:, :, None])
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
+
+
+def _moved(model, theory):
+    """Return by how much the scaled Jacobian may differ at the equilibrium itself, over S; 0 below a rounding."""
+    S, place, sizes = theory["scale"], theory["place"], theory["sizes"]
+    with np.errstate(invalid="ignore"):  # rounding moves a place far only where an eigenvalue is small
+        slow = np.abs(theory["eigenvalues"]).min(1, initial=np.inf) < SLOW * S * theory["condition"].max(1, initial=1.0)
+    moved, rows = np.zeros(len(S)), np.flatnonzero(slow | theory["hidden"].any(1))
+    chosen, ratio = [p[rows] for p in theory["parameters"]], sizes[rows, None, :] / sizes[rows, :, None]
+
+    def at(there):
+        x = list(there.T)
+        return _jacobian(model, chosen, x, *model.landscape.slopes(chosen, x))[0]
+
+    with np.errstate(all="ignore"):
+        error = model.landscape.place_error(chosen, place[rows], theory["hidden"][rows])
+        change = changed(at, place[rows], error) * ratio
+        moved[rows] = np.linalg.norm(change, axis=(1, 2)) / S[rows]
+    return np.where(moved > ROUNDINGS, moved, 0.0)
+
+
+def _shifts(moved, condition):
+    """Return by how much eigenvalues may be off, over S, where the matrix is: by their condition, or Elsner's bound."""
+    n = condition.shape[1]
+    with np.errstate(invalid="ignore"):
+        return np.where(moved > 0.0, np.fmin(n * condition.max(1) * moved, 2.0 * moved ** (1.0 / n)), 0.0)
 
 
 def _inverse(model, parameters, x):
@@ -118,7 +147,7 @@ def paired(model, slopes, terms):
     return np.einsum("pii->p", np.linalg.matrix_power(joined, model.equations.n | 1)) == 0.0
 
 
-def definite(model, parameters, place):
+def definite(model, parameters, place, hidden):
     """Return where a combination of the conserved quantities proves that an equilibrium is stable.
 
     The gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all gradients: then
@@ -133,7 +162,7 @@ def definite(model, parameters, place):
     place, parameters, land = place[rows], [p[rows] for p in parameters], model.landscape
     x = list(place.T)
     with np.errstate(all="ignore"):
-        sizes, error = land.sizes(parameters, x), land.place_error(parameters, place)
+        sizes, error = land.sizes(parameters, x), land.place_error(parameters, place, hidden[rows])
         slack = EXACT + (error / sizes).max(1)
         (slopes, steep), (bent, terms) = land.gradients(parameters, x), land.curvatures(parameters, x)
         both = (sizes[:, :, None] * sizes[:, None])[:, None]
@@ -255,7 +284,9 @@ def _columns(model, theory, measured):
     parts = np.stack([fit[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
     number = _ordered(parts[0] + 1j * parts[1], S)[1]
+    shift = (S * _shifts(theory["moved"], theory["condition"]))[:, None]
     re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
+    e_re, e_im = e_re + shift, e_im + shift
     true = theory["eigenvalues"]
     columns = {}
     wider = _exchanged(re, im, e_re, e_im, S)
@@ -266,21 +297,18 @@ def _columns(model, theory, measured):
         columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
     growth, error = _growth(re, e_re)
     columns |= {"growth_rate_theory": true.real.max(1), "growth_rate": growth, "growth_rate_error": error}
-    invariants, predicted = None, None
+    smooth, exact = None, None
     if n == 4:
-        invariants = {
-            "sum_of_squares": fit[:, [column.SUM, column.SUM_ERROR]],
-            "product_of_squares": fit[:, [column.PRODUCT, column.PRODUCT_ERROR]],
-            "discriminant": fit[:, [column.DISCRIMINANT, column.DISCRIMINANT_ERROR]],
-        }
-        predicted = _invariants(theory["matrix"])
-        for (name, value), exact in zip(invariants.items(), predicted, strict=True):
-            columns |= {f"{name}_theory": exact, name: value[:, 0], f"{name}_error": value[:, 1]}
-    slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+        blurred = [factor * theory["moved"] * S**power for factor, power in MOVED]
+        measurements = fit[:, column.SUM : column.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
+        smooth = [(value, error + w) for (value, error), w in zip(measurements, blurred, strict=True)]
+        predicted = zip(_invariants(theory["matrix"]), blurred, (2, 4, 4), strict=True)
+        exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
+        for name, (value, error), (true_value, _) in zip(INVARIANTS, smooth, exact, strict=True):
+            columns |= {f"{name}_theory": true_value, name: value, f"{name}_error": error}
+    slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"]) + shift
     pairs = theory["paired"]
-    exact = None if n != 4 else [(v, ROUNDINGS * S**k) for v, k in zip(predicted, (2, 4, 4), strict=True)]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
-    smooth = None if n != 4 else [(v[:, 0], v[:, 1]) for v in invariants.values()]
     by_theory, as_measured = (true.real, true.imag, slack, slack), (re, im, e_re, e_im)
     both = [
         _on_family(regimes(*spectrum, of_four, pairs), family, *spectrum)
@@ -439,7 +467,9 @@ def _where_definite(model, theory, both, spectra):
     turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
     rows = np.flatnonzero(np.any(turning, axis=0))
     proved = np.zeros(len(theory["place"]), dtype=bool)
-    proved[rows] = definite(model, [p[rows] for p in theory["parameters"]], theory["place"][rows])
+    proved[rows] = definite(
+        model, [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
+    )
     return [np.where(here & proved, np.int8(kernel.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
 
 

@@ -93,7 +93,7 @@ def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
     s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
     parameters = [np.ones(200), np.ones(200), s, L]
     found = equilibria.find(landscape, parameters).places[:, 0]
-    error = landscape.place_error(parameters, found)[:, 0]
+    error = landscape.place_error(parameters, found, 0.0)[:, 0]
     with mpmath.workdps(40):
         off = [
             abs(float(x) - mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)))

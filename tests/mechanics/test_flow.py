@@ -236,6 +236,31 @@ def test_places_close_together_in_a_wide_range_are_all_found():
     assert found.certified[0] == PROVED
 
 
+def test_a_family_that_bends_is_followed_where_its_equations_hang_on_each_other():
+    """∇A × ∇B = 0 are three equations of a line; off it their slopes are regular, and Newton's method slides along."""
+    system = System("Cross product of two slopes")
+    x, y, z = (system.state(name, "1", bounds=(-3, 3), size=1) for name in "xyz")
+    A, B = x + x**2 + 2 * y**2 - x * z, 2 * x - y**2 / 3 + 3 * z**2 + x * y
+    slopes = (sp.Matrix([e.diff(s) for s in (x, y, z)]) for e in (A, B))
+    for state, rate in zip((x, y, z), next(slopes).cross(next(slopes)), strict=True):
+        system.rate(state, rate)
+    system.equilibrium("middle", {x: 0, y: 0, z: 0})
+    _, found = flow_of(system)
+    assert found.certified[0] == FAMILY
+    assert found.dimension[0, 0] == 1
+
+
+def test_families_that_cross_have_the_dimension_of_their_members():
+    """x' = x y, y' = 0: from y > 0 motions leave, so the two zeros at the crossing are not a family's own."""
+    system = System("Crossing")
+    x, y, z = (system.state(name, "1", bounds=(-2, 2), size=1) for name in "xyz")
+    for state, rate in ((x, x * y), (y, 0 * x), (z, -z)):
+        system.rate(state, rate)
+    system.equilibrium("middle", {x: 0, y: 0, z: 0})
+    _, found = flow_of(system)
+    assert found.dimension[0, 0] == 1
+
+
 def test_a_near_miss_is_no_equilibrium():
     system = System("Miss")
     x = system.state("x", "1", bounds=(-3, 5))

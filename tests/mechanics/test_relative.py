@@ -455,6 +455,32 @@ def test_zero_eigenvalues_of_a_family_are_its_own():
     assert [REGIMES[k + 1] for k in columns["regime_theory"]] == expected
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-6])  # rounding hides where a double root is; near roots are proved
+@pytest.mark.parametrize("place", [0.27392337, 0.62654048, -0.71480855])
+def test_errors_cover_how_well_a_place_is_known(place, apart):
+    """(x - a) (x - b) multiplied out: the slope at its roots is ± (b - a), and where they meet 0."""
+    system = System("Two roots", most=2)
+    x, y = (system.state(name, "1", bounds=(-2, 2), size=1) for name in "xy")
+    a, b = sp.Float(place), sp.Float(place + apart)
+    system.rate(x, x**2 - (a + b) * x + a * b + y)
+    system.rate(y, -y)
+    with mpmath.workdps(40):  # the numbers that the machine has
+        half = mpmath.mpf(float(a + b)) / 2
+        square = half**2 - mpmath.mpf(float(a * b))
+        slope = 2.0 * float(mpmath.sqrt(max(square, 0)))
+    columns = Model(system).survey(
+        {"equilibrium": np.repeat([0, 1], 2), "epsilon": np.full(4, 1e-30), "eigenvalue": np.tile([1, 2], 2)}
+    )
+    growth, error = (columns[name].reshape(2, 2)[:, 0] for name in ("growth_rate", "growth_rate_error"))
+    expected = np.array([-slope, slope])
+    here = np.isfinite(growth)
+    assert here.any()
+    assert (np.abs(growth - expected)[here] <= error[here]).all()
+    assert error[here].max() < 1e-6  # some roundings' square root
+    if not apart:
+        assert [REGIMES[k + 1] for k in columns["regime"][:2]] == ["marginal"] * 2
+
+
 def test_a_free_balls_equilibria_have_four_dimensions():
     """Every spin about the vertical, wherever the body's axes point: three for the vertical, one for the spin."""
     assert at("sleeping_top", I3=1.0, moment_of_weight=0.0)["dimension"] == 4
