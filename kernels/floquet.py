@@ -99,10 +99,11 @@ def columns(found, period, reciprocal=True, with_errors=True):
         regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
         # regimes need no b, multipliers no determinant, and b only where it is given; a symplectic d = 1 has no error
         varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
-        for ends in _corners(smooth, spreads, varied):
-            regime = np.where(_regime(ends) == regime, regime, MARGINAL)
+        near = _is_near(smooth, spreads) if d == 4 else slice(None)
+        ends = _regime(_corners([x[near] for x in smooth], [x[near] for x in spreads], varied))
+        regime[near] = np.where((ends == regime[near]).all(axis=0), regime[near], MARGINAL)
         moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
-        corners = [*_corners(smooth, spreads, moved), *_meetings(smooth, spreads)]
+        corners = [*zip(*_corners(smooth, spreads, moved), strict=True), *_meetings(smooth, spreads)]
         open_order = np.flatnonzero(regime == MARGINAL)
         for ends in corners if with_errors else []:
             for name, apart in _distances(_spectrum(ends, period, half_turns), centre, open_order).items():
@@ -325,12 +326,17 @@ def _spectrum(smooth, period, half_turns):
 
 
 def _corners(smooth, spreads, varied):
-    """Yield the invariants with those of some numbers at the ends of their intervals."""
-    for signs in product((-1.0, 1.0), repeat=len(varied)):
-        ends = list(smooth)
-        for k, sign in zip(varied, signs, strict=True):
-            ends[k] = smooth[k] + sign * spreads[k]
-        yield ends
+    """Return the invariants with those of some numbers at the ends of their intervals, arrays (corners, n)."""
+    ends, signs = list(smooth), np.array([*product((-1.0, 1.0), repeat=len(varied))]).T[:, :, None]
+    for k, sign in zip(varied, signs, strict=True):
+        ends[k] = smooth[k] + sign * spreads[k]
+    return np.broadcast_arrays(*ends)
+
+
+def _is_near(smooth, spreads):
+    """Return where an interval of INVARIANTS holds an end of a regime; elsewhere its corners have one."""
+    edges = [(0, -4.0), (0, 0.0), (0, 4.0), (2, 0.0), (3, 0.0), (4, 0.0)]
+    return np.any([np.abs(smooth[k] - edge) <= spreads[k] for k, edge in edges], axis=0)
 
 
 def _meetings(smooth, spreads):

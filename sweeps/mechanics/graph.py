@@ -299,7 +299,7 @@ class Values:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
             self._derivatives[number] = lambdified((u, *self._parameters), [lam.expr, lam.expr.diff(u)])
-            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)])
+            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)], whole=False)
 
     def bases(self, parameters, q0):
         """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""

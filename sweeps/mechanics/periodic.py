@@ -42,6 +42,7 @@ SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period m
 STEPS = 2  # in a segment, of the first try
 WIDE = 0.1  # of the segments' matrices, that the amplitude may change
 TOGETHER = 262_144  # segments times squares of states: points of one number of segments that are followed side by side
+CACHED = 2048  # points whose bounds are found at once: their arrays stay in the processor's cache
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
 FINEST = 1 << 14  # steps in a period, at most
@@ -183,6 +184,10 @@ class Variation:
     def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest rates (points, n) and absolute values of the Jacobian's terms (points, n, n) at phases."""
         m, n, points = self.m, self.equations.n, parameters[0].size
+        if points > CACHED:
+            which = np.split(np.arange(points), range(CACHED, points, CACHED))
+            parts = [self.bounds([p[some] for p in parameters], x[:, :, some], phases) for some in which]
+            return tuple(map(np.concatenate, zip(*parts, strict=True)))
         _, a, bent, rates = self._parts(parameters, x, phases, False)
         values = iter(self._terms(*parameters, *x, phases[:, None]))
         terms = [[next(values) for _ in range(n)] for _ in range(m)]
@@ -192,8 +197,10 @@ class Variation:
             inverse = divided(a, np.eye(m).tolist())
             lower = [[sum(np.abs(y) * terms[j][k] for j, y in enumerate(row)) for k in range(n)] for row in inverse]
             terms, rates = [*np.eye(m, n, m).tolist(), *lower], [*x[m:], *rates]
-        largest = np.abs(stacked([[*row, rate] for row, rate in zip(terms, rates, strict=True)], points)).max(axis=2)
-        return largest[:, n].T, np.moveaxis(largest[:, :n], 2, 0)
+        rows, largest = [[*row, rate] for row, rate in zip(terms, rates, strict=True)], np.empty((points, n, n + 1))
+        for i, j in np.ndindex(n, n + 1):
+            largest[:, i, j] = np.abs(np.atleast_2d(rows[i][j])).max(axis=0)
+        return largest[:, :, n], largest[:, :, :n]
 
 
 def divided(a, right):
@@ -209,16 +216,6 @@ def divided(a, right):
             right[i] = [y - a[i][j] * x for x, y in zip(right[j], right[i], strict=True)]
         right[i] = [y / a[i][i] for y in right[i]]
     return right
-
-
-def stacked(rows, points: int) -> np.ndarray:
-    """Return a matrix of arrays (times, points), or of one time or point, as one: (rows, columns, times, points)."""
-    shape = np.broadcast_shapes((1, points), *(np.shape(x) for row in rows for x in row))
-    array = np.empty((len(rows), len(rows[0]), *shape))
-    for i, row in enumerate(rows):
-        for j, x in enumerate(row):
-            array[i, j] = x
-    return array
 
 
 def entries_of(whole: np.ndarray) -> tuple[tuple[int, int], ...]:
