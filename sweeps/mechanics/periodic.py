@@ -25,7 +25,6 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -357,28 +356,17 @@ class Base:
         return segments + self.even * segments % 2
 
 
-class Monodromy(NamedTuple):
-    """Matrices of points in the states' sizes, and what they are known by; see `kernels.monodromy`.
+def known(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
+    """Return matrices with errors from rows of `kernels.monodromy.compose_of`, and the rows behind these.
 
-    Attributes:
-        matrix, noise: Of the period; errors. Shapes (points, n, n).
-        turns: Whole half turns of the first direction.
-        minors: Trace of the second compound and its error, shape (2, points); NaN where no entry is large.
-        further: What steps left out, and what the amplitude changes; or the entries of the matrix of the period that
-            begins later, and the integral of the trace of the equations.
+    Args:
+        rows: shape (rows, points), in the states' sizes.
+        n: number of states.
+        noise: of an error whose size is told as 1; the minors' counts twice.
     """
-
-    matrix: np.ndarray
-    noise: np.ndarray
-    turns: np.ndarray
-    minors: np.ndarray
-    further: np.ndarray
-
-    @classmethod
-    def of(cls, rows, n) -> "Monodromy":
-        """Return what rows hold."""
-        matrices, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
-        return cls(*matrices_of(matrices, n), turns, np.array(minors), further)
+    entries, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
+    matrix, error = matrices_of(entries, n)
+    return floquet.Matrices(matrix, noise * error, turns, np.array(minors) * [[1.0], [2.0 * noise]]), further
 
 
 def matrices_of(rows: np.ndarray, n: int) -> np.ndarray:
@@ -391,8 +379,10 @@ def first_steps(base: Base) -> int:
     return 2 * (5 * int(base.number[0]) // 8 + 1)
 
 
-def varied(base: Base, steps: int, begin: float = 0.0) -> Monodromy:
+def varied(base: Base, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray]:
     """Return the variational flow over a period; see `kernels.variational`.
+
+    Beside it come the entries of the matrix of the period that begins later, and the integral of the trace.
 
     Args:
         base: of points of one kind.
@@ -413,11 +403,11 @@ def varied(base: Base, steps: int, begin: float = 0.0) -> Monodromy:
     trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
     functions, height = variation.kernels(still)
     rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
-    return Monodromy.of(np.vstack([rows, trace + np.zeros(points)]), n)
+    return known(np.vstack([rows, trace + np.zeros(points)]), n, ROUNDING)
 
 
-def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
-    """Return what perturbed motions make of the segments.
+def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
+    """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
 
     Args:
         base: of points of one kind.
@@ -435,7 +425,7 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> Monodromy:
     lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
     advance = jit.passed(code.module().advance)
     result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
-    return Monodromy.of(result, n)
+    return known(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
 
 
 def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
@@ -447,9 +437,7 @@ def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STE
         tolerance: what steps may leave out, relative to the segments' matrices: they are halved until it is met.
         steps: in each segment, of the first try.
     """
-    blind, noise = followed(base, epsilon, steps), monodromy.NOISE * np.sqrt(steps / STEPS)
-    matrices = floquet.Matrices(blind.matrix, noise * blind.noise, blind.turns, blind.minors * [[1.0], [2.0 * noise]])
-    left_out, amplitude = blind.further
+    matrices, (left_out, amplitude) = followed(base, epsilon, steps)
     wide, unresolved = amplitude > WIDE, ~(left_out <= tolerance)
     left = np.flatnonzero(unresolved)
     if left.size and 2 * steps * int(base.number[0]) <= FINEST:
@@ -468,21 +456,20 @@ def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> 
         last: what the matrices from both phases differed by in longer steps.
     """
     steps = steps or first_steps(base)
-    flow, coarser = varied(base, steps), varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-    (other,) = matrices_of(flow.further[:-1], base.sizes.shape[1])
-    apart = COARSER * floquet.largest(other - coarser.matrix)
-    other = np.nan_to_num(np.abs(flow.minors[0] - coarser.minors[0]))  # none where no entry is large there
-    minors = flow.minors * [[1.0], [2.0 * ROUNDING]] + [0.0 * other, other]
-    matrices = floquet.Matrices(flow.matrix, ROUNDING * flow.noise + apart[:, None, None], flow.turns, minors)
-    elsewhere = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix))
-    determinant = np.exp(flow.further[-1])
+    (flow, (*entries, trace)) = varied(base, steps)
+    coarser, _ = varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+    (other,) = matrices_of(np.array(entries), base.sizes.shape[1])
+    apart, noise = COARSER * floquet.largest(other - coarser.matrix), floquet.largest(flow.error)
+    elsewhere, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
+    flow.error[:] += apart[:, None, None]
+    flow.second[1] += np.nan_to_num(np.abs(flow.second[0] - coarser.second[0]))  # none where no entry is large there
     rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
-    left = np.flatnonzero(~(apart <= ROUNDING * floquet.largest(flow.noise)) & ~rounded)
+    left = np.flatnonzero(~(apart <= noise) & ~rounded)
     if left.size and 3 * steps // 4 * 2 <= FINEST:
         finer, *others = certified(base.chosen(left), 3 * steps // 4 * 2, apart[left])
-        matrices.put(left, finer)
+        flow.put(left, finer)
         elsewhere[left], determinant[left] = others
-    return matrices, elsewhere, determinant
+    return flow, elsewhere, determinant
 
 
 def alike(base: Base) -> Iterator[np.ndarray]:
@@ -511,18 +498,19 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
 
 def refusal(model, parameters) -> str:
     """Return why none of these points has a periodic motion to measure; nothing if one has."""
-    flags = []
-    for slot in range(len(model.system.labels)):
+    flags, labels = [], model.system.labels
+    if not labels:
+        return "equilibrium: no start of the periodic motion is named; allowed: system.equilibrium(name, {x: place, …})"
+    for slot in range(len(labels)):
         with np.errstate(all="ignore"):
             base = Base(model, parameters, np.full(parameters[0].size, slot))
         if not (base.period > 0.0).any():
             return f"period: {model.system.given_period} is {base.period[0]:.6g} s; allowed: a finite time > 0"
         flags.append(((base.closed <= CLOSED).any(), (base.number > 0).any()))
     if not any(closed for closed, _ in flags):
-        names = ", ".join(model.system.labels)
         return (
-            f"base motion: none of the system's period begins near {names} (Newton's method on the period map does not "
-            "close it); allowed: an equilibrium at all times, or a start near a periodic motion"
+            f"base motion: none of the system's period begins near {', '.join(labels)} (Newton's method on the period "
+            "map does not close it); allowed: an equilibrium at all times, or a start near a periodic motion"
         )
     if not any(bounded for _, bounded in flags):
         return "coefficients: not finite, or too fast for the period; allowed: smooth, bounded functions of the time"

@@ -167,25 +167,29 @@ class Described(Dynamics):
         return {**points, "equilibrium": slots}
 
     def check(self, definition: Definition, grid: Points) -> None:
-        """Derive the equations, and search for equilibria at some points of the grid.
+        """Derive the equations, and search for equilibria, or periodic motions, at some points of the grid.
 
         Raises:
-            DescriptionError: for what is wrong with the description, and where no point has an equilibrium, or every
-                one more than there is room for.
+            DescriptionError: for what is wrong with the description, and where no point has one, or every point more
+                than there is room for.
         """
-        from sweeps.mechanics.equilibria import refusal
-
         values = self._named(lambda: self._looked_at(grid))
         self._named(self._code)  # what cannot be integrated is refused here
-        model = self.mechanism
-        if wrong := self._named(lambda: refusal(model.landscape, model.equilibria(values), values)):
-            raise DescriptionError(f"{self.name}: equilibria: {wrong}")
+        if wrong := self._named(lambda: self.refusal(values)):
+            raise DescriptionError(f"{self.name}: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used at some points of the grid; see `sweeps.mechanics.proofs`."""
         from sweeps.mechanics.proofs import proofs
 
         return proofs(self.mechanism, self._looked_at(grid))
+
+    def refusal(self, values: list[np.ndarray]) -> str:
+        """Return why no equilibrium of these points is usable; nothing if one is."""
+        from sweeps.mechanics.equilibria import refusal
+
+        wrong = refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
+        return wrong and f"equilibria: {wrong}"
 
     def _looked_at(self, grid: Points) -> list[np.ndarray]:
         """Return each parameter's values at some points of a grid, from end to end."""

@@ -14,7 +14,7 @@ from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
-from sweeps.systems.system import Kernel, Points
+from sweeps.systems.system import Kernel
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -74,23 +74,11 @@ class Periodic(Described):
         missing = np.full(len(columns["trace"]), np.nan)
         return {name: columns.get(name, missing) for name in self.variables(PeriodicDefinition)}
 
-    def check(self, definition: Definition, grid: Points) -> None:
-        """Derive the equations, and look for the base motion at some points of the grid.
+    def refusal(self, values: list[np.ndarray]) -> str:
+        """Return why none of these points has a periodic motion to measure; nothing if one has."""
+        from sweeps.mechanics import periodic
 
-        Raises:
-            DescriptionError: for what is wrong with the description, and where no point has a periodic motion.
-        """
-        from sweeps.mechanics import DescriptionError, periodic
-
-        if not self.description.labels:
-            raise DescriptionError(
-                f"{self.name}: equilibrium: no start of the periodic motion is named; allowed: "
-                "system.equilibrium(name, {x: place, …})"
-            )
-        values = self._named(lambda: self._looked_at(grid))
-        self._named(self._code)
-        if wrong := periodic.refusal(self.mechanism, values):
-            raise DescriptionError(f"{self.name}: {wrong}")
+        return periodic.refusal(self.mechanism, values)
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)
