@@ -421,7 +421,8 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matri
     x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, base.period.size)
     rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
     row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
-    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height, *owner.flat]
+    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height]
+    numbers += [code.base["E", 0], *owner.flat]
     lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
     advance = jit.passed(code.module().advance)
     result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
@@ -542,6 +543,6 @@ def _columns(base, epsilon, tolerance):
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
     cases = [~(base.closed <= CLOSED), wide, unresolved, ~sound, ~agree]
-    names = "NO_PERIODIC_MOTION PERTURBATION_TOO_LARGE NOT_CONVERGED NON_FINITE NOT_CONVERGED".split()
+    names = ["NO_PERIODIC_MOTION", "PERTURBATION_TOO_LARGE", "NOT_CONVERGED", "NON_FINITE", "NOT_CONVERGED"]
     status = np.select(cases, [getattr(statuses, name) for name in names], statuses.OK)
     return columns | {"status": status.astype(np.int8)}
