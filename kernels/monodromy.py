@@ -315,15 +315,16 @@ def measure(advance, compose, base, columns, lengths, numbers):
         lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
             the difference of sides. Where half a period is followed, the rows of :func:`mirror` come after these.
         numbers (numpy.ndarray): n; segments; those that are followed, all or half; steps in each; rows of S; first row
-            of the states in a column, and the row of what the steps leave out; sides; rows of a record; and of each
-            entry of a segment's matrix the motion that has it, or -1 where it vanishes.
+            of the states in a column, and the row of what the steps leave out; sides; rows of a record; row of what the
+            steps leave out of the base motion; and of each entry of a segment's matrix the motion that has it, or -1
+            where it vanishes.
 
     Returns:
         numpy.ndarray, shape (2 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
             steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
-    n, segments, followed, steps, rows, states, left_out, sides, height = numbers[:9]
+    n, segments, followed, steps, rows, states, left_out, sides, height, base_left_out = numbers[:10]
     motions, size, out = columns.shape[1], n * n, np.empty((2 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
     length, records = rows_of(len(lengths)), scratch((segments + 1) * height)
@@ -344,10 +345,10 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
-            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[9:])
+            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[10:])
             for lane in range(W):
                 wide[lane] += worst[lane]
-                half[lane] = 0.0
+                half[lane] = S[base_left_out * W + lane]
             for c in range(len(columns)):
                 for i in range(n):
                     lacks = C[c, (left_out + i) * W :]

@@ -235,10 +235,13 @@ class Graph:
         if e.is_Pow and e.base != sp.E:
             return self.quotient(self.product(self.build(e.exp), number), inner)
         f = of_u.expr
-        if f.func in (sp.tan, sp.tanh):
-            square = self.product(number, number)
-            one, sign = self.build(sp.Integer(1)), 1.0 if f.func is sp.tan else -1.0
-            return self.sum((one, square), (1.0, sign))
+        if f.func is sp.tan:
+            return self.sum((self.build(sp.Integer(1)), self.product(number, number)))
+        if f.func is sp.tanh:  # 1 - tanh^2 would lose its digits where tanh is near 1, and multiply the loss on return
+            u = of_u.variables[0]
+            slope = self.add(Node(FUNCTION, (inner,), (sp.Lambda(u, sp.cosh(u) ** -2),)))
+            self.slopes[slope] = self.product(self.build(sp.Integer(-2)), self.product(number, slope))
+            return slope
         if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
         return self.build(f.diff(*of_u.variables).subs(of_u.variables[0], argument))

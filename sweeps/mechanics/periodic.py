@@ -421,7 +421,8 @@ def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matri
     x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, base.period.size)
     rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
     row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
-    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height, *owner.flat]
+    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height]
+    numbers += [code.base["E", 0], *owner.flat]
     lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
     advance = jit.passed(code.module().advance)
     result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
@@ -531,9 +532,9 @@ def is_jagged(base: Base) -> bool:
 def _columns(base, epsilon, tolerance):
     """Return columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
-    nothing, elsewhere, wide, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), False, 1.0
+    nothing, elsewhere, determinant = np.full((points, n, n), np.nan), np.full(points, np.nan), 1.0
     blind = linear = floquet.Matrices(nothing, nothing)
-    unresolved = wide
+    wide, unresolved = False, base.number == 0
     if base.number[0]:
         blind, wide, unresolved = measured(base, epsilon, tolerance)
         linear, elsewhere, determinant = certified(base)
@@ -541,14 +542,7 @@ def _columns(base, epsilon, tolerance):
         blind.matrix[wide] = np.nan
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
-    cases = [~(base.closed <= CLOSED), base.number == 0, wide, unresolved, ~sound, ~agree]
-    kinds = [
-        "NO_PERIODIC_MOTION",
-        "NOT_CONVERGED",
-        "PERTURBATION_TOO_LARGE",
-        "NOT_CONVERGED",
-        "NON_FINITE",
-        "NOT_CONVERGED",
-    ]
-    status = np.select(cases, [getattr(statuses, name) for name in kinds], statuses.OK)
+    cases = [~(base.closed <= CLOSED), wide, unresolved, ~sound, ~agree]
+    names = ["NO_PERIODIC_MOTION", "PERTURBATION_TOO_LARGE", "NOT_CONVERGED", "NON_FINITE", "NOT_CONVERGED"]
+    status = np.select(cases, [getattr(statuses, name) for name in names], statuses.OK)
     return columns | {"status": status.astype(np.int8)}

@@ -16,7 +16,9 @@ where the base motion is an equilibrium at all times only the time moves in U, a
 does not occur: that proves it.
 
 *What a step leaves out* is taken from its last four terms, as of a geometric series: with
-:math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|` it is :math:`a^2/b`.
+:math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|` it is :math:`a^2/b`. The base motion's states
+and functions are carried from step to step, too, and may be rougher than the perturbations: what is left out of each
+counts relative to its first terms.
 
 Source: as for :mod:`sweeps.mechanics.taylor`; derived here.
 """
@@ -142,7 +144,7 @@ class PerturbedCode(Code):
                     column[row] = hat[number]
         base = np.empty((len(self.base), *shape))
         for (kind, number), row in self.base.items():
-            base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step]}[kind][number]
+            base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step], "E": [0.0]}[kind][number]
         return base, columns
 
     # -- terms of the series: names of locals, None where they vanish
@@ -291,11 +293,16 @@ class PerturbedCode(Code):
             for kind, _, number, _ in sums:
                 self._term(kind, number, n)
         for i in range(self.time):
-            ends[False] += self._left_out(i, states[i])
+            ends[False] += self._left_out(self._load("e", i), self._series("H", states[i]))
+        lost = self._load("E", 0)
         while sums:  # functions that the others stand on are found on the way
             for kind, at, number, row in sums:
                 done.add((row, at))
-                terms = [x for x in (self._term(kind, number, n) for n in range(ORDER, -1, -1)) if x]
+                series = self._series(kind, number)
+                if kind == "B":
+                    size = " + ".join(f"abs({x})" for x in [*filter(None, series[:4]), repr(TINY)])
+                    ends[True] += self._left_out(lost, series, f" / ({size})")
+                terms = [x for x in reversed(series) if x]
                 if len(terms) > 1:
                     ends[kind == "B"].append(f"{self._load(row, at)} = {' + '.join(terms)}")
             sums = [
@@ -323,14 +330,16 @@ class PerturbedCode(Code):
         title, size = in_quotes(self.graph.equations.system.title), W * len(self.perturbed)
         return TEXT.format(title=title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W)
 
-    def _left_out(self, i, number):
-        """Yield lines that add what a step leaves out of a state."""
-        terms = [self._term("H", number, n) for n in range(ORDER - 3, ORDER + 1)]
-        early, late = ([f"abs({x})" for x in pair if x] for pair in (terms[:2], terms[2:]))
+    def _series(self, kind, number):
+        """Return the names of a node's terms, None where they vanish."""
+        return [self._term(kind, number, n) for n in range(ORDER + 1)]
+
+    def _left_out(self, row, series, size=""):
+        """Yield lines that add what a step leaves out of a series, over a size, to a row."""
+        early, late = ([f"abs({x})" for x in pair if x] for pair in (series[-4:-2], series[-2:]))
         if late:
-            row = self._load("e", i)
-            yield f"late_{i} = {' + '.join(late)}"
-            yield f"{row} = {row} + late_{i} * (late_{i} / ({' + '.join([*early, repr(TINY)])}))"
+            yield f"late = {' + '.join(late)}"
+            yield f"{row} = {row} + late * (late / ({' + '.join([*early, repr(TINY)])})){size}"
 
     def _shared(self, base, perturbed):
         """Return the names of the base motion's terms that perturbed motions read, in order."""

@@ -413,6 +413,21 @@ def oscillator(stiffness, force=0, period=2 * sp.pi):
     return system
 
 
+@pytest.mark.parametrize(("mean", "depth"), [(1.5375, -1.4451), (1.6319, 0.6273)])
+def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors(mean, depth):
+    """What steps leave out of tanh counts, and where it saturates 1 - tanh^2 has no digits to come back with."""
+    found = of_model(Model(oscillator(lambda t: mean + depth * sp.tanh(10 * sp.cos(t)))))
+
+    def rates(t, y):
+        stiffness = mean + depth * np.tanh(10 * np.cos(t))
+        return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
+
+    y = solve_ivp(rates, (0, 2 * np.pi), [1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15, max_step=0.02).y[:, -1]
+    assert found["status"] == OK
+    assert abs(found["trace"] - y[0] - y[3]) <= found["trace_error"] + 1e-12  # of SciPy, with 300 steps or more
+    assert found["trace_error"] < 1e-11
+
+
 @pytest.mark.parametrize(
     ("made", "said"),
     [

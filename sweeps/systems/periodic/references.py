@@ -4,7 +4,7 @@ The equations are the description's, as SymPy writes them for NumPy, and a compl
 shared with the generated integrators or with theory's Jacobian. Only the base motion's start is taken from the map.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -54,11 +54,20 @@ def reference(system: "Periodic") -> Reference:
         y = solve_ivp(both, (0.0, T), [*x, *np.eye(n).ravel()], "DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
         return float(np.trace(y[n:].reshape(n, n)))
 
-    def by_scipy(point: Mapping, integration: OnePeriod) -> float:
+    def of_point(point):
         given = tuple(float(point[name]) for name in model.names) or (0.0,)
         return trace(given, model.system.names.index(str(point["equilibrium"])))
 
+    return compared(of_point)
+
+
+def compared(trace: Callable[[Mapping], float]) -> Reference:
+    """Return a reference to traces of points that SciPy finds."""
+
+    def by_scipy(point: Mapping, integration: OnePeriod) -> float:
+        return trace(point)
+
     def allowed(point: Mapping, integration: OnePeriod) -> float:
-        return 1e-9 * max(1.0, abs(by_scipy(point, integration)))
+        return 1e-9 * max(1.0, abs(trace(point)))
 
     return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, within_error=True)

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from sweeps.systems.periodic.definition import OnePeriod
+from sweeps.systems.periodic.references import MOST_TURNS, compared
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
     from sweeps.systems.pumped_body.system import PumpedBody
-
-MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
 
 
 def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
@@ -40,12 +38,4 @@ def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
 
 def reference(system: "PumpedBody") -> Reference:
     """Return what `verify` measures again."""
-    inverse = system.inverse
-
-    def by_scipy(point, integration: OnePeriod) -> float:
-        return trace_by_scipy(point, inverse)
-
-    def allowed(point, integration: OnePeriod) -> float:
-        return 1e-9 * max(1.0, abs(trace_by_scipy(point, inverse)))
-
-    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, within_error=True)
+    return compared(lambda point: trace_by_scipy(point, system.inverse))
