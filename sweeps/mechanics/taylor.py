@@ -33,7 +33,7 @@ import numpy as np
 
 from kernels.blocks import W
 from kernels.cache import cache_folder, load
-from kernels.runs import FAR_ORDER, ORDER, Integrator
+from kernels.codes import FAR_ORDER, ORDER
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
 from sweeps.process.files import replaced
 
@@ -71,7 +71,8 @@ def {name}(S):
 EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series.", "W": W}
 CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations.", "W": W}
 
-COMPILE_SECONDS, COMPILE_SECONDS_PER_CHARACTER = 0.3, 4e-5
+# LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
+COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
 SAMPLES_TIMES_CHARACTERS = 4e10
 
 
@@ -106,7 +107,8 @@ class Code:
     @property
     def compile_seconds(self) -> float:
         """What its module takes to be compiled on a core of 2024, s, about."""
-        return COMPILE_SECONDS + COMPILE_SECONDS_PER_CHARACTER * len(self.text)
+        constant, linear, square = COMPILE_SECONDS
+        return constant + (linear + square * len(self.text)) * len(self.text)
 
     @property
     def samples_per_second(self) -> int:
@@ -396,8 +398,10 @@ class Code:
         """Return the compiled module: functions `advance(S, steps)` and `check(S)`."""
         return sys.modules.get(self.name) or load(self.path)
 
-    def integrator(self) -> Integrator:
-        """Return the compiled functions and the number of states, as kernels take them."""
+    def integrator(self):
+        """Return the compiled functions and the number of states, a `kernels.runs.Integrator`."""
+        from kernels.runs import Integrator  # compiled by its import
+
         module = self.module()
         return Integrator(module.advance, module.check, self.states)
 
