@@ -7,10 +7,11 @@ order points are taken, and which of them share a block, changes no bit of any p
 
 import numpy as np
 
-from kernels.jit import OPTIONS, njit
+from kernels.jit import OPTIONS, float64, njit
 
 W = 32
 LINE = 64  # bytes of a line of cache, and of the longest vector
+ROWS, LANES = float64[::1], float64[:, ::1]  # types of rows of lanes, flat and by row
 
 
 @njit(nogil=True, **OPTIONS)
@@ -25,14 +26,6 @@ def scratch(rows):
 def rows_of(count):
     """Return zeros as :func:`scratch`, shape (count, W)."""
     return scratch(count).reshape(count, W)
-
-
-@njit(**OPTIONS)
-def put(target, source):
-    """Write rows of lanes into others; to set a slice would cost seconds of compiling, for the check of its shape."""
-    for row in range(len(source)):
-        for lane in range(source.shape[1]):
-            target[row, lane] = source[row, lane]
 
 
 @njit(nogil=True, **OPTIONS)

@@ -1,6 +1,6 @@
 """Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes of multipliers.
 
-Whoever writes or reads them need not load :mod:`kernels.enclosures`, :mod:`kernels.roots` and :mod:`kernels.floquet`.
+Whoever writes or reads them need not load the kernels themselves, which are compiled by their import.
 """
 
 from typing import NamedTuple
@@ -13,6 +13,8 @@ SOUND, POLE, OUTSIDE = range(3)
 # Operations: row (code, a, b) of a tape, a and b rows above it, or the number of a variable or constant, or a power.
 VARIABLE, CONSTANT, ADD, MUL, WHOLE_POWER, POWER = range(6)
 EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ASINH, ACOSH, ATANH, ERF = range(10, 25)
+
+ORDER, FAR_ORDER = 12, 20  # of the generated Taylor steps, near equilibria and far from them
 
 # Kinds of boxes: see kernels.roots.
 ZERO = 0  # a box that holds exactly one zero

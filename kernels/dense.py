@@ -8,13 +8,21 @@ import math
 
 import numpy as np
 
-from kernels.blocks import W
+from kernels.blocks import LANES, ROWS, W
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, LANES), **OPTIONS)
+def put(target, source):
+    """Write rows of lanes into others; to set a slice would cost seconds of compiling, for the check of its shape."""
+    for row in range(len(source)):
+        for lane in range(source.shape[1]):
+            target[row, lane] = source[row, lane]
+
+
+@njit(void(LANES, LANES, LANES, int64), **OPTIONS)
 def product_in_lanes(A, B, C, n):
     """Write A B into C, lane by lane; rows i n + j."""
     whole_vectors()
@@ -31,7 +39,7 @@ def product_in_lanes(A, B, C, n):
 # Rows of W lanes, flat: rows W apart of one array need one check for overlap, and unsigned places none for wrapping.
 
 
-@njit(void(float64[::1], int64, float64[::1], int64, int64, float64[::1], int64, int64, int64, int64), **OPTIONS)
+@njit(void(ROWS, int64, ROWS, int64, int64, ROWS, int64, int64, int64, int64), **OPTIONS)
 def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
     """Add the sum over i < n of rows a + i of A times rows b + i of B to a row of out; count times, a step on each."""
     whole_vectors()
@@ -60,6 +68,16 @@ def _subtract(out, to, A, a, B, b, lanes):
 
 
 @njit(**OPTIONS)
+def _exchange(A, i, k, f):
+    """Exchange rows i and k in lanes where f is not 0."""
+    whole_vectors()
+    for lane in range(f.size):
+        x, y = A[i, lane], A[k, lane]
+        A[i, lane] = y if f[lane] > 0.0 else x
+        A[k, lane] = x if f[lane] > 0.0 else y
+
+
+@njit(void(LANES, LANES, int64, int64, boolean, float64, ROWS), **OPTIONS)
 def solve_in_lanes(A, B, n, m, exchange, least, f):
     """Overwrite the columns c of B, its rows c n + j, by A⁻¹ times them, lane by lane; A is lost, f is scratch.
 
@@ -92,16 +110,6 @@ def solve_in_lanes(A, B, n, m, exchange, least, f):
                 _subtract(right, c * n + k, left, k * n + i, right, c * n + i, lanes)
             for lane in range(lanes):
                 B[c * n + k, lane] *= A[k * n + k, lane]
-
-
-@njit(**OPTIONS)
-def _exchange(A, i, k, f):
-    """Exchange rows i and k in lanes where f is not 0."""
-    whole_vectors()
-    for lane in range(f.size):
-        x, y = A[i, lane], A[k, lane]
-        A[i, lane] = y if f[lane] > 0.0 else x
-        A[k, lane] = x if f[lane] > 0.0 else y
 
 
 @njit(**OPTIONS)

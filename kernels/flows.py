@@ -28,10 +28,8 @@ import math
 import numpy as np
 
 from kernels import fitting, measure
-from kernels.blocks import W, scratch
-from kernels.invariants import tell
+from kernels.blocks import LANES, ROWS, W, scratch
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
-from kernels.projection import step
 from kernels.runs import (
     CHANGE,
     EPSILON,
@@ -116,7 +114,7 @@ def take(D, P, Q, numbers, direction, k):
     return opened > 0
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, LANES, *3 * (int64,), ROWS, ROWS, int64), **OPTIONS)
 def _take_means(Y, weight, runs, count, n, used, h, most):
     """Take means of two neighbours for samples, in lanes with more than ``most`` of every run; in place.
 
@@ -141,15 +139,8 @@ def _take_means(Y, weight, runs, count, n, used, h, most):
         h[lane] *= 2.0 if used[lane] > most else 1.0
 
 
-@njit(
-    void(
-        *(fitting.FIT, fitting.STEP, fitting.TELL),
-        *(int64[::1], int64[::1], int64[::1], int64[::1], float64[:, :, ::1], float64[:, ::1]),
-    ),
-    nogil=True,
-    **OPTIONS,
-)
-def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
+@njit(void(*4 * (int64[::1],), float64[:, :, ::1], LANES), nogil=True, **OPTIONS)
+def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
     """Measure the samples of block after block into the points' raw results; numbers as of `take`."""
     whole_vectors()
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
@@ -178,7 +169,7 @@ def _fit_blocks(fit, step, tell, steps, order, bounds, numbers, blocks, raw):
             _take_means(Y, weight, runs, count, n, used, Q[SPACING], most)
         for lane in range(W):
             bend[lane] = BENDING * EPSILON * Q[SCALE, lane] * Q[SPACING, lane]
-        fit(step, tell, Y, weight, runs, most, n, Q[SPACING], floor, bend, TRUST, lanes, part)
+        fit_block(Y, weight, runs, most, n, Q[SPACING], floor, bend, TRUST, lanes, part)
         for lane in range(lanes):
             i = order[first + lane]
             raw[i, SAMPLES], raw[i, STEPS], raw[i, AMPLITUDE] = used[lane], steps[i], Q[LARGEST, lane]
@@ -212,7 +203,7 @@ def run(integrator, points, quantities, sampling):
 
     def fitted(*block):
         raw = np.full((block[0].size, FIRST + quantities + fitting.HEAD + 4 * n), np.nan)
-        _fit_blocks(fit_block, step, tell, *block, raw)
+        _fit_blocks(*block, raw)
         return raw
 
     size = rows(runs, quantities, n, sampling.intervals)

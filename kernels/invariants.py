@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.blocks import put, rows_of, scratch
-from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, solve_in_lanes
+from kernels.blocks import LANES, ROWS, rows_of, scratch
+from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, put, solve_in_lanes
 from kernels.fitting import (
     DISCRIMINANT,
     DISCRIMINANT_ERROR,
@@ -35,13 +35,12 @@ from kernels.fitting import (
     ODD,
     PRODUCT,
     PRODUCT_ERROR,
+    SAME,
     SUM,
     SUM_ERROR,
-    TOLD,
 )
-from kernels.jit import OPTIONS, PASSED, njit, whole_vectors
+from kernels.jit import OPTIONS, complex128, float64, int64, njit, types, void, whole_vectors
 
-SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and at most
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what ARTANH terms leave is below rounding
@@ -62,6 +61,9 @@ class Motions(NamedTuple):
     covariance: np.ndarray  #: of M and the starts for noise of one, of which the last row is the least pivot
 
 
+MOTIONS = types.NamedTuple((LANES, LANES, int64, int64, LANES), Motions)
+
+
 class Polynomial(NamedTuple):
     """The characteristic polynomial of one lane."""
 
@@ -73,7 +75,11 @@ class Polynomial(NamedTuple):
     lost: float  #: relative error of a term of a covariance
 
 
-@njit(**OPTIONS)
+POLYNOMIAL = types.NamedTuple((ROWS, ROWS, ROWS, LANES, float64, float64), Polynomial)
+ROOM = types.Tuple((LANES, complex128[::1]))
+
+
+@njit(void(LANES, int64, LANES, types.Tuple((LANES, LANES, LANES, ROWS))), **OPTIONS)
 def _logarithms(M, n, Y, room):
     """Write the logarithm of M into Y, 2 artanh (M - 1)(M + 1)⁻¹ by its series, lane by lane; room is scratch.
 
@@ -113,7 +119,7 @@ def _logarithms(M, n, Y, room):
             Y[at, lane] = 2.0 * T[at, lane]
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, int64, LANES, LANES, LANES), **OPTIONS)
 def _characteristics(A, n, N, c, T):
     """Write the coefficients c of det(λ - A), c[n] = 1, and N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
     whole_vectors()
@@ -135,7 +141,7 @@ def _characteristics(A, n, N, c, T):
                     N[k * nn + i * n + i, lane] += c[n - k, lane]
 
 
-@njit(**OPTIONS)
+@njit(void(MOTIONS, LANES, LANES, LANES, ROWS), **OPTIONS)
 def _coefficient_covariances(motions, N, K, A, f):
     """Write the coefficients' covariance for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
     M, X0, runs, n, covariance = motions
@@ -214,7 +220,7 @@ def _move(y, size, re, im, moves):
             moves[i] = min(moves[i], math.hypot(re[i] - re_there[j], im[i] - im_there[j]))
 
 
-@njit(**OPTIONS)
+@njit(types.UniTuple(float64, 2)(POLYNOMIAL, complex128, *3 * (float64,), ROOM), **OPTIONS)
 def _eigenvalue_error(p, point, gap, most, move, room):
     """Return the errors of an eigenvalue's real and imaginary part, the next one ``gap`` away.
 
@@ -279,7 +285,7 @@ def _tell_invariants(p, re, im, a, spacing, row):
     row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
 
 
-@njit(**OPTIONS)
+@njit(void(POLYNOMIAL, ROWS, ROWS, ROWS, float64, ROOM, ROWS), **OPTIONS)
 def _tell_lane(p, re, im, moves, spacing, room, row):
     """Write eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
     n, odd, a = re.size, 0.0, room[0][0]
@@ -308,7 +314,7 @@ def _tell_lane(p, re, im, moves, spacing, room, row):
         row[HEAD + i], row[HEAD + n + i] = re[i] / spacing, im[i] / spacing
 
 
-@njit(TOLD, **PASSED)
+@njit(void(LANES, LANES, int64, int64, LANES, ROWS, ROWS, ROWS, int64, LANES), **OPTIONS)
 def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
     """Write eigenvalues and invariants of lanes into their raw rows, where the noise is a number and algebra serves.
 

@@ -13,6 +13,7 @@ code rounds a product and a sum once, and divides by zero without a word.
 """
 
 import sys
+from copy import copy
 from functools import cache
 from typing import Any
 
@@ -81,7 +82,22 @@ def _dispatcher(function, signature: tuple, options: dict):
     for one in signature:
         kernel.compile(one)
         kernel.disable_compile()
+        _share(kernel)
     return kernel
+
+
+def _share(kernel) -> None:
+    """Let kernels that call this one jump to its machine code, by a name that is the same in every process.
+
+    Numba would compile it once more into each of them.
+    """
+    from llvmlite import binding
+
+    (compiled,) = kernel.overloads.values()
+    shared = copy(compiled.fndesc)
+    shared.mangled_name = f"{shared.modname}.{shared.qualname}{compiled.signature}"
+    binding.add_symbol(shared.mangled_name, compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+    compiled.target_context.insert_user_function(compiled.entry_point, shared)
 
 
 @cache

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.blocks import W, rows_of, scratch
+from kernels.codes import FAR_ORDER as ORDER
 from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.runs import CHECK as EXPAND
-from kernels.runs import FAR_ORDER as ORDER
 from kernels.straight import lines, straight
 
 BLOCK = ORDER + 1  # rows of a series: its terms, then a share of the step, in whose place its sum up to there comes

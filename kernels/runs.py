@@ -24,10 +24,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels import direct, measure
-from kernels.blocks import W, cut, rows_of, scratch
+from kernels.blocks import LANES, ROWS, W, cut, rows_of, scratch
+from kernels.codes import ORDER
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
-ORDER, FAR_ORDER = 12, 20  # of the generated Taylor steps, near equilibria and far from them
 EPSILON = float(np.finfo(np.float64).eps)
 MOST_HALVINGS = 6
 LONGEST = 0.4  # step, in 1/S: its first term left out is 0.4^13/13! = 1e-15
@@ -119,7 +119,7 @@ def at_zero(whole, half, quarter):
     return quarter + (19.0 * (quarter - half) + (whole - half)) / 45.0
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, LANES, boolean, int64, LANES), **OPTIONS)
 def _project(project, R, pair, sizes, D):
     """Write what is measured of the motions of each size: half the difference of both sides, where there are two."""
     whole_vectors()
@@ -136,7 +136,7 @@ def _project(project, R, pair, sizes, D):
                     D[row, lane] += project[c, j * W + lane] * (0.5 * (x - M[j * W + lane]) if pair else x)
 
 
-@njit(**OPTIONS)
+@njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **OPTIONS)
 def _halve(advance, R, K, project, watched, states, steps, D, change):
     """Run the interval that begins at each lane's largest state with steps, and with twice as many: largest change."""
     whole_vectors()

@@ -5,8 +5,7 @@ r"""Eigenvalues from samples of known states, with errors, blind to any theory.
 
 *Start.* Dynamic mode decomposition, :math:`M - 1 = \sum(y_{k+1} - y_k)y_k^{\mathsf T}\,(\sum y_ky_k^{\mathsf T})^{-1}`.
 
-*Fit.* :mod:`kernels.projection` finds M by least squares, :mod:`kernels.invariants` what follows from it. Each is
-compiled by itself and handed over as an argument: a function that calls another by its name compiles it once more.
+*Fit.* :mod:`kernels.projection` finds M by least squares, :mod:`kernels.invariants` what follows from it.
 
 Source: Tu et al., J. Comput. Dyn. 1 (2014) 391. Not validated: more than 12 states.
 """
@@ -15,10 +14,12 @@ import math
 
 import numpy as np
 
-from kernels.blocks import W, put, rows_of, scratch
-from kernels.dense import solve_in_lanes
-from kernels.fitting import EPSILON, EQUATIONS, FITTED, LEAST_MOVED, MOVED, SCATTER
-from kernels.jit import INLINE, OPTIONS, PASSED, njit, whole_vectors
+from kernels.blocks import LANES, ROWS, W, rows_of, scratch
+from kernels.dense import put, solve_in_lanes
+from kernels.fitting import EPSILON, EQUATIONS, LEAST_MOVED, MOVED, SCATTER
+from kernels.invariants import tell
+from kernels.jit import INLINE, OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.projection import step
 
 STEPS = 4  # of Gauss-Newton, at most
 FOUR = 4  # samples whose products are added up together
@@ -43,7 +44,7 @@ def _add_inner(out, to, V, a, b, n):
             out[row + np.uint64(lane)] += first + (second + V[x + np.uint64(3 * W)] * V[y + np.uint64(3 * W)])
 
 
-@njit(**OPTIONS)
+@njit(void(ROWS, int64, int64, ROWS, ROWS), **OPTIONS)
 def add_products(V, P, n, by_x, squares):
     """Add up the products of FOUR samples: of every column's states with those of x, and of columns but x as a whole.
 
@@ -59,7 +60,7 @@ def add_products(V, P, n, by_x, squares):
             _add_inner(squares, p * (P + 1) + q, V, p * m, q * m, m)
 
 
-@njit(**OPTIONS)
+@njit(void(ROWS, ROWS, *3 * (int64,), ROWS, ROWS), **OPTIONS)
 def moments(Y, weight, runs, count, n, by_x, squares):
     """Add up the products of y(t+h) - y(t) and of y with y over neighbouring samples."""
     whole_vectors()
@@ -82,7 +83,7 @@ def moments(Y, weight, runs, count, n, by_x, squares):
 SWEEPS = 12  # of Jacobi's rotations, at most
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, int64, ROWS, ROWS, ROWS), **OPTIONS)
 def _spread(A, n, c, s, moved):
     """Return the root of the smallest eigenvalue over the largest, by Jacobi's rotations, by lane; A is lost.
 
@@ -123,7 +124,7 @@ def _spread(A, n, c, s, moved):
         moved[lane] = math.sqrt(max(least, 0.0) / most) if most > 0.0 else 0.0
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, int64, LANES, ROWS), **OPTIONS)
 def start(moments, n, M, moved):
     """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
     whole_vectors()
@@ -143,7 +144,43 @@ def start(moments, n, M, moved):
                 moved[lane] = 0.0
 
 
-@njit(**OPTIONS)
+@njit(void(*5 * (ROWS,), types.UniTuple(int64, 3)), **OPTIONS)
+def _advance(M, X0, live, Z, V, place):
+    """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
+
+    Lanes that are not live come to an end, at 0. Rows of M and columns of Z are as long as multiples of FOUR.
+    """
+    whole_vectors()
+    (P, n, sample), N = place, M.size // (place[1] * W)
+    new, old = sample % 2 * (P + 1) * N, (1 - sample % 2) * (P + 1) * N
+    for p in range(P + 1):  # the last is x, whose row of X0 is 0
+        v = np.uint64((old + P * N + p % n) * W)
+        for i in range(n):
+            u, to = np.uint64((p // n * n + i) * W), np.uint64((new + p * N + i) * W)
+            into = np.uint64((((p + 1) * n + i) * FOUR + sample) * W)
+            for k in range(0, N, FOUR):
+                a, b = np.uint64((i * N + k) * W), np.uint64((old + p * N + k) * W)
+                if k == 0:
+                    for lane in range(W):
+                        x, y = a + np.uint64(lane), b + np.uint64(lane)
+                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
+                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
+                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
+                        z = X0[u + np.uint64(lane)] * Z[v + np.uint64(lane)] + (first + (second + third))
+                        Z[to + np.uint64(lane)] = live[lane] * z
+                        V[into + np.uint64(lane)] = live[lane] * z
+                else:
+                    for lane in range(W):
+                        x, y = a + np.uint64(lane), b + np.uint64(lane)
+                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
+                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
+                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
+                        z = Z[to + np.uint64(lane)] + live[lane] * (first + (second + third))
+                        Z[to + np.uint64(lane)] = z
+                        V[into + np.uint64(lane)] = z
+
+
+@njit(void(*4 * (ROWS,), *3 * (int64,), ROWS, ROWS), **OPTIONS)
 def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
     """Add up the normal equations, :func:`add_products` of the residuals, the slopes by Θ and the model's samples x."""
     whole_vectors()
@@ -188,45 +225,9 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
                 add_products(V, P, n, by_x, squares)
 
 
-@njit(**OPTIONS)
-def _advance(M, X0, live, Z, V, place):
-    """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
-
-    Lanes that are not live come to an end, at 0. Rows of M and columns of Z are as long as multiples of FOUR.
-    """
-    whole_vectors()
-    (P, n, sample), N = place, M.size // (place[1] * W)
-    new, old = sample % 2 * (P + 1) * N, (1 - sample % 2) * (P + 1) * N
-    for p in range(P + 1):  # the last is x, whose row of X0 is 0
-        v = np.uint64((old + P * N + p % n) * W)
-        for i in range(n):
-            u, to = np.uint64((p // n * n + i) * W), np.uint64((new + p * N + i) * W)
-            into = np.uint64((((p + 1) * n + i) * FOUR + sample) * W)
-            for k in range(0, N, FOUR):
-                a, b = np.uint64((i * N + k) * W), np.uint64((old + p * N + k) * W)
-                if k == 0:
-                    for lane in range(W):
-                        x, y = a + np.uint64(lane), b + np.uint64(lane)
-                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
-                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
-                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
-                        z = X0[u + np.uint64(lane)] * Z[v + np.uint64(lane)] + (first + (second + third))
-                        Z[to + np.uint64(lane)] = live[lane] * z
-                        V[into + np.uint64(lane)] = live[lane] * z
-                else:
-                    for lane in range(W):
-                        x, y = a + np.uint64(lane), b + np.uint64(lane)
-                        first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
-                        second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
-                        third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
-                        z = Z[to + np.uint64(lane)] + live[lane] * (first + (second + third))
-                        Z[to + np.uint64(lane)] = z
-                        V[into + np.uint64(lane)] = z
-
-
-@njit(FITTED, **PASSED)
-def fit_block(step, tell, Y, weight, runs, count, n, spacing, floor, bend, trust, lanes, raw):
-    """Measure the lanes of a block; step and tell are those of :mod:`kernels.projection` and :mod:`kernels.invariants`.
+@njit(void(LANES, LANES, *3 * (int64,), *3 * (ROWS,), float64, int64, LANES), **OPTIONS)
+def fit_block(Y, weight, runs, count, n, spacing, floor, bend, trust, lanes, raw):
+    """Measure the lanes of a block.
 
     Y, shape (runs*count*n, W): sample k of run r, state i in row (r*count + k)*n + i. weight, shape (runs*count, W):
     1 for a sample that counts, else 0, and Y too; a run's first ones. floor, shape (W,): error of a sample that its

@@ -14,8 +14,7 @@ import numpy as np
 
 from kernels import jacobians, matrices, statuses
 from kernels.blocks import W
-from kernels.invariants import SAME
-from kernels.runs import SIZES, Runs, Sampling
+from kernels.fitting import SAME
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.problem import changed
 
@@ -216,6 +215,7 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     """
     from kernels import fitting
     from kernels import flows as kernel
+    from kernels.runs import Sampling
 
     sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
     intervals, spacing, _ = sampling
@@ -240,6 +240,7 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
 
 def _run(model, points, theory, part, runs, sampling):
     from kernels import flows as kernel
+    from kernels.runs import SIZES, Runs
 
     parameters = [p[part] for p in theory["parameters"]]
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]

@@ -3,6 +3,7 @@
 It and its processes load little besides Numba, for nothing is compiled before they have.
 """
 
+import gc
 import json
 import signal
 import sys
@@ -44,6 +45,7 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     interrupts.end_with_the_parent()
     startup.configure()
+    gc.set_threshold(100_000)  # most of what a compiler makes stays: at 700, looking for garbage takes a seventh
 
 
 def compile_kernel(module: str, name: str, types: str, example: list, _stage: int) -> None:

@@ -30,8 +30,8 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
-    global dense, fitting, invariants, projection, spectrum
-    from kernels import dense, fitting, invariants, projection, spectrum
+    global dense, fitting, spectrum
+    from kernels import dense, fitting, spectrum
 
 
 class Spectrum(NamedTuple):
@@ -58,7 +58,7 @@ def measure(samples, spacing, used=None):
         Y = np.where(np.repeat(weight, n, axis=0) > 0.0, block, 0.0)
         part, nothing = np.empty((W, raw.shape[1])), np.zeros(W)
         numbers = (runs, count, n, np.full(W, spacing), nothing, nothing, 0.0, lanes)
-        spectrum.fit_block(projection.step, invariants.tell, Y, weight, *numbers, part)
+        spectrum.fit_block(Y, weight, *numbers, part)
         raw[first : first + lanes] = part[:lanes]
     raw = raw.reshape(*samples.shape[:-3], -1)
     re, im, e_re, e_im = (raw[..., fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
@@ -85,7 +85,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    dense.order(re, im, len(A), invariants.SAME / SPACING)
+    dense.order(re, im, len(A), fitting.SAME / SPACING)
     return re + 1j * im
 
 
@@ -161,7 +161,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    dense.order(re, im, 4, invariants.SAME / SPACING)
+    dense.order(re, im, 4, fitting.SAME / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws

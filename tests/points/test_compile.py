@@ -97,8 +97,9 @@ def test_what_few_definitions_ask_for_is_compiled_for_them():
     more = set(flips.system.kernels_of(flips.definition)) - set(usual.system.kernels_of(usual.definition))
     assert {kernel.name for kernel in more} == {"flipped"}
     described = read({"system": "pendulum", "grid": {"length": 1.0}})
-    *shared, own = described.system.kernels_of(described.definition)
-    assert {kernel.module for kernel in shared} == {"oscillations", "paths", "enclosures", "roots"}
+    moving, *shared, own = described.system.kernels_of(described.definition)
+    assert {kernel.module for kernel in shared} == {"oscillations", "paths", "enclosures", "roots", "direct", "blocks"}
+    assert Path(moving.module).read_text() == described.system.mechanism.moving.text
     assert Path(own.module).read_text() == described.system._code().text
 
 

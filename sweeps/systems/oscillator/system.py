@@ -14,7 +14,7 @@ from sweeps.schema.refusals import Problem, display, refusal, refusals
 from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, PATHS, Described
+from sweeps.systems.described import MECHANICS, PATHS, PLANNING, Described
 from sweeps.systems.oscillator import variables as tables
 from sweeps.systems.oscillator.variables import DEGENERATE, FOLLOWED, VARIABLES
 from sweeps.systems.system import Kernel
@@ -75,7 +75,7 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots")
-    compiled = (Kernel("oscillations", seconds=2.0), Kernel("roots", seconds=6.0), SEARCH)
+    compiled = (Kernel("oscillations", seconds=2.0), Kernel("roots", seconds=5.0), SEARCH, *PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables
@@ -97,6 +97,14 @@ class Oscillator(Described):
     def samples_per_second(self) -> int:
         """By how long its generated code is."""
         return self._code().samples_per_second
+
+    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
+        """Return the kernels of every described system, after the generated code of an animation."""
+        kernels = super().kernels_of(definition)
+        if self.name not in ANIMATED:
+            return kernels
+        code = self.mechanism.moving
+        return Kernel(str(code.path), seconds=code.compile_seconds), *kernels
 
     def constants(self) -> dict[str, Any]:
         """Return the names of the coordinates, for which `direction` has one number each."""

@@ -15,7 +15,7 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.strict import key, mapping
 from sweeps.schema.values import Positive, Tolerance, whole
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, Described
+from sweeps.systems.described import MECHANICS, PLANNING, Described
 from sweeps.systems.relative_equilibrium import variables as tables
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
 from sweeps.systems.shared_variables import rows
@@ -58,13 +58,14 @@ class RelativeEquilibrium(Described):
     kernels = ("flows", "enclosures", "roots")
     compiled = (
         Kernel("dense", seconds=3.5),
-        Kernel("runs", seconds=2.5),
-        Kernel("invariants", seconds=8.0, stage=1),
-        Kernel("projection", seconds=4.0, stage=1),
-        Kernel("spectrum", seconds=5.0, stage=1),
-        Kernel("flows", seconds=2.0, stage=2),
-        Kernel("roots", seconds=6.0),
+        Kernel("runs", seconds=1.5),
+        Kernel("invariants", seconds=3.0, stage=1),
+        Kernel("projection", seconds=1.5, stage=1),
+        Kernel("spectrum", seconds=2.5, stage=2),
+        Kernel("flows", seconds=1.5, stage=3),
+        Kernel("roots", seconds=5.0),
         Kernel("enclosures", seconds=3.0),
+        *PLANNING,
     )
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition
