@@ -31,13 +31,13 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
         at: dimension → value.
         ax: where to draw.
     """
-    ds = _whole(ds)
+    ds, at = _whole(ds), _places(at)
     has_axes = "axis" in ds.dims
     if has_axes:
         axis = (2 if 2 in ds["axis"].values else int(ds["axis"].values[0])) if axis is None else axis
     elif axis is not None:
         _refuse(f"axis: {axis!r} is given, and this map has no dimension axis; allowed: none")
-    return draw(ds, "stability", {**(at or {}), "axis": axis} if has_axes else at, ax)
+    return draw(ds, "stability", {**at, "axis": axis} if has_axes else at, ax)
 
 
 _names = ["stability", "deviations"]
@@ -107,7 +107,7 @@ def draw(ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | Non
     from sweeps.views import figures
 
     register()
-    part = figures.literal(_cut(_whole(ds), at or {}))
+    part = figures.literal(_cut(_whole(ds), _places(at)))
     drawings = figures.pictures(part)
     drawing = next((drawings[one] for one in drawings if one == name or one.startswith(f"{name}_axis_")), None)
     if drawing is None:
@@ -131,6 +131,12 @@ def _whole(ds):
 
     slices.check_is_map(ds)
     return slices.with_all_dimensions(ds)
+
+
+def _places(at: Mapping | None) -> Mapping:
+    if not isinstance(at or {}, Mapping):
+        _refuse(f"at: is of type {type(at).__name__}; allowed: a mapping of dimensions to values")
+    return at or {}
 
 
 def _cut(ds, at: Mapping):

@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from PIL import Image
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
@@ -11,6 +12,8 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.mechanics import System
 from sweeps.schema.refusals import DefinitionError
+from sweeps.systems import trajectories
+from sweeps.systems.presentation.moving import film
 
 TIMES = np.linspace(0.0, 20.0, 41)
 
@@ -69,6 +72,19 @@ def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
     assert main(["motion", *options, "-o", str(tmp_path / "out.csv")]) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_film_shows_the_picture_where_the_motion_is(tmp_path, capsys):
+    moved = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
+    parts = dict(film.places(moved, trajectories.model_of("pendulum")))
+    bob = 2.0 * np.stack([np.sin(moved["theta"]), -np.cos(moved["theta"])], axis=-1)
+    assert parts["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
+    assert parts["line"][:, -1] == pytest.approx(bob, abs=1e-14)
+    out = str(tmp_path / "p.gif")
+    assert main(["motion", "pendulum", "--start", "theta=3", "--duration", "7 s", "-o", out]) == 0
+    assert capsys.readouterr().out.strip() == out
+    with Image.open(out) as animation:
+        assert animation.n_frames == 7 * 50 // 3 + 2  # at 1000/60 a second, both ends included
 
 
 def shaken():

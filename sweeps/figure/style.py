@@ -93,6 +93,7 @@ class Film(NamedTuple):
     rate: float  #: frames a second
     finer: int  #: how many times as many frames it has as a GIF
     across: int | None  #: width in pixels of the sheet of 16:9 that it fills; None for the animation's own size
+    finish: Callable[[Figure], None] = lambda figure: None  #: gives the finished figure the colours of a theme
 
     def dots(self, inches: tuple[float, float], usual: int) -> float:
         """Return the pixels per inch of a picture of this size, whose own are `usual`."""

@@ -1,6 +1,7 @@
 """A file held against the one description of its system's maps; what is admitted may be trusted."""
 
 import math
+import os
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
 from sweeps.schema.carried import CONTRACT_VERSION, is_readable
 from sweeps.schema.layout import Layout, extremes, wrong
-from sweeps.schema.refusals import MapError, shortened
+from sweeps.schema.refusals import MapError, display, shortened
 from sweeps.schema.variables import POINT, Variable
 from sweeps.shards import contract
 
@@ -40,6 +41,8 @@ class _UnlikeError(Exception):
 
 def map_of(path: str | Path) -> Path:
     """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>."""
+    if not isinstance(path, str | os.PathLike):
+        raise MapError(f"path: {display(path)} is no path; allowed: {ALLOWED}")
     path = Path(path)
     if not path.is_dir():
         return path

@@ -156,9 +156,10 @@ def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
 
 def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple[xr.Dataset, dict[str, Place]]":
     """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension."""
-    from sweeps.maps import storage, summary
+    from sweeps.maps import slices, storage, summary
 
     with storage.open_map(ds) if isinstance(ds, str | Path) else nullcontext(ds) as opened:
+        slices.check_is_map(opened)
         points = summary.pointwise(opened)
         places = nearest(points, {name: str(value) for name, value in chosen.items()})
         if dims := left(points, places):

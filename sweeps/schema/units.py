@@ -79,8 +79,9 @@ def _times(amount: Fraction, unit: str, wanted: str) -> float | None:
     given, target = (_unit("1"),) * 2 if same else (_unit(unit), _unit(wanted))
     if given is None or target is None:
         return None
-    if given.powers != target.powers and given.powers != {k: n for k, n in target.powers.items() if k != "rad"}:
-        return None  # of rad s-1, s-1 is another name
+    without = {k: n for k, n in target.powers.items() if k != "rad"}
+    if given.powers != target.powers and (given.powers != without or given.factor != 1):
+        return None  # of rad s-1, s-1 is another name; 1/min may mean radians or turns
     ratio, pi = given.factor / target.factor, given.pi - target.pi
     try:
         if pi == 0:

@@ -25,7 +25,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
 
     from sweeps.mechanics import motions
 
-    model = _model(_description(system))
+    model = model_of(system)
     equations = model.equations
     moving = {x.name: None for x in equations.q} | {x.name: 0.0 for x in equations.v}
     fixed = {name: p.default for name, p in model.system.parameters.items()}
@@ -63,6 +63,11 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     return ds if shape else ds.isel(run=0)
 
 
+def model_of(system) -> "Model":
+    """Return the model of a described system: itself, of a Python file, or the name of one that ships."""
+    return _model(_description(system))
+
+
 @cache
 def _model(description: "mechanics.System") -> "Model":
     from sweeps.mechanics.model import Model
@@ -96,6 +101,8 @@ def _description(system) -> "mechanics.System":
 
 def _given(where, values, defaults, unit_of):
     """Return values in the order of their defaults; None is a value that must be given."""
+    if not isinstance(values, Mapping):
+        raise DefinitionError(f"{where}: {display(values)}; allowed: a mapping with {', '.join(defaults) or 'nothing'}")
     if unknown := sorted(set(values) - set(defaults)):
         raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
     if missing := [name for name, default in defaults.items() if default is None and name not in values]:

@@ -187,7 +187,7 @@ def draw_one(
             path = folder / f"{name}.{kind}"
             return [path.name] if _write(still[name], path, theme) else []
         path = folder / f"{name}.{kind if kind in films.KINDS else 'gif'}"
-        return [path.name] if _animate(animations(ds)[name], path) else []
+        return [path.name] if _animate(animations(ds)[name], path, theme) else []
 
 
 @contextmanager
@@ -242,8 +242,8 @@ def _plain(value: object) -> object:
     return value.replace("$", r"\$") if isinstance(value, str) else value
 
 
-def _animate(frames: Callable[[], Iterator[np.ndarray]], path: Path) -> bool:
-    with np.errstate(all="ignore"), films.drawn_for(path):
+def _animate(frames: Callable[[], Iterator[np.ndarray]], path: Path, theme: str) -> bool:
+    with np.errstate(all="ignore"), films.drawn_for(path, theme):
         return films.write(frames(), path)
 
 

@@ -20,6 +20,7 @@ POWERS = (0, 1, -1, 2, -2)  # of a parameter, tried as scaling laws
 LAW_TOLERANCE = 1e-11  # relative: far below the digits that a page shows
 EXACT_BYTES = 1_500_000  # a map below that keeps its doubles as they are
 MANTISSA_BITS = (24, 15)  # of numbers that must be shortened: seven digits, or four and a half
+UNCERTAIN = ("_error", "_stderr")  # ends of names of columns whose numbers never need more than seven digits
 SLIDER_WEIGHT = 4  # a dimension outside the plane is thinned as if it were that many times longer
 FEWEST = 8  # a dimension is not thinned below that
 
@@ -188,7 +189,8 @@ def pack_within(columns: list[PageColumn], budget: int) -> list[Packed] | None:
             continue
         packed, room = [], budget
         for column in columns:
-            packed.append(pack(column, 53 if column.exact else bits))
+            most = min(bits, MANTISSA_BITS[0]) if column.name.endswith(UNCERTAIN) else bits
+            packed.append(pack(column, 53 if column.exact else most))
             room -= len(packed[-1].text)
             if room < 0:
                 break

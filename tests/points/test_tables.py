@@ -305,6 +305,8 @@ def test_a_table_that_is_not_there_is_refused(tmp_path):
         ("km/h", "m s-1", 1 / 3.6),
         ("N m", "kg m2 s-2", 1.0),
         ("rad s-1", "s-1", None),
+        ("s-1", "rad s-1", 1.0),
+        ("min-1", "rad s-1", None),  # radians or turns
     ],
 )
 def test_units(unit, wanted, factor):

@@ -13,6 +13,7 @@ from sweeps.__main__ import main
 from sweeps.figure import style
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.bodies import outline, solid
+from sweeps.systems.presentation import animation as animations
 from sweeps.systems.rigid_body.presentation import figure_flip
 from sweeps.views import figures, films, report_columns
 
@@ -98,6 +99,10 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
     assert len(pictures) == 6
     for one, other in pairwise(pictures):
         assert (one != other).any()
+    list(figures.draw_all(ds, tmp_path, theme="dark"))
+    with Image.open(tmp_path / "flip.gif") as animation:
+        # the paper of a dark figure, #15181c, to one of the 256 shades of a palette
+        assert animation.convert("RGB").getpixel((0, 0)) == pytest.approx((0x15, 0x18, 0x1C), abs=1)
 
 
 @pytest.mark.parametrize("status", [0, 1])
@@ -137,7 +142,7 @@ def test_a_film_of_any_shape_fits_a_screen_and_its_sheet_is_even(tmp_path, monke
 def test_a_motion_is_a_film_with_the_body_s_mesh(tmp_path, monkeypatch, capsys):
     trimesh = pytest.importorskip("trimesh")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(figure_flip, "SHOWN_SECONDS", (0.3, 0.3))
+    monkeypatch.setattr(animations, "SHOWN_SECONDS", (0.3, 0.3))
     trimesh.creation.icosphere(2).apply_scale([1.0, 2.0, 4.0]).export("ball.stl")
     call = ["motion", "--mesh", "ball.stl", "--density", "1000", "--unit", "cm", "-o", "ball.gif", "--omega0"]
     assert main([*call, "30 rpm"]) == 0

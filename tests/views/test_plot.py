@@ -13,6 +13,7 @@ from matplotlib.colors import NoNorm, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+import sweeps
 from sweeps import plot
 from sweeps.__main__ import main
 from sweeps.commands import figures as command
@@ -96,6 +97,11 @@ def test_the_accessor_has_the_functions_and_a_summary(tiny):
         (lambda ds: plot.draw(ds, "stabilty"), "not a figure of this map"),
         (lambda ds: plot.cones(ds), "not a figure of this map"),
         (lambda ds: plot.stability(ds, at={"I9": 1.0}), "no dimension"),
+        (lambda ds: plot.stability(ds, at=3), "at: is of type int"),
+        (lambda ds: plot.points(ds, at=3), "at: is of type int"),
+        (lambda ds: sweeps.point(3), "ds: is of type int"),
+        (lambda ds: sweeps.open_map(3), "path: 3 is no path"),
+        (lambda ds: sweeps.motion("pendulum", 3, 4), "start: 3; allowed: a mapping with theta"),
         (lambda ds: plot.stability(ds, ax=Figure().add_axes((0, 0, 1, 1))), "no grid"),
     ],
 )

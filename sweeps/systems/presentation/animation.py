@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
 
+SHOWN_SECONDS = (6.0, 20.0)  # of a film: motions are shown in real time where they take as long
+
 
 def stage(inches: tuple[float, float], dots: int, title: str, words: str, sizes=(11.0, 7.0)) -> Figure:
     """Return an empty figure with a title and a line of words; `dots` are the pixels per inch of a GIF."""
@@ -22,6 +24,7 @@ def stage(inches: tuple[float, float], dots: int, title: str, words: str, sizes=
 
 def played(figure: Figure, frames: Iterable[Iterable[Artist]]) -> Iterator[np.ndarray]:
     """Yield pictures, shape (height, width, 4): on what stands still, drawn once, the artists of each frame."""
+    style.film.get().finish(figure)
     figure.canvas.draw()
     still = figure.canvas.copy_from_bbox(figure.bbox)
     for artists in frames:
@@ -29,6 +32,15 @@ def played(figure: Figure, frames: Iterable[Iterable[Artist]]) -> Iterator[np.nd
         for artist in artists:
             artist.axes.draw_artist(artist)
         yield np.array(figure.canvas.buffer_rgba())
+
+
+def timing(duration: float) -> tuple[np.ndarray, str]:
+    """Return times, s, of the frames of a motion, and its pace in words: real time if it takes 6 to 20 s."""
+    seconds = min(max(duration, SHOWN_SECONDS[0]), SHOWN_SECONDS[1])
+    times, speed = np.linspace(0.0, duration, round(seconds * style.film.get().rate) + 1), duration / seconds
+    if 0.99 < speed < 1.01:
+        return times, "real time"
+    return times, f"{style.number(max(speed, 1 / speed), 2)} times {'faster' if speed > 1 else 'slower'}"
 
 
 def screen(towards: np.ndarray) -> np.ndarray:

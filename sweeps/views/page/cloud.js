@@ -46,7 +46,7 @@ function drawCloud() {
   markDot();
   const few = shown.length < dots.length ? ` ${shown.length} of the ${dots.length} points, chosen at random, are drawn.` : "";
   document.getElementById("map-summary").textContent = `${column.longName}: ${cloudInWords(column, dots)}${few}`;
-  drawLegend({ flat: dots, column, scale });
+  drawLegend(column, dots.map((dot) => dot.value), scale);
   drawHistogram(column, dots, document.getElementById("histogram"), "points");
   showTable("map-table", () => cloudTable(column, shown));
 }
@@ -59,7 +59,7 @@ function markDot() {
 function cloudInWords(column, dots) {
   const possible = dots.filter((dot) => dot.exists);
   const impossible = dots.length - possible.length;
-  return `${valuesInWords(column, possible.length > 0 ? possible : dots)}.${impossible > 0 ? ` ${impossible} points, crossed, are physically impossible.` : ""}`;
+  return `${valuesInWords(column, (possible.length > 0 ? possible : dots).map((dot) => dot.value))}.${impossible > 0 ? ` ${impossible} points, crossed, are physically impossible.` : ""}`;
 }
 
 function cloudAxis(name) {

@@ -10,31 +10,34 @@ function chosenColumn() {
   return theMap.choices.find((choice) => choice.name === state.color);
 }
 
-/** A cell of the plane: its value, whether what that is of can exist, and its numbers along both sides. */
-class Cell {
-  constructor(value, exists, i, j) {
-    [this.value, this.exists, this.i, this.j] = [value, exists, i, j];
+/** The cells of two dimensions (or of one, or none), row by row upwards: values, and which of them can exist. */
+class Plane {
+  constructor() {
+    this.column = chosenColumn();
+    const sides = [state.x, state.y];
+    [this.across, this.up] = sides.map((name) => (name ? ascending(name) : [null]));
+    [this.x, this.y] = sides.map((name, k) => (name ? [this.across, this.up][k].map((i) => theMap.coordinates[name].values[i]) : []));
+    this.values = new Float64Array(this.across.length * this.up.length);
+    this.exists = new Uint8Array(this.values.length).fill(1);
+    const [kx, ky] = sides.map((name) => theMap.order.indexOf(name));
+    const place = [...state.place];
+    this.values.forEach((_, cell) => {
+      if (kx >= 0) place[kx] = this.across[cell % this.across.length];
+      if (ky >= 0) place[ky] = this.up[Math.floor(cell / this.across.length)];
+      this.values[cell] = this.column.at(place);
+      if (theMap.existence?.at(place) < 0) this.exists[cell] = 0;
+    });
+    const possible = this.exists.includes(0) ? this.values.filter((_, cell) => this.exists[cell]) : this.values;
+    this.impossible = this.values.length - possible.length;
+    this.possible = possible.length > 0 ? possible : this.values; // what is told of: all where nothing can exist
   }
 
-  get place() {
-    return theMap.order.map((name, k) => (name === state.x ? this.i : name === state.y ? this.j : state.place[k]));
+  /** A cell by its numbers upwards and across: its value, whether what that is of can exist, and its place. */
+  at(j, i) {
+    const cell = j * this.across.length + i;
+    const sides = { [state.x]: this.across[i], [state.y]: this.up[j] };
+    return { value: this.values[cell], exists: this.exists[cell] === 1, place: placeWith(sides) };
   }
-}
-
-/** The plane as rows of cells. */
-function planeCells() {
-  const [xs, ys] = [state.x, state.y].map((name) => (name ? ascending(name) : [null]));
-  const column = chosenColumn();
-  const margin = theMap.existence;
-  const [kx, ky] = [state.x, state.y].map((name) => theMap.order.indexOf(name));
-  const place = [...state.place];
-  const cells = ys.map((j) => xs.map((i) => {
-    if (kx >= 0) place[kx] = i;
-    if (ky >= 0) place[ky] = j;
-    return new Cell(column.at(place), !margin || !(margin.at(place) < 0), i, j);
-  }));
-  const values = (name, order) => (name ? order.map((i) => theMap.coordinates[name].values[i]) : []);
-  return { cells, flat: cells.flat(), x: values(state.x, xs), y: values(state.y, ys), column };
 }
 
 /** As high as what stands beside it, or nearly square. */
@@ -43,8 +46,6 @@ function mapHeight(target) {
   const beside = document.querySelector(".explorer.turns") && innerWidth > 860;
   return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
 }
-
-const FINE = 200; // points along each side of a slanted plane: some two pixels each
 
 /** The cells' edges; on a slanted plane those of the outermost cells, which end where bodies do. */
 function planeEdges({ x, y }, slant) {
@@ -59,33 +60,67 @@ function planeEdges({ x, y }, slant) {
 
 /** Number of the cell that holds a value; -1 beyond the edges. */
 function cellNumber(edges, value) {
-  return edges.findIndex((edge, i) => i + 1 < edges.length && (edge - value) * (edges[i + 1] - value) <= 0);
+  let [low, high] = [0, edges.length - 1];
+  if (!(value >= edges[low] && value <= edges[high])) return -1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    [low, high] = value < edges[middle] ? [low, middle] : [middle, high];
+  }
+  return low;
+}
+
+/** Number of the row of cells at a point of the picture; -1 beside the cells. */
+function rowNumber(X, Y) {
+  const { slant, plane } = theMap;
+  if (!slant) return cellNumber(plane.yEdges, Y);
+  return Y < 0 || Y > 1 ? -1 : cellNumber(plane.yEdges, slant.clip(slant.down(X, Y)));
 }
 
 /** The cell at a point of the picture: null beside the cells, and `exists: false` where no body can be. */
 function locate(X, Y) {
-  const { cells, xEdges, yEdges } = theMap.plane;
-  const up = theMap.slant ? theMap.slant.down(X, Y) : Y;
-  const cell = cells[cellNumber(yEdges, up)]?.[cellNumber(xEdges, X)] ?? null;
   if (part.possible && !part.possible(X, Y)) return { exists: false, place: null };
-  return cell;
+  const [j, i] = [rowNumber(X, Y), cellNumber(theMap.plane.xEdges, X)];
+  return i < 0 || j < 0 ? null : theMap.plane.at(j, i);
 }
 
-/** The plane as it is drawn: [edges across, edges up, rows of [row, column] of the cell at each point or null]. */
-function rasterOf({ xEdges, yEdges }, slant) {
-  if (!slant) return [xEdges, yEdges, null];
-  const [left, right] = [xEdges[0], xEdges[xEdges.length - 1]];
-  const sides = [Array.from({ length: FINE + 1 }, (_, k) => left + (k / FINE) * (right - left)), Array.from({ length: FINE + 1 }, (_, k) => k / FINE)];
-  const [xs, ys] = sides.map((edges) => edges.slice(1).map((edge, k) => 0.5 * (edge + edges[k])));
-  const columns = xs.map((x) => cellNumber(xEdges, x));
-  const beyond = 2 / FINE; // drawn a little farther than bodies go: the hatching covers it
-  const at = ys.map((y) => xs.map((x, c) => {
-    const t = slant.down(x, y);
-    if (t < -beyond / x || t > 1 + beyond) return null;
-    const j = cellNumber(yEdges, Math.max(yEdges[0], Math.min(yEdges[yEdges.length - 1], slant.clip(t))));
-    return j < 0 ? null : [j, columns[c]];
-  }));
-  return [...sides, at];
+/** The colours of a scale as 256 points of the screen. */
+function paletteOf(colorscale) {
+  const context = new OffscreenCanvas(256, 1).getContext("2d", { willReadFrequently: true });
+  context.fillStyle = context.createLinearGradient(0, 0, 256, 0);
+  for (const [at, color] of colorscale) context.fillStyle.addColorStop(at, color);
+  context.fillRect(0, 0, 256, 1);
+  return new Uint32Array(context.getImageData(0, 0, 256, 1).data.buffer);
+}
+
+/** Paints the cells under Plotly's axes: its own heatmap takes half of the time of a slider's step. */
+function paintCells() {
+  const canvas = document.getElementById("cells");
+  canvas.hidden = !state.y;
+  if (!state.y) return;
+  const { xEdges, values, across, scale } = theMap.plane;
+  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+  const [width, height] = [xaxis, yaxis].map((axis) => Math.round(axis._length * devicePixelRatio));
+  Object.assign(canvas, { width, height });
+  Object.assign(canvas.style, { left: `${xaxis._offset}px`, top: `${yaxis._offset}px`, width: `${xaxis._length}px`, height: `${yaxis._length}px` });
+  const palette = paletteOf(scale.colorscale);
+  const tint = palette.length / (scale.zmax - scale.zmin);
+  const colors = new Uint32Array(values.length);
+  values.forEach((value, cell) => {
+    const z = Number.isFinite(value) ? scale.z(value) : null;
+    if (z !== null) colors[cell] = palette[Math.max(0, Math.min(palette.length - 1, Math.floor((z - scale.zmin) * tint)))];
+  });
+  const middles = (axis, n) => Array.from({ length: n }, (_, k) => axis.p2d((k + 0.5) / devicePixelRatio));
+  const [xs, ys] = [middles(xaxis, width), middles(yaxis, height)];
+  const columns = xs.map((X) => cellNumber(xEdges, X));
+  const points = new Uint32Array(width * height);
+  for (let r = 0; r < height; r++) {
+    const row = rowNumber(null, ys[r]);
+    for (let c = 0; c < width; c++) {
+      const j = theMap.slant ? rowNumber(xs[c], ys[r]) : row;
+      if (columns[c] >= 0 && j >= 0) points[r * width + c] = colors[j * across.length + columns[c]];
+    }
+  }
+  canvas.getContext("2d", { willReadFrequently: true }).putImageData(new ImageData(new Uint8ClampedArray(points.buffer), width), 0, 0);
 }
 
 /** Draws the map anew where something but the point in it has changed; then marks the point. */
@@ -96,19 +131,19 @@ function drawPlane() {
   const key = [state.x, state.y, state.color, ...others, look].join();
   if (key !== drawPlane.key || !state.y) {
     theMap.slant = part.slanted?.() ?? null;
-    const plane = planeCells();
-    if (state.y) [plane.xEdges, plane.yEdges] = planeEdges(plane, theMap.slant);
+    const plane = new Plane();
     theMap.plane = plane;
-    const drawn = state.y ? heatmap(plane) : curve(plane);
-    plane.scale = drawn.scale;
+    if (state.y) [plane.xEdges, plane.yEdges] = planeEdges(plane, theMap.slant);
+    if (state.y) plane.scale = colorScale(plane.column, plane.values, plane.exists);
+    const drawn = state.y ? frame(plane) : curve(plane);
     const view = [state.x, state.y].join();
     const touch = matchMedia("(pointer: coarse)").matches;
-    const picture = JSON.stringify([look, drawn.own, drawn.layout, drawn.traces.slice(1)]);
-    const isNew = picture !== drawPlane.picture || !state.y || drawPlane.key === null; // where but a scale changed, it may be the same
+    const picture = JSON.stringify([look, drawn, drawPlane.key === null]);
+    if (picture === drawPlane.picture) paintCells();
+    else draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" }, state.y ? WITH_CELLS : {});
     drawPlane.picture = picture;
-    if (isNew) draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" });
     document.getElementById("map-summary").textContent = planeSummary(plane);
-    drawLegend(plane);
+    drawLegend(plane.column, plane.possible, plane.scale);
     showTable("map-table", () => planeTable(plane));
     drawPlane.key = key;
   }
@@ -117,10 +152,10 @@ function drawPlane() {
 
 /** Where the chosen point is in the picture; a system may have chosen one between cells. */
 function pointShown() {
-  const { cells, x, column } = theMap.plane;
+  const { across: cells, values, x, column } = theMap.plane;
   if (!state.y) {
-    const i = state.x ? ascending(state.x).indexOf(state.place[theMap.order.indexOf(state.x)]) : 0;
-    const { value } = cells[0][i];
+    const i = state.x ? cells.indexOf(state.place[theMap.order.indexOf(state.x)]) : 0;
+    const value = values[i];
     return [state.x ? x[i] : 0, column.isFlag ? column.text(value) : value];
   }
   const [across, up] = [state.x, state.y].map((name) => coordinateAt(name, state.place));
@@ -142,7 +177,7 @@ function markPoint(at = pointShown()) {
 function axisOf(name, values) {
   const type = isLogarithmic(values) ? "log" : "linear";
   const few = type === "log" && Math.max(...values) < 1e3 * Math.min(...values); // decades: 1, 2 and 5 have room
-  return { title: { text: dimensionLabel(name) }, type, ...(few ? { dtick: "D2" } : {}), showgrid: false, exponentformat: "power" };
+  return { title: { text: dimensionLabel(name) }, type, ...(few ? { dtick: "D2" } : {}), showgrid: false, zeroline: false, exponentformat: "power" };
 }
 
 function rangeOf(edges, type) {
@@ -150,23 +185,31 @@ function rangeOf(edges, type) {
   return type === "log" ? ends.map(Math.log10) : ends;
 }
 
-function heatmap(plane) {
-  const { cells, flat, column } = plane;
-  const scale = colorScale(column, flat.map((cell) => cell.value), flat.map((cell) => cell.exists));
-  const own = cells.map((row) => row.map((cell) => (Number.isFinite(cell.value) ? scale.z(cell.value) : null)));
-  const [x, y, at] = rasterOf(plane, theMap.slant);
-  const z = at ? at.map((row) => row.map((one) => (one ? own[one[0]][one[1]] : null))) : own;
-  const colors = { zmin: scale.zmin, zmax: scale.zmax, colorscale: scale.colorscale, showscale: false };
+/** What Plotly draws about the cells: axes, hatching, boundaries and names. */
+function frame(plane) {
+  const { slant } = theMap;
+  const [x, y] = [plane.xEdges, slant ? [0, 1] : plane.yEdges];
   const layout = { xaxis: axisOf(state.x, plane.x), yaxis: axisOf(state.y, plane.y) };
-  if (theMap.slant) layout.yaxis.title = { text: theMap.slant.label };
   layout.xaxis.range = rangeOf(x, layout.xaxis.type);
   layout.yaxis.range = rangeOf(y, layout.yaxis.type);
-  if (theMap.slant) layout.yaxis.range = [0, 1.06]; // names stand above the uppermost bodies
+  if (slant) Object.assign(layout.yaxis, { title: { text: slant.label }, range: [0, 1.06] }); // names stand above the uppermost bodies
   const lines = part.boundaries?.(x, y) ?? [];
   const hatched = [...(part.impossible?.(x, y) ?? []), ...cellsApart(plane)];
   layout.annotations = [...regionNames(plane), ...lines.map((line) => line.label)];
-  return { scale, own, traces: [{ type: "heatmap", x, y, z, hoverinfo: "skip", ...colors }, ...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
+  return { traces: [...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
 }
+
+/** Plotly's button that saves a picture, with the cells in it. */
+const SAVE = {
+  name: "save",
+  title: "Download plot as a PNG",
+  get icon() { return Plotly.Icons.camera; },
+  click: ({ data, layout }) => {
+    const images = [{ source: document.getElementById("cells").toDataURL(), x: 0, y: 1, sizex: 1, sizey: 1, sizing: "stretch", layer: "below" }];
+    Plotly.downloadImage({ data, layout: { ...layout, images } }, { format: "png", filename: "map" });
+  },
+};
+const WITH_CELLS = { modeBarButtonsToAdd: [SAVE], modeBarButtonsToRemove: [...PLOT_CONFIG.modeBarButtonsToRemove, "toImage"] };
 
 /** Points with names, as the system has them on this plane. */
 function landmarks() {
@@ -179,26 +222,35 @@ function landmarks() {
 const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
 
 /** The leading flag's meanings, each written where its region has most room. */
-function regionNames({ cells: all, x: xs, y: ys }) {
-  const step = Math.ceil(Math.sqrt((all.length * all[0].length) / MOST_LOOKED_AT));
-  const thin = (list) => (step === 1 ? list : list.filter((_, k) => k % step === 0));
-  const [cells, x, y] = [thin(all).map(thin), thin(xs), thin(ys)];
+function regionNames(plane) {
   const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
-  if (!flag || cells.length < 6 || cells[0].length < 6) return [];
-  const values = cells.map((row) => row.map((cell) => (cell.exists ? flag.at(cell.place) : null)));
+  const step = Math.ceil(Math.sqrt(plane.values.length / MOST_LOOKED_AT));
+  const [rows, columns] = [plane.up, plane.across].map((side) => [...side.keys()].filter((k) => k % step === 0));
+  if (!flag || rows.length < 6 || columns.length < 6) return [];
+  const values = rows.map((j) => columns.map((i) => {
+    const { exists, place } = plane.at(j, i);
+    return exists ? flag.at(place) : null;
+  }));
+  const [x, y] = [columns.map((i) => plane.x[i]), rows.map((j) => plane.y[j])];
   const best = new Map();
-  roomOf(values).forEach((row, j) => row.forEach((free, i) => {
+  const before = regionNames.best; // a name stays where it was while it has half of the room there
+  roomOf(values).forEach((row, j) => row.forEach((room, i) => {
+    const was = before.get(values[j][i]);
+    const free = was?.i === i && was.j === j ? 2 * room : room;
     if (values[j][i] !== null && free > (best.get(values[j][i])?.free ?? 0)) best.set(values[j][i], { free, i, j });
   }));
+  regionNames.best = best;
   const log = (values, value) => (isLogarithmic(values) ? Math.log10(value) : value);
-  const least = 0.06 * Math.min(cells.length, cells[0].length);
-  return [...best].filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
+  const least = 0.06 * Math.min(rows.length, columns.length);
+  return [...best].sort(([a], [b]) => a - b).filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
     const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
     const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
     const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
     return { x: log(x, x[i]), y: up, xanchor, text, showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
   });
 }
+
+regionNames.best = new Map();
 
 /** How many cells away the nearest cell of another value, or the edge, is. */
 function roomOf(values) {
@@ -244,18 +296,19 @@ function showTip(lines, { clientX, clientY } = {}) {
 }
 
 /** Outlines of the cells that cannot exist, but for those that the system outlines: runs of cells of each row. */
-function cellsApart({ cells, x: xs, y: ys, xEdges, yEdges }) {
+function cellsApart({ exists, across, up, x: xs, y: ys, xEdges, yEdges }) {
   const [x, y] = [[], []];
-  cells.forEach((row, j) => {
-    const apart = (i) => i < row.length && !row[i].exists && (part.possible?.(xs[i], ys[j]) ?? true);
-    for (let i = 0; i < row.length; i++) {
+  const n = across.length;
+  for (let j = 0; j < up.length; j++) {
+    const apart = (i) => i < n && !exists[j * n + i] && (part.possible?.(xs[i], ys[j]) ?? true);
+    for (let i = 0; i < n; i++) {
       if (!apart(i)) continue;
       const first = i;
       while (apart(i)) i++;
       x.push(xEdges[first], xEdges[i], xEdges[i], xEdges[first], xEdges[first], null);
       y.push(yEdges[j], yEdges[j], yEdges[j + 1], yEdges[j + 1], yEdges[j], null);
     }
-  });
+  }
   return x.length > 0 ? [{ x, y }] : [];
 }
 
@@ -274,11 +327,10 @@ function boundaryLine(x, y, name, at) {
 }
 
 /** A curve where one dimension varies, one point where none does. */
-function curve({ cells, x, column }) {
-  const row = cells[0];
+function curve({ values, x, column }) {
   const along = state.x ? x : [0];
   const color = pageColor("accent");
-  const trace = { type: "scatter", mode: "lines+markers", x: along, y: row.map((cell) => (column.isFlag ? column.text(cell.value) : cell.value)), hoverinfo: "none", line: { color }, marker: { color, size: 7 } };
+  const trace = { type: "scatter", mode: "lines+markers", x: along, y: Array.from(values, (value) => (column.isFlag ? column.text(value) : value)), hoverinfo: "none", line: { color }, marker: { color, size: 7 } };
   const yaxis = { title: { text: unitText(column.units) }, exponentformat: "power" };
   return { traces: [trace], layout: { xaxis: state.x ? axisOf(state.x, x) : { visible: false }, yaxis } };
 }
@@ -286,31 +338,25 @@ function curve({ cells, x, column }) {
 // ---------------------------------------------------------------------------------------------------------
 // In words, and by keys
 
-function planeSummary({ flat, column }) {
+function planeSummary({ column, possible, impossible }) {
   const where = placeText(state.place, [state.x, state.y]);
-  const impossible = flat.filter((cell) => !cell.exists).length;
-  const possible = impossible < flat.length ? flat.filter((cell) => cell.exists) : flat;
   const also = impossible ? ` ${impossible} more points, hatched, are physically impossible.` : "";
   return `${column.longName}: ${valuesInWords(column, possible)}${where ? ` (${where})` : ""}.${also}`;
 }
 
-function valuesInWords(column, cells) {
-  if (column.isFlag) {
-    const counts = new Map();
-    for (const { value } of cells) counts.set(value, (counts.get(value) ?? 0) + 1);
-    return column.flags.filter((flag) => counts.has(flag.value)).map((flag) => `${counts.get(flag.value)} × ${flagText(flag.meaning)}`).join("; ");
-  }
-  const values = cells.map((cell) => cell.value).filter(Number.isFinite);
-  if (values.length === 0) return "no number at any of these points";
-  const [low, high] = values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
-  const missing = cells.length - values.length;
-  return `${cells.length} points from ${column.text(low)} to ${column.text(high)}${missing ? `, ${missing} without a number` : ""}`;
+function valuesInWords(column, values) {
+  if (column.isFlag) return usedFlags(column, values).map(({ count, text }) => `${count} × ${text}`).join("; ");
+  const finite = values.filter(Number.isFinite);
+  if (finite.length === 0) return "no number at any of these points";
+  const [low, high] = finite.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
+  const missing = values.length - finite.length;
+  return `${values.length} points from ${column.text(low)} to ${column.text(high)}${missing ? `, ${missing} without a number` : ""}`;
 }
 
-function drawLegend({ flat, column, scale }) {
+function drawLegend(column, values, scale) {
   const legend = document.getElementById("legend");
   if (scale?.bar) return legend.replaceChildren(colorBar(scale));
-  const entries = column.isFlag ? usedFlags(column, flat) : [];
+  const entries = column.isFlag ? usedFlags(column, values) : [];
   legend.replaceChildren(...entries.map(({ text, color }) => {
     const swatch = element("span", { className: "swatch" });
     swatch.style.background = color;
@@ -318,9 +364,11 @@ function drawLegend({ flat, column, scale }) {
   }));
 }
 
-function usedFlags(column, cells) {
-  const used = new Set(cells.map((cell) => cell.value));
-  return column.flags.map((flag, i) => ({ ...flag, text: flagText(flag.meaning), color: flagColor(flag.meaning, i) })).filter((flag) => used.has(flag.value));
+/** The flags that occur among values: how often, in words and colour. */
+function usedFlags(column, values) {
+  const counts = new Map();
+  values.forEach((value) => counts.set(value, (counts.get(value) ?? 0) + 1));
+  return column.flags.map(({ value, meaning }, i) => ({ count: counts.get(value), text: flagText(meaning), color: flagColor(meaning, i) })).filter(({ count }) => count);
 }
 
 /** At most so many of n numbers from 0, both ends included. */
@@ -345,13 +393,14 @@ function showTable(id, made) {
 
 const MOST_TABLE = 30; // rows and columns that the table of the plane has at most
 
-function planeTable({ cells, column }) {
-  const [rows, columns] = [cells.length, cells[0].length].map((n) => fewOf(n, MOST_TABLE));
-  const heading = (name, cell) => (name ? numberText(coordinateAt(name, cell.place), 4) : "");
+function planeTable(plane) {
+  const { across, up, column } = plane;
+  const [rows, columns] = [up, across].map((side) => fewOf(side.length, MOST_TABLE));
+  const heading = (name, { place }) => (name ? numberText(coordinateAt(name, place), 4) : "");
   const text = ({ value }) => (column.isFlag ? column.text(value) : numberText(value, 3));
   const corner = [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "");
-  const heads = [corner, ...columns.map((i) => heading(state.x, cells[0][i]))];
-  return [heads, rows.reverse().map((j) => [heading(state.y, cells[j][0]), ...columns.map((i) => text(cells[j][i]))])];
+  const heads = [corner, ...columns.map((i) => heading(state.x, plane.at(0, i)))];
+  return [heads, rows.reverse().map((j) => [heading(state.y, plane.at(j, 0)), ...columns.map((i) => text(plane.at(j, i)))])];
 }
 
 /** Moves the choice by cells; the sense is that of the picture. */
@@ -381,10 +430,10 @@ function cellAt(event) {
   const at = dataAt(event);
   if (!at) return null;
   if (state.y) return locate(at[0], at[1]);
-  const { cells, x } = theMap.plane;
+  const { x } = theMap.plane;
   const { xaxis } = document.getElementById("map")._fullLayout;
   const away = x.map((value) => Math.abs(xaxis.d2p(value) - at[2]));
-  return cells[0][Math.max(0, away.indexOf(Math.min(...away)))];
+  return theMap.plane.at(0, Math.max(0, away.indexOf(Math.min(...away))));
 }
 
 const GRIP = 15; // pixels from the ring's middle within which it is dragged
@@ -440,8 +489,13 @@ function goToPart() {
 
 function buildPlane() {
   const target = document.getElementById("map");
+  target.before(element("canvas", { id: "cells", "aria-hidden": "true" }));
   drawPlane();
-  for (const event of ["plotly_relayout", "plotly_afterplot"]) target.on(event, () => markPoint());
+  paintCells();
+  for (const event of ["plotly_relayout", "plotly_relayouting", "plotly_afterplot"]) target.on(event, () => {
+    paintCells();
+    markPoint();
+  });
   listenForTaps(target);
   onArrows(target, moveInPlane, goToPart);
   onChange(drawPlane);

@@ -35,7 +35,6 @@ RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985:
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
 THROW = 10.0  # rad/s, near which it is thrown
 TRAIL = 24  # frames
-SHOWN_SECONDS = (6.0, 20.0)  # of a film: motions are shown in real time where they take as long
 FINER = 8  # points of the trail a frame
 MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
@@ -114,12 +113,7 @@ def film(motion: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
-    duration, look = float(motion["time"][-1] - motion["time"][0]), style.film.get()
-    seconds = min(max(duration, SHOWN_SECONDS[0]), SHOWN_SECONDS[1])
-    times = np.linspace(0.0, duration, round(seconds * look.rate) + 1)
-    speed = duration / seconds
-    pace = "real time" if 0.99 < speed < 1.01 else f"{style.number(max(speed, 1 / speed), 2)} times "
-    pace += "" if pace == "real time" else "faster" if speed > 1 else "slower"
+    times, pace = animation.timing(float(motion["time"][-1] - motion["time"][0]))
     inertia, start = (", ".join(style.number(value, 3) for value in values) for values in (moments, omega))
     words = f"I = ({inertia}) kg m², starts with ω = ({start}) {style.units('rad s-1')}; {pace}"
     outline = next(iter(outlines.read(motion.attrs).values()), None)

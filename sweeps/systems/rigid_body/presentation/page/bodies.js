@@ -44,10 +44,9 @@ function drawBodies() {
   const focused = target.contains(document.activeElement);
   target.replaceChildren(table);
   if (focused) table.querySelector("[aria-current]")?.focus();
-  const flat = places.map((place) => ({ value: column.at(place), place }));
-  document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, flat)}.`;
+  document.getElementById("map-summary").textContent = `${column.longName}: ${valuesInWords(column, places.map((place) => column.at(place)))}.`;
   const shown = column.isFlag ? column : regime;
-  if (shown) drawLegend({ flat: places.map((place) => ({ value: shown.at(place) })), column: shown });
+  if (shown) drawLegend(shown, places.map((place) => shown.at(place)));
 }
 
 function buildBodies() {
