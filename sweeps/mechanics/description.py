@@ -19,7 +19,9 @@ All symbols are SymPy's, so all that SymPy can write may be said. Each expressio
 here derives anything.
 """
 
+import math
 import re
+import sys
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,7 +30,7 @@ import sympy as sp
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
-MOST_COORDINATES, MOST_STATES = 10, 12
+MOST_COORDINATES, MOST_STATES, MOST_EQUILIBRIA = 10, 12, 10_000
 
 UNIT = (  # SI units with their prefixes, and those that are used with them
     "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"
@@ -71,7 +73,7 @@ class DescribedParameter:
     def allows(self, value: float) -> bool:
         """Return True if a value lies within the bounds."""
         inside = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
-        return inside and (value > 0 or not self.positive)
+        return math.isfinite(value) and inside and (value > 0 or not self.positive)
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,8 @@ class System:
     """
 
     def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):
+        if most is not None and not (type(most) is int and 1 <= most <= MOST_EQUILIBRIA):
+            raise DescriptionError(f"most {most!r}: allowed: a whole number from 1 to {MOST_EQUILIBRIA}")
         self.title, self.references = title, references
         self.given_most, self.follow = most, follow
         self.time = sp.Symbol("t", real=True)  # may stand in all expressions of the motion
@@ -325,7 +329,8 @@ class System:
     def _expression(self, where, value, moving=frozenset()) -> sp.Expr:
         """Return a checked expression of parameters and moving symbols: real, finite, smooth in what moves."""
         e = sp.sympify(value)
-        if not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+        infinite = not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
+        if infinite or any(abs(number) > sys.float_info.max for number in e.atoms(sp.Number)):
             raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
         bound = {p.symbol for p in self.parameters.values()} | moving
         if unbound := sorted(map(str, e.free_symbols - bound)):

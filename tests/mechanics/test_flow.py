@@ -136,6 +136,10 @@ def test_a_quantity_without_a_slope_takes_no_eigenvalue(is_named):
         (lambda: spinning(mass=lambda w, _: w[0] * sp.Symbol("weight")), "conserved mass: unbound symbol weight"),
         (lambda: spinning(mass=lambda w, _: sp.I * w[0]), "conserved mass: .* is complex or infinite"),
         (lambda: spinning(mass=lambda w, _: w[0] / sp.Integer(0)), "conserved mass: .* is complex or infinite"),
+        (lambda: spinning(mass=lambda w, _: w[0] * 10**400), "conserved mass: .* is complex or infinite"),
+        (lambda: System("Many", most=10**9), "most 1000000000: allowed: a whole number from 1"),
+        (lambda: System("Text", most="3"), "most '3': allowed: a whole number from 1"),
+        (lambda: System("None").parameter("a", default=float("nan")), "parameter a: default nan is out of range"),
     ],
 )
 def test_what_is_wrong_with_states_is_named(made, told):
