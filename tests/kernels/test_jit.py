@@ -41,6 +41,22 @@ def test_a_function_with_a_signature_is_compiled_at_once_and_for_no_other():
         half("a")
 
 
+@pytest.mark.compiled
+def test_a_function_with_a_signature_is_called_by_others_and_not_compiled_into_them():
+    @jit.njit("float64(float64)", name="third", **jit.OPTIONS)
+    def third(x):
+        return x / 3
+
+    @jit.njit("float64(float64)", name="ninth", **jit.OPTIONS)
+    def ninth(x):
+        return third(third(x))
+
+    defined = [line for line in ninth.inspect_llvm(ninth.signatures[0]).splitlines() if line.startswith("define")]
+    assert any("ninth" in line for line in defined)
+    assert not any("third" in line for line in defined)
+    assert ninth(9.0) == 1.0
+
+
 def test_only_numbas_types_are_given_for_signatures():
     assert jit.float64 is numba.float64
     assert jit.types is numba.types
