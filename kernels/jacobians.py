@@ -90,6 +90,7 @@ def conditions(A, values, scale):
             re += term
             im *= x
             im += turned
-        size[e] = np.sqrt(np.einsum("ijp,ijp->p", re, re) + np.einsum("ijp,ijp->p", im, im))
+        squares = (re * re + im * im).reshape(n * n, -1)
+        size[e] = np.sqrt(sum(squares))  # one after the other: NumPy's own sums depend on the number of points
     apart = np.abs(values[:, None] - values) + one
     return np.maximum(1.0, size / apart.prod(axis=1)).T

@@ -74,7 +74,7 @@ class Oscillator(Described):
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
-    kernels = ("oscillations", "enclosures", "roots")
+    kernels = ("oscillations", "enclosures", "roots", "matrices")
     compiled = (Kernel("oscillations", seconds=2.0), Kernel("roots", seconds=5.0), SEARCH, *PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition

@@ -30,7 +30,10 @@ class Periodic(Described):
     samples_per_second = 5_000
     start_seconds = 2.5
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
-    kernels = ("floquet", "jacobians", "monodromy", "paths", "runs", "statuses", "straight", "variational")
+    kernels = (
+        *("floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
+        "variational",
+    )
     compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition

@@ -55,7 +55,7 @@ class RelativeEquilibrium(Described):
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
     method_text = "direct integration of the full equations of motion"
-    kernels = ("flows", "enclosures", "roots")
+    kernels = ("flows", "enclosures", "roots", "jacobians", "matrices")
     compiled = (
         Kernel("dense", seconds=3.5),
         Kernel("runs", seconds=1.5),
