@@ -11,7 +11,7 @@ from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
-SHORT = 50_000  # characters of a code that is compiled in two seconds: no shorter one is looked for
+SHORT = 50_000  # characters of a code that is compiled in a second: no shorter one is looked for
 
 
 def graph(equations: Equations, near: bool = True) -> Graph:

@@ -415,7 +415,7 @@ def oscillator(stiffness, force=0, period=2 * sp.pi):
 
 @pytest.mark.parametrize(("mean", "depth"), [(1.5375, -1.4451), (1.6319, 0.6273)])
 def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors(mean, depth):
-    """What steps leave out of tanh counts, and where it saturates 1 - tanh^2 has no digits to come back with."""
+    """The truncation of tanh counts, and where it saturates 1 - tanh^2 has no digits to come back with."""
     found = of_model(Model(oscillator(lambda t: mean + depth * sp.tanh(10 * sp.cos(t)))))
 
     def rates(t, y):

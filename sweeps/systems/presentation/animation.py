@@ -43,6 +43,12 @@ def timing(duration: float) -> tuple[np.ndarray, str]:
     return times, f"{style.number(max(speed, 1 / speed), 2)} times {'faster' if speed > 1 else 'slower'}"
 
 
+def settings(system, values) -> list[str]:
+    """Return each parameter of a described system with its value, in words; values by the parameters' names."""
+    given = [(p.name, float(values[p.name]), p.unit) for p in system.parameters.values()]
+    return [style.with_unit(f"{name.replace('_', ' ')} {style.number(value, 3)}", unit) for name, value, unit in given]
+
+
 def screen(towards: np.ndarray) -> np.ndarray:
     """Return the right and the up of a viewer in a direction of space, z upright, as columns, shape (3, 2)."""
     towards = towards / np.linalg.norm(towards)

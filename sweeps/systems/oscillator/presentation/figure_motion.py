@@ -90,11 +90,8 @@ def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
 
 def _drawn(model, point, runs, q, times):
     film = style.film.get()
-    settings = (
-        style.with_unit(f"{p.name.replace('_', ' ')} {style.number(point[p.name], 3)}", p.unit)
-        for p in model.system.parameters.values()
-    )
-    figure = animation.stage(INCHES, DOTS, model.system.title, ",  ".join(settings), (11.0, 7.5))
+    words = ",  ".join(animation.settings(model.system, point))
+    figure = animation.stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
         text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
         x, side = ((0.03, "left"), (0.98, "right"))[k]

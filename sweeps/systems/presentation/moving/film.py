@@ -25,9 +25,7 @@ LOOKS = {"mass": {"marker": "o", "ms": 9}, "body": {"marker": "o", "ms": 4, "col
 def frames(moved: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
     """Yield one frame for each time of a motion of `sweeps.motion`, shape (height, width, 4)."""
     times = moved["time"].values
-    given = [(p.name, float(moved[p.name]), p.unit) for p in model.system.parameters.values()]
-    words = [style.with_unit(f"{name.replace('_', ' ')} {style.number(value, 3)}", unit) for name, value, unit in given]
-    words.append(animation.timing(times[-1])[1])
+    words = [*animation.settings(model.system, moved), animation.timing(times[-1])[1]]
     figure = animation.stage(INCHES, DOTS, model.system.title, ",  ".join(words), (11.0, 7.5))
     drawn = [] if model.system.turning else list(places(moved, model))
     parts = [_scene(figure.add_axes((0.0, 0.02, 0.45, 0.8)), drawn)] if drawn else []
