@@ -56,22 +56,19 @@ ORDER = 10  # of the integrator's step
 FACTORIAL = float(math.factorial(ORDER + 1))
 MOST_STEPS = 10_000
 
-# Rows of the scratch array, each W long. omega: state, coefficients times the step, the sample before.
-A, B, C, KA, KB, KC, B1, C1 = (W * r for r in range(8))
-# L: the same.
-P, Q, R, KP, KQ, KR, Q1, R1 = (W * r for r in range(8, 16))
-# The transverse part at the start, and 1 - cos and sin of one sample's turn.
-XB, XC, VERSINE, SINE, APART = (W * r for r in range(16, 21))
-# Angles of omega and of L: first turn, sum of what turns differ from it, and that sum's sums.
-D, Y, SY, SXY, SYY = (W * r for r in range(21, 26))
-F, Z, SZ, SXZ, SZZ = (W * r for r in range(26, 31))
+# Rows of the scratch array, each W long. Of each motion, omega's first: state, coefficients times the step, the sample
+# before; the first turn, the sum of what turns differ from it, and that sum's sums; of the angles by which it is ahead
+# of the exact rotation, sums and sums of squares.
+A, B, C, KA, KB, KC, B1, C1, FIRST, Y, SY, SXY, SYY, AHEAD, AHEAD2 = (W * r for r in range(15))
+MOMENTUM = 15 * W  # where those of L begin
+P, Q, R = (MOMENTUM + row for row in (A, B, C))
+# The transverse part at the start, 1 - cos and sin of one sample's turn and of all so far, and the largest distance.
+XB, XC, VERSINE, SINE, TURNED_VERSINE, TURNED_SINE, APART = (W * r for r in range(30, 37))
 # Invariants: start and largest change; coplanarity and extremes of the three angles' squared tangents.
-E0, ED, L0, LD, OUT = (W * r for r in range(31, 36))
-BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r for r in range(36, 42))
+E0, ED, L0, LD, OUT = (W * r for r in range(37, 42))
+BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r for r in range(42, 48))
 # The halving test: the coarse result.
-BH, CH = (W * r for r in range(42, 44))
-# 1 - cos and sin of the whole turn so far; of the angles by which omega and L are ahead of it sums and sums of squares.
-TURNED_VERSINE, TURNED_SINE, AHEAD, AHEAD2, MOMENTUM_AHEAD, MOMENTUM_AHEAD2 = (W * r for r in range(44, 50))
+BH, CH = (W * r for r in range(48, 50))
 ROWS = 50
 
 # Columns of the raw result, one row a point, dimensionless or rad.
@@ -112,24 +109,6 @@ def cones(ratio, half_angle):
     ratio, tangent = np.asarray(ratio), np.tan(half_angle)
     space = np.abs(ratio - 1.0) * (tangent / (ratio + tangent * tangent))
     return np.arctan(tangent / ratio), np.arctan(space)
-
-
-def rotation(ratio, omega_start, times):
-    """Return the angular velocity of a free symmetric top at given times, in closed form.
-
-    Args:
-        ratio (float): I3/I1, > 0.
-        omega_start (array_like, shape (3,)): Angular velocity in the principal axes at time 0, axis 3 the figure axis,
-            rad s-1.
-        times (array_like, shape (n,)): Times in s, of either sign.
-
-    Returns:
-        numpy.ndarray, shape (n, 3): Angular velocity in rad s-1.
-    """
-    w1, w2, w3 = np.asarray(omega_start, dtype=np.float64)
-    angle = precession_rate(ratio, w3) * np.asarray(times, dtype=np.float64)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.stack([w1 * cosine - w2 * sine, w1 * sine + w2 * cosine, np.full_like(angle, w3)], axis=-1)
 
 
 @njit(**INLINE)
@@ -185,7 +164,8 @@ def _load(S, lane, tops, i, steps):
     S[KA + lane], S[KB + lane], S[KC + lane] = ca * h, cb * h, cc * h
     S[P + lane], S[Q + lane], S[R + lane] = ratio * spin_sign, S[B + lane], S[C + lane]
     # 1/I_c - 1/I_b = -(I_c - I_b)/(I_b I_c), the difference before the ratio
-    S[KP + lane], S[KQ + lane], S[KR + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
+    L = S[MOMENTUM:]
+    L[KA + lane], L[KB + lane], L[KC + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
     angle = (ratio - 1.0) * spin_sign * spacing
     half = math.sin(0.5 * angle)
     S[VERSINE + lane], S[SINE + lane] = 2.0 * half * half, math.sin(angle)
@@ -196,13 +176,16 @@ def _load(S, lane, tops, i, steps):
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
     whole_vectors()
-    angles = (D, Y, SY, SXY, SYY, F, Z, SZ, SXZ, SZZ, AHEAD, AHEAD2, MOMENTUM_AHEAD, MOMENTUM_AHEAD2)
-    for row in (APART, ED, LD, OUT, TURNED_VERSINE, TURNED_SINE, *angles):
+    for row in (APART, ED, LD, OUT, TURNED_VERSINE, TURNED_SINE):
         for lane in range(W):
             S[row + lane] = 0.0
+    for motion in (0, MOMENTUM):
+        M = S[motion:]
+        M[FIRST:MOMENTUM] = 0.0
+        for lane in range(W):
+            M[B1 + lane], M[C1 + lane] = M[B + lane], M[C + lane]
     for lane in range(W):
         a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
-        S[B1 + lane], S[C1 + lane], S[Q1 + lane], S[R1 + lane] = b, c, q, r
         S[E0 + lane] = p * a + (q * b + r * c)
         S[L0 + lane] = p * p + (q * q + r * r)
         body, momentum, space = _tangents(a, b, c, p, q, r)
@@ -219,48 +202,32 @@ def _tangents(a, b, c, p, q, r):
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
-def _advance_of(what, state, rates):
-    """Return a function that takes steps of those rows in every lane, over one sample interval."""
-    (A, B, C), (KA, KB, KC) = state, rates
-
-    @njit(name=f"advance_{what}", **OPTIONS)
-    def advance(S, steps):
-        whole_vectors()
-        for _ in range(steps):
-            for lane in range(W):
-                a, b, c = S[A + lane], S[B + lane], S[C + lane]
-                S[A + lane], S[B + lane], S[C + lane] = taylor.step_10(
-                    a, b, c, S[KA + lane], S[KB + lane], S[KC + lane]
-                )
-
-    return advance
-
-
-_advance_omega = _advance_of("omega", (A, B, C), (KA, KB, KC))
-_advance_momentum = _advance_of("momentum", (P, Q, R), (KP, KQ, KR))
+@njit(**OPTIONS)
+def _advance(M, steps):
+    """Take steps of a motion in every lane, over one sample interval."""
+    whole_vectors()
+    for _ in range(steps):
+        for lane in range(W):
+            M[A + lane], M[B + lane], M[C + lane] = taylor.step_10(
+                M[A + lane], M[B + lane], M[C + lane], M[KA + lane], M[KB + lane], M[KC + lane]
+            )
 
 
 @njit(**OPTIONS)
-def _sample_angles(S, k, intervals):
-    """Add sample k (1 to intervals) to the sums of both angles; numbers count from the middle of the run."""
+def _sample_angle(M, k, intervals):
+    """Add sample k (1 to intervals) of a motion to the sums of its angle; numbers count from the middle of the run."""
     whole_vectors()
     x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
-        b, c, q, r = S[B + lane], S[C + lane], S[Q + lane], S[R + lane]
-        delta = turn(S[B1 + lane], S[C1 + lane], b, c)
-        eta = turn(S[Q1 + lane], S[R1 + lane], q, r)
-        S[D + lane] = delta if first else S[D + lane]
-        S[F + lane] = eta if first else S[F + lane]
-        y = S[Y + lane] + (delta - S[D + lane])
-        z = S[Z + lane] + (eta - S[F + lane])
-        S[Y + lane], S[Z + lane] = y, z
-        S[SY + lane] += y
-        S[SXY + lane] += x * y
-        S[SYY + lane] += y * y
-        S[SZ + lane] += z
-        S[SXZ + lane] += x * z
-        S[SZZ + lane] += z * z
-        S[B1 + lane], S[C1 + lane], S[Q1 + lane], S[R1 + lane] = b, c, q, r
+        b, c = M[B + lane], M[C + lane]
+        delta = turn(M[B1 + lane], M[C1 + lane], b, c)
+        M[FIRST + lane] = delta if first else M[FIRST + lane]
+        y = M[Y + lane] + (delta - M[FIRST + lane])
+        M[Y + lane] = y
+        M[SY + lane] += y
+        M[SXY + lane] += x * y
+        M[SYY + lane] += y * y
+        M[B1 + lane], M[C1 + lane] = b, c
 
 
 @njit(**OPTIONS)
@@ -282,8 +249,8 @@ def _sample_state(S):
         ahead, momentum_ahead = (eb * dc - ec * db) / size, (eb * (r - ec) - ec * (q - eb)) / size
         S[AHEAD + lane] += ahead
         S[AHEAD2 + lane] += ahead * ahead
-        S[MOMENTUM_AHEAD + lane] += momentum_ahead
-        S[MOMENTUM_AHEAD2 + lane] += momentum_ahead * momentum_ahead
+        S[MOMENTUM + AHEAD + lane] += momentum_ahead
+        S[MOMENTUM + AHEAD2 + lane] += momentum_ahead * momentum_ahead
         momentum2 = p * p + (q * q + r * r)
         E, L = abs(p * a + (q * b + r * c) - S[E0 + lane]), abs(momentum2 - S[L0 + lane])
         S[ED + lane] = E if not S[ED + lane] >= E else S[ED + lane]
@@ -306,31 +273,29 @@ def _halve(S, steps):
     whole_vectors()
     for lane in range(W):
         S[B1 + lane], S[C1 + lane] = S[B + lane], S[C + lane]
-    _advance_omega(S, steps)
+    _advance(S, steps)
     for lane in range(W):
         S[BH + lane], S[CH + lane] = S[B + lane], S[C + lane]
         S[B + lane], S[C + lane] = S[B1 + lane], S[C1 + lane]
         S[KA + lane] *= 0.5
         S[KB + lane] *= 0.5
         S[KC + lane] *= 0.5
-    _advance_omega(S, 2 * steps)
+    _advance(S, 2 * steps)
 
 
 @njit(**OPTIONS)
-def _slope(first, sum_y, sum_xy, sum_yy, intervals):
-    """Return the least-squares slope of first k + y_k against k = 0 … intervals, and its standard error, per sample."""
+def _rate(M, lane, intervals):
+    """Return a motion's rate a sample, its standard error, and the standard deviation of the angle it is ahead.
+
+    The rate is the least-squares slope of first k + y_k against k = 0 … intervals.
+    """
     n = intervals + 1.0
     sum_xx = n * (n * n - 1.0) / 12.0
-    slope = sum_xy / sum_xx
-    scatter = max(sum_yy - sum_y * sum_y / n - slope * sum_xy, 0.0)
-    return first + slope, math.sqrt(scatter / ((n - 2.0) * sum_xx))
-
-
-@njit(**INLINE)
-def _deviation(total, squares, intervals):
-    """Return the standard deviation of numbers of which the first is 0, from sums of them and of their squares."""
-    mean = total / (intervals + 1.0)
-    return math.sqrt(max(squares / (intervals + 1.0) - mean * mean, 0.0))
+    slope = M[SXY + lane] / sum_xx
+    scatter = max(M[SYY + lane] - M[SY + lane] * M[SY + lane] / n - slope * M[SXY + lane], 0.0)
+    mean = M[AHEAD + lane] / n
+    ahead = math.sqrt(max(M[AHEAD2 + lane] / n - mean * mean, 0.0))
+    return M[FIRST + lane] + slope, math.sqrt(scatter / ((n - 2.0) * sum_xx)), ahead
 
 
 @njit(**INLINE)
@@ -343,14 +308,12 @@ def _angles(low, high):
 @njit(**OPTIONS)
 def _unload(S, lane, intervals, spacing, steps, row):
     """Turn one lane's sums into its row of the raw result."""
-    rate, stderr = _slope(S[D + lane], S[SY + lane], S[SXY + lane], S[SYY + lane], intervals)
+    rate, stderr, row[RAW.ahead] = _rate(S, lane, intervals)
     row[RAW.rate], row[RAW.stderr] = rate / spacing, stderr / spacing
-    rate, stderr = _slope(S[F + lane], S[SZ + lane], S[SXZ + lane], S[SZZ + lane], intervals)
+    rate, stderr, row[RAW.momentum_ahead] = _rate(S[MOMENTUM:], lane, intervals)
     row[RAW.momentum_rate], row[RAW.momentum_stderr] = rate / spacing, stderr / spacing
     row[RAW.floor] = 2.0 * EPSILON * steps / spacing
     row[RAW.distance] = math.sqrt(S[APART + lane])
-    row[RAW.ahead] = _deviation(S[AHEAD + lane], S[AHEAD2 + lane], intervals)
-    row[RAW.momentum_ahead] = _deviation(S[MOMENTUM_AHEAD + lane], S[MOMENTUM_AHEAD2 + lane], intervals)
     row[RAW.energy_drift], row[RAW.momentum_drift] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
     row[RAW.coplanarity] = math.sqrt(S[OUT + lane])
     row[RAW.body], row[RAW.body_spread] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
@@ -373,9 +336,10 @@ def _run_blocks(tops, order, starts, intervals, raw):
             _load(S, lane, tops, order[first + min(lane, count - 1)], n)
         _begin(S)
         for k in range(1, intervals + 1):
-            _advance_omega(S, n)
-            _advance_momentum(S, n)
-            _sample_angles(S, k, intervals)
+            _advance(S, n)
+            _advance(S[MOMENTUM:], n)
+            _sample_angle(S, k, intervals)
+            _sample_angle(S[MOMENTUM:], k, intervals)
             _sample_state(S)
         _halve(S, n)
         for lane, i in enumerate(order[first : first + count]):
@@ -421,11 +385,6 @@ def _status(raw, tolerance, intervals):
     certified = raw[:, RAW.distance] <= tolerance + 4.0 * EPSILON * intervals * raw[:, RAW.steps]
     cases = [~np.isfinite(raw[:, RAW.rate]), ~(converged & certified)]
     return np.select(cases, [NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
-
-
-def _resolved(rate, stderr, floor):
-    """Return the rate, or 0 where it does not stand out of rounding and scatter."""
-    return np.where(np.abs(rate) <= np.fmax(5.0 * stderr, floor), 0.0, rate)
 
 
 def _error(raw, ahead, rate, resolved, stderr, intervals):
@@ -478,7 +437,8 @@ def measured(points, rotations, samples_per_rotation, tolerance):
         ("momentum_", RAW.momentum_rate, RAW.momentum_stderr, RAW.momentum_ahead),
     ):
         name, rate, stderr = f"{of}precession_rate", raw[:, rate], raw[:, stderr]
-        rates[of] = _resolved(rate, stderr, raw[:, RAW.floor])
+        is_hidden = np.abs(rate) <= np.fmax(5.0 * stderr, raw[:, RAW.floor])  # by scatter or rounding
+        rates[of] = np.where(is_hidden, 0.0, rate)
         error = _error(raw, raw[:, ahead], rate, rates[of], stderr, intervals)
         columns |= {name: rates[of] * spin, f"{name}_stderr": stderr * spin, f"{name}_error": error * spin}
     rate = rates[""]

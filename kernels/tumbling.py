@@ -40,6 +40,7 @@ from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import RUNGS, climb, ladder
 from kernels.jit import OPTIONS, njit
+from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
@@ -186,15 +187,11 @@ def _heading(m, n, axis):
     The shortest arc from m to the axis e takes a vector n at right angles to m to ``n - n_e (m + e)/(1 + m_e)``, and
     psi is minus its azimuth in the plane of the two other axes. The end of the axis is the one that m is nearer to.
     """
-    m1, m2, m3 = m
-    x, y, z = n
-    if axis == 3:
-        e, side = (m3, 1.0) if m3 >= 0.0 else (-m3, -1.0)
-        bend = z * side / (1.0 + e)
-        return x - bend * m1, -side * (y - bend * m2)
-    e, side = (m1, 1.0) if m1 >= 0.0 else (-m1, -1.0)
-    bend = x * side / (1.0 + e)
-    return y - bend * m2, -side * (z - bend * m3)
+    m_e, m_j, m_k = relabel(*m, axis)
+    n_e, n_j, n_k = relabel(*n, axis)
+    side = 1.0 if m_e >= 0.0 else -1.0
+    bend = n_e * side / (1.0 + abs(m_e))
+    return n_j - bend * m_j, -side * (n_k - bend * m_k)
 
 
 @njit(**OPTIONS)
@@ -270,40 +267,33 @@ def _phi(period, turn, axis):
 
 
 @njit(**OPTIONS)
-def measure_one(I1, I2, I3, energy, tolerance):
-    """Return mode, periods as PERIODS and their errors, measured from two runs; in units of I3/L."""
-    missing = math.nan
+def measure_one(I1, I2, I3, energy, tolerance, out):
+    """Write periods as PERIODS and their errors, measured from two runs, in units of I3/L; return the mode."""
+    out[:] = math.nan
     w1, w2, w3 = start(I1, I2, I3, energy)
     if not possible(I1 / I3, energy):
-        return IMPOSSIBLE, missing, missing, missing, missing, missing, missing
-    if solution.is_stationary(solution.coefficients(I1, I2, I3), (w1, w2, w3)):
-        return PRINCIPAL, missing, missing, missing, missing, missing, missing
-    c1, c2, c3 = (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
-    h = _step_length(c1, c2, c3, math.hypot(w1, w3), tolerance)
+        return IMPOSSIBLE
+    c = solution.coefficients(I1, I2, I3)
+    if solution.is_stationary(c, (w1, w2, w3)):
+        return PRINCIPAL
+    h = _step_length(*c, math.hypot(w1, w3), tolerance)
     period, turn, axis, growth = follow((I1, I2, I3), (w1, w2, w3), h)
     other, other_turn, other_axis, _ = follow((I1, I2, I3), (w1, w2, w3), 0.71 * h)
-    if axis == 0 or axis != other_axis:
-        return SEPARATRIX, missing, missing, missing, missing, missing, missing
-    long, encircled = _phi(period, turn, axis)
-    other_long, other_encircled = _phi(other, other_turn, axis)
     # rounding moves the state to a neighbouring polhode, which near the separatrix has another period: of the turn
     # about L, which goes on at the rate 2T/L while w stands still, most of that takes no share
     rounding = 8.0 * EPSILON * (4.0 + math.sqrt(period / h))
     share = rounding * (1.0 + growth * growth / min(period, SLOW))
-    if not share < LOST:
-        return SEPARATRIX, missing, missing, missing, missing, missing, missing
+    if axis == 0 or axis != other_axis or not share < LOST:
+        return SEPARATRIX
     about = rounding + share * (0.05 + abs(1.0 - energy * period / turn))
     if axis == 1:
         about *= max(1.0, turn / abs(turn - 2.0 * math.pi))
-    return (
-        SAM if axis == 3 else LAM,
-        period,
-        long,
-        encircled,
-        3.0 * abs(period - other) + share * period,
-        3.0 * abs(long - other_long) + about * abs(long),
-        3.0 * abs(encircled - other_encircled) + about * abs(encircled),
-    )
+    out[0], out[3] = period, 3.0 * abs(period - other) + share * period
+    out[1], out[2] = _phi(period, turn, axis)
+    other_long, other_encircled = _phi(other, other_turn, axis)
+    out[4] = 3.0 * abs(out[1] - other_long) + about * abs(out[1])
+    out[5] = 3.0 * abs(out[2] - other_encircled) + about * abs(out[2])
+    return SAM if axis == 3 else LAM
 
 
 @njit(nogil=True, **OPTIONS)
@@ -311,9 +301,7 @@ def fill(bodies, tolerance, modes, out):
     """Fill measured modes, and ``out`` (6, n) with PERIODS and their errors, in units of I3/L."""
     I1, I2, I3, energy = bodies
     for i in range(I1.size):
-        modes[i], out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i] = measure_one(
-            *scaled(I1[i], I2[i], I3[i]), energy[i], tolerance
-        )
+        modes[i] = measure_one(*scaled(I1[i], I2[i], I3[i]), energy[i], tolerance, out[:, i])
 
 
 def survey(points, tolerance, measured=True):
@@ -330,18 +318,16 @@ def survey(points, tolerance, measured=True):
             PERIODS with ``_exact`` (s); if ``measured``, mode, PERIODS and those with ``_error``. NaN where there is no
             period.
     """
-    names = ("I1", "I2", "I3", "energy", "omega0")
-    *moments, energy, omega0 = arrays(*(points[name] for name in names))
+    *moments, energy, omega0 = arrays(*(points[name] for name in ("I1", "I2", "I3", "energy", "omega0")))
     bodies = (*np.sort(moments, axis=0), energy)
     modes, out = np.empty(energy.size, dtype=np.int8), np.empty((3, energy.size))
     fill_exact(*bodies, modes, out)
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
     if measured:
-        seen, measured_periods = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
-        fill(bodies, tolerance, seen, measured_periods)
-        columns |= {"mode": seen}
-        columns |= {name: measured_periods[k] / omega0 for k, name in enumerate(PERIODS)}
-        columns |= {f"{name}_error": measured_periods[k + 3] / omega0 for k, name in enumerate(PERIODS)}
+        seen, periods_seen = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
+        fill(bodies, tolerance, seen, periods_seen)
+        names = (*PERIODS, *(f"{name}_error" for name in PERIODS))
+        columns |= {"mode": seen} | dict(zip(names, periods_seen / omega0, strict=True))
     return columns
 
 

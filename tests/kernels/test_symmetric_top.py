@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import direct, symmetric_top
+from kernels import exact, symmetric_top
 from kernels.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN
 
 SETTINGS = (4.0, 16, 1e-12)
@@ -69,15 +69,8 @@ def test_sense_and_rate_are_those_of_scipys_motion(ratio, omega3):
     found = symmetric_top.survey(top(ratio, omega3, 70.0), *SETTINGS)
     # DOP853 at rtol 1e-13 keeps some 1e-11 of the angle over ten radians
     np.testing.assert_allclose(found["precession_rate"], np.polyfit(solution.t, angle, 1)[0], rtol=1e-10)
-    expected = symmetric_top.rotation(ratio, [transverse, 0.0, omega3], solution.t)
+    expected = exact.rotation((1.0, 1.0, ratio), [transverse, 0.0, omega3], solution.t)
     np.testing.assert_allclose(expected, solution.y.T, rtol=0, atol=1e-10 * transverse)
-
-
-def test_closed_form_is_the_direct_integrators_motion():
-    times = np.linspace(-20.0, 20.0, 7)
-    start = [0.3, -2.0, 1.1]
-    by_steps = direct.rotation([2.0, 2.0, 3.1], start, times, 1e-13)
-    np.testing.assert_allclose(symmetric_top.rotation(1.55, start, times), by_steps, rtol=0, atol=1e-11)
 
 
 def test_cones_are_the_angles_between_the_vectors():
@@ -251,18 +244,15 @@ def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
     intervals, W = 32, symmetric_top.W
     k = np.arange(intervals + 1.0)
     angles = rng.uniform(-0.4, 0.4, (2, W, 1)) * k + rng.normal(0, 1e-2, (2, W, k.size))
-    S = np.zeros(symmetric_top.ROWS * W)
-    rows = ((symmetric_top.B, symmetric_top.C), (symmetric_top.Q, symmetric_top.R))
-    before = ((symmetric_top.B1, symmetric_top.C1), (symmetric_top.Q1, symmetric_top.R1))
-    for number in range(intervals + 1):
-        for which in (0, 1):
-            for row, part in zip((before if number == 0 else rows)[which], (np.cos, np.sin), strict=True):
-                S[row : row + W] = 3.0 * part(angles[which, :, number])
-        if number:
-            symmetric_top._sample_angles(S, number, intervals)
-    sums = (("D", "SY", "SXY", "SYY"), ("F", "SZ", "SXZ", "SZZ"))
     for which in (0, 1):
+        M = np.zeros(symmetric_top.MOMENTUM)
+        for number in range(intervals + 1):
+            rows = (symmetric_top.B, symmetric_top.C) if number else (symmetric_top.B1, symmetric_top.C1)
+            for row, part in zip(rows, (np.cos, np.sin), strict=True):
+                M[row : row + W] = 3.0 * part(angles[which, :, number])
+            if number:
+                symmetric_top._sample_angle(M, number, intervals)
         for lane in range(W):
-            found = symmetric_top._slope(*(S[getattr(symmetric_top, name) + lane] for name in sums[which]), intervals)
+            found = symmetric_top._rate(M, lane, intervals)[:2]
             (slope, _), covariance = np.polyfit(k, angles[which, lane], 1, cov=True)
             np.testing.assert_allclose(found, (slope, np.sqrt(covariance[0, 0])), rtol=1e-9)

@@ -24,5 +24,5 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
         duration = span(2 * (2 * math.pi / rate) if rate > 0 else math.inf, rotation)
     times = instants(duration, samples, rotation)
     omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
-    followed = top.rotation(ratio, omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
+    followed = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
     return xr.Dataset(described(*followed, "closed form"), {"time": time(times, "the start")})
