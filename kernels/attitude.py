@@ -50,7 +50,7 @@ import numpy as np
 from kernels import solution
 from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.rigid_body import checked_times, relabel
+from kernels.rigid_body import relabel
 from kernels.straight import formula
 
 FAR = 700.0  # beyond it sech underflows; what arg needs there is a ratio that no longer changes
@@ -507,13 +507,3 @@ def land(m, R):
     """
     size = _reciprocal_root(_square(m, R))
     return (*_landed(m, R, size), size)
-
-
-def attitude(moments, omega_start, times):
-    """Return the attitude of a free rigid body in closed form: see :func:`kernels.exact.attitude`."""
-    moments, start = solution.checked(moments, omega_start)
-    if not start.any():
-        raise ValueError("omega_start must not be zero: nothing turns")
-    out = np.empty((checked_times(times).size, 4))
-    fill(moments, start, checked_times(times), out)
-    return out

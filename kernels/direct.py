@@ -34,7 +34,7 @@ import math
 import numpy as np
 
 from kernels.jit import OPTIONS, njit
-from kernels.rigid_body import checked_times, euler_coefficients
+from kernels.rigid_body import euler_coefficients
 from kernels.straight import formula
 from kernels.taylor import ORDERS, turn_12
 
@@ -210,7 +210,10 @@ def attitude(moments, omega_start, times, tolerance=1e-10):
 
 def _followed(moments, omega_start, times, tolerance, turning):
     """Return angular velocity and attitude at times, shape (n, 7); the tolerance is of the attitude if ``turning``."""
-    moments, omega, times = _three(moments, "moments"), _three(omega_start, "omega_start"), checked_times(times)
+    moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
+    times = np.asarray(times, dtype=np.float64, order="C")
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
     if not (moments > 0).all():
         raise ValueError(f"moments must be positive, not {moments!r}")
     if not 1e-13 <= tolerance < 1:

@@ -109,10 +109,7 @@ def rotation(moments, omega_start, times):
     Raises:
         ValueError: If a shape or a value is none of these.
     """
-    moments, start = checked(moments, omega_start)
-    times = np.asarray(times, dtype=np.float64, order="C")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
+    moments, start, times = checked(moments, omega_start, times)
     out = np.empty((times.size, 3))
     fill_rotation(moments, start, times, out)
     return out
@@ -270,7 +267,7 @@ def polhode(moments, omega_start, n):
 
     Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
     """
-    moments, start = checked(moments, omega_start)
+    moments, start, _ = checked(moments, omega_start)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
         raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
     out, top = np.tile(start, (n, 1)), set_up(*moments, *start)
@@ -311,5 +308,9 @@ def attitude(moments, omega_start, times):
     Raises:
         ValueError: If a shape or a value is none of these.
     """
-    # it stands on this module, and makes no column of those that import this one
-    return import_module("kernels.attitude").attitude(moments, omega_start, times)
+    moments, start, times = checked(moments, omega_start, times)
+    if not start.any():
+        raise ValueError("omega_start must not be zero: nothing turns")
+    out = np.empty((times.size, 4))
+    import_module("kernels.attitude").fill(moments, start, times, out)  # no part of kernels that import this module
+    return out

@@ -139,11 +139,3 @@ def shape(I1, I2, I3):
     oblate, prolate = least == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)
-
-
-def checked_times(times):
-    """Return times as an array, refused unless one-dimensional and finite."""
-    times = np.asarray(times, dtype=np.float64, order="C")
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise ValueError("times must be a one-dimensional array of finite numbers")
-    return times

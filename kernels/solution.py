@@ -189,11 +189,13 @@ def is_stationary(c, w):
     )
 
 
-def checked(moments, omega_start):
-    """Return the moments and angular velocity as checked arrays of shape (3,)."""
-    moments, start = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start))
+def checked(moments, omega_start, times=()):
+    """Return moments, angular velocity and times of a free body as arrays, refused where they are none."""
+    moments, start, times = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start, times))
     if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
         raise ValueError(f"moments must be three finite numbers above zero, not {moments}")
     if start.shape != (3,) or not np.isfinite(start).all():
         raise ValueError(f"omega_start must be three finite numbers, not {start}")
-    return moments, start
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise ValueError("times must be a one-dimensional array of finite numbers")
+    return moments, start, times
