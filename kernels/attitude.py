@@ -115,25 +115,18 @@ def complete(complement, nu):
 
 
 class Turning(NamedTuple):
-    """Constants of the attitude of one trajectory, with the symbols of the module's docstring.
-
-    Attributes:
-        L, T2 (float): Momentum, and twice the energy.
-        a, mu_c, mu_s (float): Greatest m_d, m_c and m_s.
-        R, Q, k1, nu (float): Of Psi: rates R and (with p > 0) ``Q``, modulus and characteristic.
-        sigma (float): +1 where d is the axis of greatest moment, -1 where it is the least.
-    """
+    """Constants of the attitude of one trajectory, with the symbols of the module's docstring."""
 
     L: float
-    T2: float
-    a: float
+    T2: float  #: twice the energy
+    a: float  #: with mu_c and mu_s, the greatest m_d, m_c and m_s
     mu_c: float
     mu_s: float
-    R: float
+    R: float  #: with Q (where p > 0), k1 and nu, rates, modulus and characteristic of Psi
     Q: float
     k1: float
     nu: float
-    sigma: float
+    sigma: float  #: +1 where d is the axis of greatest moment, -1 where it is the least
 
 
 class Ladder(NamedTuple):
@@ -146,20 +139,13 @@ class Ladder(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """The axes (d, j, k) from which a motion is seen, in cyclic order.
+    """The axes (d, j, k) from which a motion is seen, in cyclic order."""
 
-    Attributes:
-        d (int): The axis that the polhode encircles.
-        turned (float): -1 where w_d is negative and half a turn about j makes it positive, else 1.
-        on_j (bool): Whether sn runs on j.
-        g, m (tuple of 3 float): ``I/L``, and the direction of L at the start.
-    """
-
-    d: int
-    turned: float
-    on_j: bool
-    g: tuple
-    m: tuple
+    d: int  #: the axis that the polhode encircles
+    turned: float  #: -1 where w_d is negative and half a turn about j makes it positive, else 1
+    on_j: bool  #: whether sn runs on j
+    g: tuple  #: I/L
+    m: tuple  #: direction of L at the start
 
 
 class Attitude(NamedTuple):
@@ -390,19 +376,14 @@ def short_turn(delta, m, A_d, a, mean):
 class Steps(NamedTuple):
     """Constants of the exact attitude step of one length.
 
-    Attributes:
-        d (int): The axis that the polhode encircles; axes are in the cyclic order (d, j, k).
-        turned (float): -1 where the axes d and k have been turned round (w_d is negative), else 1.
-        g (tuple of 3 float): ``I/L``: m = g w.
-        x, y (tuple of 4 float): ``exp(i psi/2)`` grows by a positive multiple of X + iY a step, with ``X = x0 + (x1 +
-            x2 m_d) m_d + x3 m_j m_k`` of the m at its beginning, and Y likewise: ``e [m_d(t + h/2) + zeta] D`` of the
-            module's docstring, with ``m_d(t + h/2) D = dn m_d + [(I_j - I_k) L/(I_j I_k)] S cn m_j m_k`` and D that of
-            the half step.
+    ``exp(i psi/2)`` grows by a positive multiple of X + iY a step, with ``X = x0 + (x1 + x2 m_d) m_d + x3 m_j m_k`` of
+    the m at its beginning, and Y likewise: ``e [m_d(t + h/2) + zeta] D`` of the module's docstring, with ``m_d(t + h/2)
+    D = dn m_d + [(I_j - I_k) L/(I_j I_k)] S cn m_j m_k`` and D that of the half step.
     """
 
-    d: int
-    turned: float
-    g: tuple
+    d: int  #: the axis that the polhode encircles; axes are in the cyclic order (d, j, k)
+    turned: float  #: -1 where the axes d and k have been turned round (w_d is negative), else 1
+    g: tuple  #: I/L: m = g w
     x: tuple
     y: tuple
 

@@ -11,21 +11,12 @@ import numpy as np
 
 
 class Column(NamedTuple):
-    """One column of a batch.
-
-    Attributes:
-        name (str): Its name in a map.
-        power (int): Power of the spin rate in its unit: 2 for s-2, 1 for s-1 and rad s-1, -1 for s, 0 for what has no
-            time in it. A scaling collapse expands the column by it.
-        dtype (numpy type): What leaves the batch; inside it every column is float64.
-        work (str): What has to be done for it beside the measurement itself, and is spared where nobody wants the
-            column.
-    """
+    """One column of a batch."""
 
     name: str
-    power: int
-    dtype: type = np.float64
-    work: str = ""
+    power: int  #: of the spin rate in its unit: 2 for s-2, 1 for rad s-1 and s-1, -1 for s, 0 for all others
+    dtype: type = np.float64  #: of what leaves the batch; inside it every column is float64
+    work: str = ""  #: what is done for it alone, and spared where nobody wants it
 
 
 def names(table):

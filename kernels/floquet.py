@@ -45,19 +45,12 @@ ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 
 class Matrices(NamedTuple):
-    """Matrices of points, and what they are known by beside.
+    """Matrices of points, and what they are known by beside."""
 
-    Attributes:
-        matrix, error (numpy.ndarray, shape (n, d, d)): Monodromy matrices and the errors of their entries.
-        turns (numpy.ndarray, shape (n,), optional): Whole half turns of a perturbation in the period, floor(angle/pi),
-            of d = 2.
-        second (numpy.ndarray, shape (2, n), optional): The determinant (d = 2) or second invariant (d = 4) and its
-            error, NaN where those of the matrix are as good.
-    """
-
-    matrix: np.ndarray
-    error: np.ndarray
-    turns: np.ndarray | None = None
+    matrix: np.ndarray  #: monodromy matrices, shape (n, d, d)
+    error: np.ndarray  #: of their entries
+    turns: np.ndarray | None = None  #: whole half turns of a perturbation in the period, floor(angle/pi), of d = 2
+    #: the determinant (d = 2) or second invariant (d = 4) and its error, NaN where those of the matrix are as good
     second: np.ndarray | None = None
 
     def put(self, which, part):

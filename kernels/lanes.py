@@ -54,20 +54,13 @@ NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :m
 
 
 class Work(NamedTuple):
-    """Groups of columns computed beside the measurement; compiled code takes it as a plain tuple of bool.
+    """Groups of columns computed beside the measurement; compiled code takes it as a plain tuple of bool."""
 
-    Attributes:
-        certified, invariants, logged (bool): Whether to compare with the exact solution, to watch the invariants, and
-            to take the log slope.
-        reducing, rated (bool): Whether to reduce to zero amplitude; whether rates are reported beside their squares
-            (the log slope needs them).
-    """
-
-    certified: bool
+    certified: bool  #: by comparison with the exact solution
     invariants: bool
-    logged: bool
-    reducing: bool
-    rated: bool
+    logged: bool  #: the log slope
+    reducing: bool  #: to zero amplitude
+    rated: bool  #: rates beside their squares; the log slope needs them
 
 
 @njit(**OPTIONS)

@@ -31,23 +31,15 @@ ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 
 
 class Spins(NamedTuple):
-    """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`).
+    """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`)."""
 
-    Attributes:
-        I1, I2, I3 (numpy.ndarray): Principal moments in a common unit, > 0.
-        axis (numpy.ndarray of int64): Spin axis, 1, 2 or 3.
-        omega0 (numpy.ndarray): Spin, rad s-1, not 0.
-        epsilon, phase (numpy.ndarray): Size of the perturbation relative to the spin, between 0 and 1, and its
-            direction in the (b, c) plane, rad.
-    """
-
-    I1: np.ndarray
+    I1: np.ndarray  #: principal moments in a common unit, > 0
     I2: np.ndarray
     I3: np.ndarray
-    axis: np.ndarray
-    omega0: np.ndarray
-    epsilon: np.ndarray
-    phase: np.ndarray
+    axis: np.ndarray  #: of the spin: 1, 2 or 3
+    omega0: np.ndarray  #: rad s-1, not 0
+    epsilon: np.ndarray  #: size of the perturbation relative to the spin, between 0 and 1
+    phase: np.ndarray  #: its direction in the (b, c) plane, rad
 
 
 def points_of(points):

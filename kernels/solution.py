@@ -116,24 +116,15 @@ def by_axis(axes, x_s, x_c, x_d):
 
 
 class Motion(NamedTuple):
-    """One trajectory, set up by :func:`set_up`: every closed form here starts from it.
+    """One trajectory, set up by :func:`set_up`: every closed form here starts from it."""
 
-    Attributes:
-        p (float): Elliptic frequency: the arguments of sn, cn and dn advance by ``p t``.
-        m, m1 (float): Parameter and complement ``1 - m``, each with its own relative precision.  Where p = 0, m = 0.
-        axes (tuple of 3 int): Axes (1, 2, 3) on which sn, cn and dn run: sn on the middle axis, dn on the one the
-            polhode goes round.
-        c, w (tuple of 3 float): Euler coefficients and angular velocity at the start, in the order of the roles.
-        unit (float): What p and w are to be multiplied by, rad/s: a power of two.
-    """
-
-    p: float
-    m: float
+    p: float  #: elliptic frequency: the arguments of sn, cn and dn advance by p t
+    m: float  #: parameter, and m1 = 1 - m, each with its own relative precision; m = 0 where p = 0
     m1: float
-    axes: tuple
-    c: tuple
-    w: tuple
-    unit: float
+    axes: tuple  #: on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round
+    c: tuple  #: Euler coefficients in the order of these roles
+    w: tuple  #: angular velocity at the start, likewise
+    unit: float  #: what p and w are to be multiplied by, rad/s: a power of two
 
 
 @njit(**INLINE)

@@ -48,21 +48,13 @@ LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its
 
 
 class RunSettings(NamedTuple):
-    """How every point is followed.
+    """How every point is followed."""
 
-    Attributes:
-        spacing (float): Between samples, radians of spin, where no rate asks for less.
-        intervals (int): Number of sample intervals.
-        tolerance (float): Relative error of the perturbation allowed over the run.
-        exactly, rounded (bool): Whether the motion is the exact solution; whether the moments are ratios that were
-            rounded once each.
-    """
-
-    spacing: float
+    spacing: float  #: between samples, radians of spin, where no rate asks for less
     intervals: int
-    tolerance: float
-    exactly: bool
-    rounded: bool
+    tolerance: float  #: relative error of the perturbation allowed over the run
+    exactly: bool  #: whether the motion is the exact solution
+    rounded: bool  #: whether the moments are ratios that were rounded once each
 
 
 @njit(**INLINE)
