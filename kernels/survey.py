@@ -25,7 +25,6 @@ from kernels import (
     lanes,
     linear,
     measure,
-    predictions,
     reduction,
     rigid_body,
     solution,
@@ -330,7 +329,7 @@ def theory(points):
         dict of str to numpy.ndarray, shape (n,): omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory
             (rad s-1), growing_fraction, triangle_margin (1), regime_theory, shape, encircles (int8).
     """
-    return predictions.columns_of(rigid_body.points_of(points))
+    return linear.columns_of(rigid_body.points_of(points))
 
 
 def motions(points):
@@ -385,5 +384,5 @@ def survey(points, *settings, collapse=False, **options):
     """
     measure = collapsed if collapse else measured
     measurement = measure(points, *settings, **options)
-    predicts = any(name in options.get("wanted", predictions.NAMES) for name in predictions.NAMES)
+    predicts = any(name in options.get("wanted", linear.NAMES) for name in linear.NAMES)
     return theory(points) | measurement if predicts else measurement

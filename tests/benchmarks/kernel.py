@@ -14,22 +14,22 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from kernels import estimates, predictions, survey
+from kernels import estimates, linear, survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.process import memory
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
-UNCERTIFIED = (*predictions.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
+UNCERTIFIED = (*linear.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
 FREE_OF_ERRORS = (  # neither errors nor what stands on them: regimes, rates, the log slope
-    *predictions.NAMES,
+    *linear.NAMES,
     *(c.name for c in estimates.COLUMNS if c.work in ("", estimates.CERTIFICATE, estimates.INVARIANTS)),
 )
-WITH_ERRORS = (*predictions.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.LOG_SLOPE))
+WITH_ERRORS = (*linear.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.LOG_SLOPE))
 WITHOUT_ERRORS = tuple(  # errors and their terms; the certificate is not one
     name for name in WITH_ERRORS if "_error" not in name or name == "propagation_error"
 )
-WITHOUT_DRIFTS = (*predictions.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.INVARIANTS))
+WITHOUT_DRIFTS = (*linear.NAMES, *(c.name for c in estimates.COLUMNS if c.work != estimates.INVARIANTS))
 BLOCK = 2**15
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from naive import coefficients, fractions, growing_share, seen_from
 from strategies import moment_triples
 
-from kernels import linear, predictions, rigid_body
+from kernels import linear, rigid_body
 
 ULP = 2.0**-52
 AXES = np.array([1, 2, 3])
@@ -85,7 +85,7 @@ def test_a_tie_of_the_other_two_is_no_margin():
 def growing_fraction(I1, I2, I3, omega0, axis, phase):
     """The column of a batch."""
     points = {"I1": I1, "I2": I2, "I3": I3, "axis": axis, "omega0": omega0, "epsilon": 1e-6, "phase": phase}
-    return predictions.columns_of(rigid_body.points_of(points))["growing_fraction"]
+    return linear.columns_of(rigid_body.points_of(points))["growing_fraction"]
 
 
 @given(st.floats(0, 6.3), st.sampled_from([1.0, -2.5, 1e-100]), moment_triples(0.1, 10.0))

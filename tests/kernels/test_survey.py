@@ -14,7 +14,7 @@ from naive import rate_squared, samples, signed_rate
 from numba import config
 from strategies import LANES, moment_triples, point_batches
 
-from kernels import exact, linear, predictions, rigid_body, statuses, survey, triangle
+from kernels import exact, linear, rigid_body, statuses, survey, triangle
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
@@ -320,7 +320,7 @@ def test_no_measured_bit_depends_on_the_theory(monkeypatch):
     monkeypatch.setattr(linear, "omega_squared", lambda *a, **k: np.full(points["I1"].size, -7.0))
     monkeypatch.setattr(linear, "regime", lambda *a, **k: np.full(points["I1"].size, 3, np.int8))
     told = {"omega_squared_theory": np.full(points["I1"].size, -7.0)}
-    monkeypatch.setattr(predictions, "columns_of", lambda *a: told)
+    monkeypatch.setattr(linear, "columns_of", lambda *a: told)
     nonsense = survey.survey(points, *SETTINGS)
     assert (nonsense["omega_squared_theory"] == -7.0).all()
     for name in survey.measured(points, *SETTINGS):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from kernels import linear, predictions, rigid_body, triangle
+from kernels import linear, rigid_body, triangle
 from kernels.rigid_body import Spins
 
 
@@ -27,7 +27,7 @@ def some_bodies(alike):
 @pytest.mark.parametrize("alike", [True, False])
 def test_columns_are_those_of_the_formulas(alike):
     I1, I2, I3, axis, omega0, phase = some_bodies(alike)
-    found = predictions.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
+    found = linear.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
     assert found.pop("encircles").dtype == np.int8
     with np.errstate(all="ignore"):
         regime = linear.regime(I1, I2, I3, axis)
@@ -65,7 +65,7 @@ def starts(random, n):
 
 def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
     start = starts(np.random.default_rng(4), 3000)
-    found = predictions.columns_of(Spins(*start))["encircles"]
+    found = linear.columns_of(Spins(*start))["encircles"]
     undecided = 0
     for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, found, strict=True):
         with mpmath.workdps(60):
@@ -76,11 +76,11 @@ def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
             w[(axis + 1) % 3] = float(epsilon) * mpmath.sin(angle)
             terms = [i * (i - sorted(moments)[1]) * x * x for i, x in zip(moments, w, strict=True)]
             N, size = sum(terms), sum(map(abs, terms))
-        if flag == predictions.SEPARATRIX:
+        if flag == linear.SEPARATRIX:
             undecided += 1
             assert abs(N) < 40 * 2.0**-52 * size
         else:
-            assert flag == (predictions.GREATEST_AXIS if N > 0 else predictions.LEAST_AXIS)
+            assert flag == (linear.GREATEST_AXIS if N > 0 else linear.LEAST_AXIS)
     assert 10 < undecided < 300  # some are as near the separatrix as doubles can tell, and few
 
 
@@ -90,14 +90,14 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     a, b, c = moments
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
     one = [np.full(n, x) for x in moments]
-    found = predictions.columns_of(Spins(*one, axis, np.ones(n), epsilon, phase))["encircles"]
-    assert set(found) == {predictions.LEAST_AXIS, predictions.GREATEST_AXIS}
+    found = linear.columns_of(Spins(*one, axis, np.ones(n), epsilon, phase))["encircles"]
+    assert set(found) == {linear.LEAST_AXIS, linear.GREATEST_AXIS}
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
         rates = lambda t, w: [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]  # noqa: E731
         motion = solve_ivp(rates, (0, 150), start, method="DOP853", rtol=1e-11, atol=1e-13).y
         keeps = {k for k in range(3) if np.ptp(np.sign(motion[k])) == 0}
-        assert keeps == {int(np.argmin(moments) if found[i] == predictions.LEAST_AXIS else np.argmax(moments))}
+        assert keeps == {int(np.argmin(moments) if found[i] == linear.LEAST_AXIS else np.argmax(moments))}
 
 
 def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
@@ -105,8 +105,8 @@ def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
     for axis in (1, 2, 3):
         for phase in (0.6, 2.1):
             one = np.full(3, 1e-300), np.full(3, phase)
-            found = predictions.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *one))["encircles"]
-            assert found.tolist() == [predictions.GREATEST_AXIS, predictions.LEAST_AXIS, predictions.NO_AXIS]
+            found = linear.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *one))["encircles"]
+            assert found.tolist() == [linear.GREATEST_AXIS, linear.LEAST_AXIS, linear.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
-    steady = predictions.columns_of(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
-    assert steady["encircles"].tolist() == [predictions.NO_AXIS]
+    steady = linear.columns_of(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
+    assert steady["encircles"].tolist() == [linear.NO_AXIS]
