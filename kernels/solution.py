@@ -24,16 +24,6 @@ def unit_of(x1, x2, x3):
 
 
 @njit(**INLINE)
-def unit_of_moments(low, middle, high, unit):
-    """Return ``unit``, or the power of two next above it where two of three ascending moments agree to 1/32.
-
-    A division by that rounds nothing, so that the small difference keeps its digits.
-    """
-    close = min(middle - low, high - middle) < 0.03125 * high
-    return unit_of(unit, unit, unit) if close else unit
-
-
-@njit(**INLINE)
 def scaled(x1, x2, x3):
     """Return three numbers in a unit of their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
     unit = unit_of(x1, x2, x3)

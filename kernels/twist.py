@@ -32,7 +32,6 @@ Physica D 338 (2017) 17, with their psi = chi + pi/2.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -55,24 +54,6 @@ NEAR_HANDLE = 0.01  # squared sine of L's angle to the handle, below which the h
 A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
 M1, M2, M3, HALF, DONE, WRAPS, STEP, SLOW, FAST = (W * r for r in range(10, 19))
 ROWS = 19
-
-
-class Throws(NamedTuple):
-    """Bodies of ascending moments, and how each is thrown; arrays of shape (n,)."""
-
-    I1: np.ndarray
-    I2: np.ndarray
-    I3: np.ndarray
-    chi: np.ndarray
-    theta: np.ndarray
-
-
-class Block(NamedTuple):
-    """W throws side by side: moments (3, W), angular velocity at the start (3, W) and chi (W,)."""
-
-    moments: np.ndarray
-    omega: np.ndarray
-    chi: np.ndarray
 
 
 @njit(**OPTIONS)
@@ -161,11 +142,12 @@ def _finish(S, lane, chi):
 
 @njit(**OPTIONS)
 def _run(S, block, shrink, tolerance, out):
-    """Follow one block; out is (2, W): twist and time of the turn."""
+    """Follow W throws: moments (3, W), angular velocity (3, W) and chi; out is (2, W): twist and time of the turn."""
     whole_vectors()
+    moments, omega, chi = block
     for lane in range(W):
-        I1, I2, I3 = block.moments[0, lane], block.moments[1, lane], block.moments[2, lane]
-        w1, w2, w3 = block.omega[0, lane], block.omega[1, lane], block.omega[2, lane]
+        I1, I2, I3 = moments[0, lane], moments[1, lane], moments[2, lane]
+        w1, w2, w3 = omega[0, lane], omega[1, lane], omega[2, lane]
         h = shrink * step_length((I1, I2, I3), (w1, w2, w3), tolerance)
         S[A + lane], S[B + lane], S[C + lane] = w1, w2, w3
         S[KA + lane], S[KB + lane], S[KC + lane] = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
@@ -182,7 +164,7 @@ def _run(S, block, shrink, tolerance, out):
         if not _advance(S):
             break
     for lane in range(W):
-        out[0, lane], out[1, lane] = _finish(S, lane, block.chi[lane])
+        out[0, lane], out[1, lane] = _finish(S, lane, chi[lane])
         if not (S[HALF + lane] > 0.0 and S[DONE + lane] > 0.0):
             out[0, lane], out[1, lane] = math.nan, math.nan
 
@@ -295,7 +277,9 @@ def defect_theory(I1, I2, I3):
 @njit(**OPTIONS)
 def scaled(low, middle, high):
     """Return ascending moments in a unit in which the middle one is 1 or a little less."""
-    unit = solution.unit_of_moments(low, middle, high, middle)
+    # by a power of two where two agree to 1/32: it rounds nothing, so that the small difference keeps its digits
+    close = min(middle - low, high - middle) < 0.03125 * high
+    unit = solution.unit_of(middle, middle, middle) if close else middle
     return low / unit, middle / unit, high / unit
 
 
@@ -307,7 +291,10 @@ def within(chi):
 
 @njit(nogil=True, **OPTIONS)
 def fill_exact(throws, out):
-    """Fill (3, n) with twist (rad), time of the turn (in I_mid/L) and the law's defect (rad), in closed form."""
+    """Fill (3, n) with twist (rad), time of the turn (in I_mid/L) and the law's defect (rad), in closed form.
+
+    ``throws``: ascending moments, chi and theta, shape (n,).
+    """
     rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
     moments, begin = np.empty(3), np.empty(3)
     I1, I2, I3, chi, theta = throws
@@ -325,7 +312,6 @@ def fill(throws, tolerance, out):
     whole_vectors()
     S, both = np.zeros(ROWS * W), np.empty((2, 2, W))
     moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
-    block = Block(moments, starts, angle)
     I1, I2, I3, chi, theta = throws
     for first in range(0, I1.size, W):
         count = min(W, I1.size - first)
@@ -335,8 +321,8 @@ def fill(throws, tolerance, out):
             moments[0, lane], moments[1, lane], moments[2, lane] = low, middle, high
             starts[0, lane], starts[1, lane], starts[2, lane] = start(low, middle, high, chi[i], theta[i])
             angle[lane] = within(chi[i])
-        _run(S, block, 1.0, tolerance, both[0])
-        _run(S, block, 0.77, tolerance, both[1])
+        for k, shrink in enumerate((1.0, 0.77)):
+            _run(S, (moments, starts, angle), shrink, tolerance, both[k])
         for lane in range(count):
             i = first + lane
             growth = math.sqrt(S[FAST + lane] / S[SLOW + lane]) if S[SLOW + lane] > 0.0 else 1.0
@@ -361,10 +347,9 @@ def survey(points, tolerance, measured=True):
             (sigma/omega0, 1); if ``measured``, twist, twist_error, twist_defect (rad), time_of_turn, time_of_turn_error
             (s), ends_reversed (int8; -1 missing).
     """
-    names = ("I1", "I2", "I3", "chi", "theta", "omega0")
-    *moments, chi, theta, omega0 = arrays(*(points[name] for name in names))
+    *moments, chi, theta, omega0 = arrays(*(points[name] for name in ("I1", "I2", "I3", "chi", "theta", "omega0")))
     low, middle, high = np.sort(moments, axis=0)
-    throws, out = Throws(low, middle, high, chi, theta), np.empty((3, omega0.size))
+    throws, out = (low, middle, high, chi, theta), np.empty((3, omega0.size))
     fill_exact(throws, out)
     columns = {
         "twist_exact": out[0],
