@@ -201,21 +201,16 @@ def _climb(u, m, means):
 
 
 @njit(**OPTIONS)
-def _third_kind_on_the_separatrix(v, nu):
-    if abs(v) > SETTLED_TANH:
-        root = math.sqrt(nu)
-        bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
-        return (v - bent) / (1.0 + nu)
-    s, c, d = separatrix_functions(v)
-    return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
-
-
-@njit(**OPTIONS)
 def third_kind(v, top):
     """Return J(v) of the module's docstring for any v."""
     nu, k1 = top.turning.nu, top.turning.k1
     if top.motion.m1 <= 0.0:
-        return _third_kind_on_the_separatrix(v, nu)
+        if abs(v) > SETTLED_TANH:
+            root = math.sqrt(nu)
+            bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
+            return (v - bent) / (1.0 + nu)
+        s, c, d = separatrix_functions(v)
+        return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
     s, c, d = _climb(v, k1 * k1, top.second)
     turns = math.floor(v * top.second.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:

@@ -271,22 +271,18 @@ def polhode(moments, omega_start, n):
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
         raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
     out, top = np.tile(start, (n, 1)), set_up(*moments, *start)
-    if not is_stationary(top.c, top.w):
-        _fill_polhode(top, out)
-        out[0] = out[-1] = start
-    return out
-
-
-def _fill_polhode(top, out):
-    """Write points of a polhode that is no point, at equal steps of ``am u``, into ``out`` (n, 3)."""
+    if is_stationary(top.c, top.w):
+        return out
     s, c, d = (axis - 1 for axis in top.axes)
     A_s, A_c, A_d = amplitudes(top)
     w_s, w_c, _ = top.w
     begin = math.atan2(w_s / A_s if A_s else 0.0, w_c / A_c if A_c else 1.0)
-    phi = begin + np.linspace(0.0, 2.0 * math.pi, out.shape[0])
+    phi = begin + np.linspace(0.0, 2.0 * math.pi, n)
     dn = np.sqrt(top.m1 + top.m * np.cos(phi) ** 2) if top.m1 > 0.0 else math.copysign(1.0, w_c) * np.cos(phi)
     out[:, s], out[:, c], out[:, d] = A_s * np.sin(phi), A_c * np.cos(phi), A_d * dn
     out *= top.unit
+    out[0] = out[-1] = start
+    return out
 
 
 def attitude(moments, omega_start, times):

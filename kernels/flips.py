@@ -197,17 +197,6 @@ def _largest_tilt(S, lane):
     return max(least, other)
 
 
-@njit(**OPTIONS)
-def _exact_columns(moments, omega, spin, out, i):
-    """Write the same three quantities from the closed form; missing where they are infinite or do not exist."""
-    top = exact.set_up(*moments, *omega)
-    period = exact.flip_period(top)
-    flips = top.axes[2] != 1 and math.isfinite(period)
-    out[AT.flip_period_exact, i] = period / spin if flips else math.nan
-    out[AT.max_tilt_exact, i] = exact.max_tilt(top, 1)
-    out[AT.frequency_exact, i] = exact.frequency(top) * spin
-
-
 @njit(nogil=True, **OPTIONS)
 def fill(points, order, tolerance, out, given_up):
     """Fill COLUMNS for points taken W at a time in the given order.
@@ -242,4 +231,9 @@ def fill(points, order, tolerance, out, given_up):
             out[AT.flip_period, i] = S[FLIP + lane] / spin if S[FLIP + lane] > 0.0 and not given_up[i] else math.nan
             out[AT.max_tilt, i] = _largest_tilt(S, lane) if not given_up[i] else math.nan
             moments = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-            _exact_columns(moments, (S[A0 + lane], e * S[B0 + lane], e * S[C0 + lane]), spin, out, i)
+            top = exact.set_up(*moments, S[A0 + lane], e * S[B0 + lane], e * S[C0 + lane])
+            period = exact.flip_period(top)
+            flips = top.axes[2] != 1 and math.isfinite(period)
+            out[AT.flip_period_exact, i] = period / spin if flips else math.nan
+            out[AT.max_tilt_exact, i] = exact.max_tilt(top, 1)
+            out[AT.frequency_exact, i] = exact.frequency(top) * spin

@@ -16,7 +16,6 @@ integral, from what Montgomery's theorem makes of energy, period and a solid ang
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -153,23 +152,6 @@ def _compare(S):
 
 
 @njit(**OPTIONS)
-def _exactly(moments, omega, out, i):
-    """Write the exact rate of the spin axis about L and residual of the geometric phase, in units of the spin."""
-    _, _, _, _, _, d = solution.constants(*moments, *omega)
-    period, rate, sigma = tumbling.periods(*moments, *omega)
-    out[3, i] = rate + sigma * (2.0 * math.pi / period) if d == 1 else math.nan
-    out[4, i] = tumbling.phase_residual(*moments, *omega)
-
-
-class SpinSampling(NamedTuple):
-    """Sampling of an attitude: ``intervals``, each ``spacing`` radians of spin long, and the error allowed, rad."""
-
-    spacing: float
-    intervals: int
-    tolerance: float
-
-
-@njit(**OPTIONS)
 def _seen_from_the_axis(points, i):
     """Return moments of point i as (a, b, c), in a unit near the greatest, and its angular velocity over its spin."""
     Ia, Ib, Ic = rigid_body.relabel(points.I1[i], points.I2[i], points.I3[i], points.axis[i])
@@ -180,15 +162,18 @@ def _seen_from_the_axis(points, i):
 
 @njit(nogil=True, **OPTIONS)
 def fill(points, run, out):
-    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing."""
+    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing.
+
+    ``run``: radians of spin between samples, number of intervals, and the error allowed, rad.
+    """
     whole_vectors()
-    I1, I2, I3, axis, omega0, epsilon, _ = points
+    omega0, epsilon = points.omega0, points.epsilon
     spacing, intervals, tolerance = run
-    n = I1.size
+    n = omega0.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
     for i in range(n):
-        Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
-        ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
+        moments, _ = _seen_from_the_axis(points, i)
+        ca, cb, cc = rigid_body.euler_coefficients(*moments)
         bound = max(1.0, abs(ca), abs(cb), abs(cc))
         spacings[i] = min(spacing, 0.5 / bound)
         x = bound * spacings[i] * math.sqrt(1.0 + epsilon[i] * epsilon[i])
@@ -212,8 +197,10 @@ def fill(points, run, out):
             i = order[first + lane]
             _unload(S, lane, abs(omega0[i]), out, i)
             moments, omega = _seen_from_the_axis(points, i)
-            _exactly(moments, omega, out, i)
-            out[3, i] *= abs(omega0[i])
+            period, rate, sigma = tumbling.periods(*moments, *omega)
+            if solution.constants(*moments, *omega)[5] == 1:  # of the spin axis about L
+                out[3, i] = (rate + sigma * (2.0 * math.pi / period)) * abs(omega0[i])
+            out[4, i] = tumbling.phase_residual(*moments, *omega)
 
 
 @njit(**OPTIONS)
@@ -270,6 +257,6 @@ def survey(points, rotations, samples_per_rotation, tolerance):
     points = rigid_body.points_of(points)
     out = np.full((len(IN_SPACE), points.I1.size), np.nan)
     if points.I1.size:
-        run = SpinSampling(2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation), tolerance)
-        fill(points, run, out)
+        intervals = round(rotations * samples_per_rotation)
+        fill(points, (2.0 * np.pi / samples_per_rotation, intervals, tolerance), out)
     return dict(zip(IN_SPACE, out, strict=True))
