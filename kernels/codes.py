@@ -27,6 +27,12 @@ LEFT = 5  # the number of boxes was used up
 UNIT = 2.0**-52  # of rounding
 FAINT = 1e-280  # a range so small may be underflow
 
+# Of kernels.spectrum: columns of a raw result; after HEAD follow real parts, imaginary parts, their errors (n each).
+EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMINANT, DISCRIMINANT_ERROR = range(10)
+HEAD = 10
+LEAST_MOVED = 1.5e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
+SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
+
 # Of kernels.floquet: regimes by their number + 1, and smooth invariants of two degrees of freedom.
 REGIMES = ("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal")
 INVARIANTS = ("first_invariant", "second_invariant", "krein_discriminant", "det_minus_identity", "det_plus_identity")

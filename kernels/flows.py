@@ -27,7 +27,7 @@ import math
 
 import numpy as np
 
-from kernels import fitting, measure
+from kernels import codes, measure
 from kernels.blocks import LANES, ROWS, W, scratch
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
 from kernels.runs import (
@@ -145,7 +145,7 @@ def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
     whole_vectors()
     count, n, quantities, runs = numbers[0], numbers[2], numbers[4], numbers[5]
     floor, bend, used, total = scratch(1), scratch(1), scratch(1), scratch(1)
-    part = np.empty((W, fitting.HEAD + 4 * n))
+    part = np.empty((W, codes.HEAD + 4 * n))
     most = count // 2 if count >= MEANS_FROM * (n // runs + 2) else count
     for b in range(bounds.size - 1):
         Q, first, lanes = blocks[b], bounds[b], bounds[b + 1] - bounds[b]
@@ -195,14 +195,14 @@ def run(integrator, points, quantities, sampling):
         sampling (runs.Sampling): How the runs are sampled.
 
     Returns:
-        numpy.ndarray, shape (points, FIRST + quantities + fitting.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,
+        numpy.ndarray, shape (points, FIRST + quantities + codes.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,
         AMPLITUDE, LEFT, the largest change of each conserved quantity's deviation, and those of
         :mod:`kernels.spectrum`, in units of s; its errors are bounds.
     """
     runs, n = points.starts.shape[1], points.project.shape[1]
 
     def fitted(*block):
-        raw = np.full((block[0].size, FIRST + quantities + fitting.HEAD + 4 * n), np.nan)
+        raw = np.full((block[0].size, FIRST + quantities + codes.HEAD + 4 * n), np.nan)
         _fit_blocks(*block, raw)
         return raw
 
@@ -217,13 +217,13 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
     shorter than LEAST_SPAN, in 1/scale as ``spacing`` is: then the normal equations have no digits left.
     """
     fit = raw[:, FIRST + quantities :]
-    moved = fit[:, fitting.MOVED]
+    moved = fit[:, codes.MOVED]
     least = n / runs + 2.0
     cases = [
         ~np.isfinite(raw[:, HALVING]) | ~np.isfinite(moved),
         (raw[:, SAMPLES] < least) | ((raw[:, SAMPLES] - 1.0) * spacing < LEAST_SPAN),
-        moved < fitting.LEAST_MOVED,
-        ~np.isfinite(fit[:, fitting.HEAD]),
+        moved < codes.LEAST_MOVED,
+        ~np.isfinite(fit[:, codes.HEAD]),
         ~has_converged(raw, intervals, tolerance),
     ]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_EXCITED, NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
@@ -247,8 +247,8 @@ def is_too_wide(raw, quantities, n, scale, paired):
         numpy.ndarray of bool.
     """
     fit = raw[:, FIRST + quantities :]
-    re, im, re_error, im_error = (fit[:, fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
+    re, im, re_error, im_error = (fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4))
     with np.errstate(invalid="ignore", over="ignore"):
         impossible = (np.hypot(re, im) > scale[:, None] + np.hypot(re_error, im_error)).any(axis=1)
-        bent = raw[:, LEFT] > LINEAR * fit[:, fitting.MOVED]
-        return bent | impossible | (paired & (fit[:, fitting.ODD] > 1.0))
+        bent = raw[:, LEFT] > LINEAR * fit[:, codes.MOVED]
+        return bent | impossible | (paired & (fit[:, codes.ODD] > 1.0))

@@ -25,20 +25,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels import codes
 from kernels.blocks import LANES, ROWS, rows_of, scratch
+from kernels.codes import HEAD, SAME, UNIT
 from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, put, solve_in_lanes
-from kernels.fitting import (
-    DISCRIMINANT,
-    DISCRIMINANT_ERROR,
-    EPSILON,
-    HEAD,
-    ODD,
-    PRODUCT,
-    PRODUCT_ERROR,
-    SAME,
-    SUM,
-    SUM_ERROR,
-)
 from kernels.jit import OPTIONS, complex128, float64, int64, njit, types, void, whole_vectors
 
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
@@ -232,9 +222,9 @@ def _eigenvalue_error(p, point, gap, most, move, room):
     size, (slope, rough) = math.hypot(point.real, point.imag), _slope(p, point)
     rounding, height = 0.0, 1.0
     for k in range(n + 1):
-        rounding += (ROUNDINGS * EPSILON * abs(p.c[k]) + p.bent[k]) * height
+        rounding += (ROUNDINGS * UNIT * abs(p.c[k]) + p.bent[k]) * height
         height *= size
-    real = imaginary = MOVED * move / FARTHER + ROUNDINGS * EPSILON * most
+    real = imaginary = MOVED * move / FARTHER + ROUNDINGS * UNIT * most
     steep = abs(slope)
     if steep > FIRM * rough:
         power, inverse = complex(1.0, 0.0), 1.0 / slope
@@ -242,7 +232,7 @@ def _eigenvalue_error(p, point, gap, most, move, room):
             turned = power * inverse
             a[k], b[k] = turned.real, turned.imag
             power *= point
-        least = rounding / steep + ROUNDINGS * EPSILON * most
+        least = rounding / steep + ROUNDINGS * UNIT * most
         real, imaginary = p.noise * _form(p, a) + least, p.noise * _form(p, b) + least
     if max(real, imaginary) < 0.05 * gap:
         return real, imaginary
@@ -279,10 +269,10 @@ def _tell_invariants(p, re, im, a, spacing, row):
     two, four, size = spacing * spacing, spacing**4, 0.0  # (the slope of S² - 4D may vanish)
     for i in range(4):
         size += re[i] * re[i] + im[i] * im[i]
-    rounding = ROUNDINGS * EPSILON * size
-    row[SUM], row[SUM_ERROR] = S / two, (s + rounding) / two
-    row[PRODUCT], row[PRODUCT_ERROR] = D / four, (d + rounding * size) / four
-    row[DISCRIMINANT], row[DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
+    rounding = ROUNDINGS * UNIT * size
+    row[codes.SUM], row[codes.SUM_ERROR] = S / two, (s + rounding) / two
+    row[codes.PRODUCT], row[codes.PRODUCT_ERROR] = D / four, (d + rounding * size) / four
+    row[codes.DISCRIMINANT], row[codes.DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
 
 
 @njit(void(POLYNOMIAL, ROWS, ROWS, ROWS, float64, ROOM, ROWS), **OPTIONS)
@@ -293,7 +283,7 @@ def _tell_lane(p, re, im, moves, spacing, room, row):
     for k in range(n - 1, -1, -2):
         error = p.noise * math.sqrt((1.0 + p.lost) * max(p.K[k, k], 0.0)) + p.bent[k]
         odd = max(odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
-    row[ODD] = odd
+    row[codes.ODD] = odd
     if n == 4:
         _tell_invariants(p, re, im, a, spacing, row)
     most = 0.0
@@ -341,11 +331,11 @@ def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
         size, loss = _norm(Y, 0, nn, lane), 0.0
         for i in range(n - 1, -1, -1):  # c_i = -tr(A N)/(n - i), N of which is c_(i+1)'s; loss: of the next N
             norm = _norm(N, (n - 1 - i) * nn, nn, lane)
-            bent[i], loss = bend[lane] * norm, size * (loss + 0.5 * EPSILON * norm)
+            bent[i], loss = bend[lane] * norm, size * (loss + 0.5 * UNIT * norm)
             rounded[i] = loss / (n - i)
             loss += math.sqrt(n) * rounded[i]
         if eigenvalues(y, n, re, im):
-            lost = min(1.0, EPSILON * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
+            lost = min(1.0, UNIT * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
             p = Polynomial(of_lane, bent, rounded, k, noise[lane], lost)
             order(re, im, n, SAME)
             moves[:] = math.inf

@@ -19,8 +19,8 @@ derived here.
 import math
 
 from kernels.blocks import LANES, ROWS, rows_of, scratch
+from kernels.codes import LEAST_MOVED, UNIT
 from kernels.dense import add_inner, product_in_lanes, put, solve_in_lanes
-from kernels.fitting import EPSILON, LEAST_MOVED
 from kernels.jit import OPTIONS, boolean, int64, njit, void, whole_vectors
 
 CLOSE = 1e-10  # a step that changes M by less is the last
@@ -45,10 +45,10 @@ def _scaled_inverse(Q, H, right, P, d, f):
                 H[p * P + q, lane] = x
                 H[q * P + p, lane] = x
         for lane in range(lanes):
-            H[p * P + p, lane] = 1.0 + 4.0 * EPSILON
+            H[p * P + p, lane] = 1.0 + 4.0 * UNIT
             right[p * P + p, lane] = d[p, lane]
             right[P * P + p, lane] = Q[(p + 1) * (P + 1), lane] * d[p, lane]
-    solve_in_lanes(H, right, P, P + 1, False, EPSILON, f)
+    solve_in_lanes(H, right, P, P + 1, False, UNIT, f)
     for c in range(P + 1):
         for p in range(P):
             for lane in range(lanes):
@@ -69,7 +69,7 @@ def _normal(by_x, squares, n, B, Q, f):
     put(Q, squares)
     for p in range(1, P1):  # by what rounding may have taken off: where M is special, some step changes nothing
         for lane in range(f.size):
-            Q[p * P1 + p, lane] += 16.0 * EPSILON * squares[p * P1 + p, lane]
+            Q[p * P1 + p, lane] += 16.0 * UNIT * squares[p * P1 + p, lane]
     flat, given, into = B.reshape(B.size), by_x.reshape(by_x.size), Q.reshape(Q.size)
     for p in range(P1):
         add_inner(into, p * P1, given, p * nn, 0, flat, 0, nn, nn, p + 1)
@@ -134,7 +134,7 @@ def step(M, X0, runs, n, by_x, squares, covariance, rest, moved, change):
         for lane in range(lanes):
             left[lane] -= right[P * P + p, lane] * Q[(p + 1) * (P + 1), lane]
     for lane in range(lanes):  # nothing left is rounding: then what was there before stands, until another step
-        again[lane] = on[lane] if left[lane] < EPSILON * squares[0, lane] else 0.0
+        again[lane] = on[lane] if left[lane] < UNIT * squares[0, lane] else 0.0
         left[lane] = squares[0, lane] if again[lane] > 0.0 else left[lane]
     for i in range(n):
         for j in range(n):

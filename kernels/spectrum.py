@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from kernels.blocks import LANES, ROWS, W, rows_of, scratch
+from kernels.codes import EQUATIONS, LEAST_MOVED, MOVED, SCATTER, UNIT
 from kernels.dense import put, solve_in_lanes
-from kernels.fitting import EPSILON, EQUATIONS, LEAST_MOVED, MOVED, SCATTER
 from kernels.invariants import tell
 from kernels.jit import INLINE, OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.projection import step
@@ -97,7 +97,7 @@ def _spread(A, n, c, s, moved):
             for q in range(p + 1, n):
                 for lane in range(lanes):
                     a, b, x = A[p * n + p, lane], A[q * n + q, lane], A[p * n + q, lane]
-                    turns = abs(x) > EPSILON * math.sqrt(abs(a)) * math.sqrt(abs(b))
+                    turns = abs(x) > UNIT * math.sqrt(abs(a)) * math.sqrt(abs(b))
                     half = 0.5 * (b - a) / (x if turns else 1.0)
                     t = math.copysign(1.0, half) / (abs(half) + math.sqrt(1.0 + half * half))
                     c[lane] = 1.0 / math.sqrt(1.0 + t * t) if turns else 1.0
@@ -263,6 +263,6 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, bend, trust, lanes, raw
             continue
         scatter = math.sqrt(rest[lane] / free)
         row[SCATTER] = scatter
-        weak = 1.0 + FEW * min(1.0, PIVOTED * EPSILON * covariance[P * P, lane])
+        weak = 1.0 + FEW * min(1.0, PIVOTED * UNIT * covariance[P * P, lane])
         noise[lane] = weak * math.sqrt(equations) * (trust * scatter + floor[lane]) if trust > 0.0 else scatter
     tell(as_lanes(M), as_lanes(X0), runs, n, covariance, noise, bend, spacing, lanes, raw)

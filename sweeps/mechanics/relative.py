@@ -12,9 +12,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import jacobians, matrices, statuses
+from kernels import codes, jacobians, matrices, statuses
 from kernels.blocks import W
-from kernels.fitting import SAME
+from kernels.codes import SAME
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.problem import changed
 
@@ -213,14 +213,13 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     Returns:
         `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
     """
-    from kernels import fitting
     from kernels import flows as kernel
     from kernels.runs import Sampling
 
     sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
     intervals, spacing, _ = sampling
     count, quantities = len(points["epsilon"]), len(model.quantities)
-    raw = np.full((count, kernel.FIRST + quantities + fitting.HEAD + 4 * model.n), np.nan)
+    raw = np.full((count, kernel.FIRST + quantities + codes.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
     here = status == statuses.OK
     sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
@@ -276,13 +275,12 @@ def survey(
 
 def _columns(model, theory, measured):
     """Return columns over the motions; those of eigenvalues have them along their last axis."""
-    from kernels import fitting as column
     from kernels import flows as kernel
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
     raw = measured["raw"]
     fit = raw[:, kernel.FIRST + q :]
-    parts = np.stack([fit[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
+    parts = np.stack([fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
     number = _ordered(parts[0] + 1j * parts[1], S)[1]
     shift = (S * _shifts(theory["moved"], theory["condition"]))[:, None]
@@ -301,7 +299,7 @@ def _columns(model, theory, measured):
     smooth, exact = None, None
     if n == 4:
         blurred = [factor * theory["moved"] * S**power for factor, power in MOVED]
-        measurements = fit[:, column.SUM : column.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
+        measurements = fit[:, codes.SUM : codes.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
         smooth = [(value, error + w) for (value, error), w in zip(measurements, blurred, strict=True)]
         predicted = zip(_invariants(theory["matrix"]), blurred, (2, 4, 4), strict=True)
         exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
@@ -322,7 +320,7 @@ def _columns(model, theory, measured):
             columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
     return columns | {
         "eigenvalue_condition": theory["condition"],
-        "smallest_singular_value": fit[:, column.MOVED],
+        "smallest_singular_value": fit[:, codes.MOVED],
         **model.columns_of_runs(theory, measured, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 

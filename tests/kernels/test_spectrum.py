@@ -30,8 +30,8 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
-    global dense, fitting, spectrum
-    from kernels import dense, fitting, spectrum
+    global codes, dense, spectrum
+    from kernels import codes, dense, spectrum
 
 
 class Spectrum(NamedTuple):
@@ -49,7 +49,7 @@ def measure(samples, spacing, used=None):
     """Measure sampled motions, shape (..., runs, count, n), with standard errors; ``used`` samples of each run."""
     runs, count, n = samples.shape[-3:]
     flat = samples.reshape(-1, runs, count, n)
-    raw = np.empty((len(flat), fitting.HEAD + 4 * n))
+    raw = np.empty((len(flat), codes.HEAD + 4 * n))
     weight = np.repeat((np.arange(count) < (count if used is None else used)).astype(float), runs * W)
     weight = np.ascontiguousarray(np.moveaxis(weight.reshape(count, runs, W), 0, 1)).reshape(-1, W)
     for first in range(0, len(flat), W):
@@ -61,10 +61,10 @@ def measure(samples, spacing, used=None):
         spectrum.fit_block(Y, weight, *numbers, part)
         raw[first : first + lanes] = part[:lanes]
     raw = raw.reshape(*samples.shape[:-3], -1)
-    re, im, e_re, e_im = (raw[..., fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4))
-    values = raw[..., [fitting.SUM, fitting.PRODUCT, fitting.DISCRIMINANT]]
-    errors = raw[..., [fitting.SUM_ERROR, fitting.PRODUCT_ERROR, fitting.DISCRIMINANT_ERROR]]
-    scatter, moved = raw[..., fitting.SCATTER], raw[..., fitting.MOVED]
+    re, im, e_re, e_im = (raw[..., codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4))
+    values = raw[..., [codes.SUM, codes.PRODUCT, codes.DISCRIMINANT]]
+    errors = raw[..., [codes.SUM_ERROR, codes.PRODUCT_ERROR, codes.DISCRIMINANT_ERROR]]
+    scatter, moved = raw[..., codes.SCATTER], raw[..., codes.MOVED]
     return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, scatter, moved)
 
 
@@ -85,7 +85,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    dense.order(re, im, len(A), fitting.SAME / SPACING)
+    dense.order(re, im, len(A), codes.SAME / SPACING)
     return re + 1j * im
 
 
@@ -161,7 +161,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    dense.order(re, im, 4, fitting.SAME / SPACING)
+    dense.order(re, im, 4, codes.SAME / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
@@ -187,7 +187,7 @@ def test_a_mode_that_was_not_moved_is_said():
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
     found = measure(still, SPACING)
-    assert found.moved < fitting.LEAST_MOVED
+    assert found.moved < codes.LEAST_MOVED
     assert np.isnan(found.eigenvalues).all()
 
 

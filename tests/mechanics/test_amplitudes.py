@@ -5,7 +5,7 @@ import oscillators
 import pytest
 import relative
 
-from kernels import fitting, flows
+from kernels import codes, flows
 from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import _exchanged, regimes
@@ -131,12 +131,12 @@ def test_a_window_shorter_than_the_scale_is_refused():
 
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
-    raw = np.zeros((4, flows.FIRST + fitting.HEAD + 8))
+    raw = np.zeros((4, flows.FIRST + codes.HEAD + 8))
     raw[:, flows.LEFT] = [1e-4, 1e-1, 1e-4, 1e-4]
     told = raw[:, flows.FIRST :]
-    told[:, fitting.MOVED] = 0.1
-    told[2, fitting.HEAD] = 2.0  # a rate above every possible one
-    told[3, fitting.ODD] = 2.0
+    told[:, codes.MOVED] = 0.1
+    told[2, codes.HEAD] = 2.0  # a rate above every possible one
+    told[3, codes.ODD] = 2.0
     found = flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) > 0)
     assert found.tolist() == [False, True, True, True]
     assert flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) < 0).tolist() == [False, True, True, False]
