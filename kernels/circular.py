@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from kernels.jit import INLINE, njit
-from kernels.straight import formula, straight
+from kernels.straight import formula
 
 FAR = 1e5  # rad, to which an angle is brought exactly: 33 bits of pi/2 times 17 of the multiple are 50
 FIRST, SECOND, THIRD = 1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21
@@ -55,13 +55,19 @@ def cosine_sine(angle):
     return -along if (quarter == 1.0) | (quarter == 2.0) else along, -across if quarter >= 2.0 else across
 
 
-# The arctangent of at most a quarter, rad: the series in t² is cut after t^24, which leaves 2e-17.
-_ARCTANGENT = "\n".join(
-    [
-        "z = t * t",
-        "series = z * (1 / 25) - 1 / 23",
-        *(f"series = series * z {'+' if n % 4 == 1 else '-'} 1 / {n}" for n in range(21, 1, -2)),
-        "return t + t * (z * series)",
-    ]
-)
-arctangent = straight("arctangent", ["t"], _ARCTANGENT, {})
+@formula
+def arctangent(t):
+    """Return the arctangent of at most a quarter, rad; the series in t² is cut after t^24, which leaves 2e-17."""
+    z = t * t
+    series = z * (1 / 25) - 1 / 23
+    series = series * z + 1 / 21
+    series = series * z - 1 / 19
+    series = series * z + 1 / 17
+    series = series * z - 1 / 15
+    series = series * z + 1 / 13
+    series = series * z - 1 / 11
+    series = series * z + 1 / 9
+    series = series * z - 1 / 7
+    series = series * z + 1 / 5
+    series = series * z - 1 / 3
+    return t + t * (z * series)
