@@ -10,9 +10,9 @@ import numpy as np
 from kernels import measure, statuses
 from kernels import oscillations as kernel
 from kernels.runs import SIZES, Runs, Sampling
-from sweeps.mechanics import modes, scales
+from sweeps.mechanics import modes
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.problem import changed
+from sweeps.mechanics.landscape import changed
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
@@ -55,8 +55,8 @@ def _linear(landscape, parameters, place, hidden):
         hessian, terms, a = -slopes[:, :, :m], terms[:, :, :m], landscape.a(parameters, q)
         for matrix in (hessian, a, terms):
             matrix[nowhere] = np.nan  # where V″ is constant too
-        sizes = scales.sizes(landscape, parameters, place, terms)
-        terms, vanished = scales.bounding_terms(landscape, parameters, place, terms, sizes)
+        sizes = modes.sizes(landscape, parameters, place, terms)
+        terms, vanished = modes.bounding_terms(landscape, parameters, place, terms, sizes)
         hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
         error = landscape.place_error(parameters, place, hidden)
     squares, vectors = modes.normal_modes(hessian, a)
@@ -133,7 +133,7 @@ def _too_wide(landscape, points, theory, which):
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
     chosen = [p[which] for p in theory["parameters"]]
     nudge = epsilon[:, None] * theory["sizes"][which]
-    return which[scales.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
+    return which[modes.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
 
 
 def _nudge(points, theory, part, direction):

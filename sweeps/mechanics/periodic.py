@@ -33,8 +33,8 @@ from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.landscape import magnitude
 from sweeps.mechanics.perturbed import PerturbedCode
-from sweeps.mechanics.problem import magnitude
 
 TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have

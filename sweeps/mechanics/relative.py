@@ -16,7 +16,7 @@ from kernels import jacobians, matrices, statuses
 from kernels.blocks import W
 from kernels.fitting import SAME
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.problem import changed
+from sweeps.mechanics.landscape import changed
 
 CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together: a block at least
 SMALL = 1e-25  # no larger perturbation has an amplitude that counts

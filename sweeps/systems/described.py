@@ -183,10 +183,8 @@ class Described(Dynamics):
             raise DescriptionError(f"{self.name}: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
-        """Return the symmetries that are used at some points of the grid; see `sweeps.mechanics.proofs`."""
-        from sweeps.mechanics.proofs import proofs
-
-        return proofs(self.mechanism, self._looked_at(grid))
+        """Return the symmetries that are used at some points of the grid."""
+        return self.mechanism.proofs(self._looked_at(grid))
 
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why no equilibrium of these points is usable; nothing if one is."""

@@ -9,8 +9,8 @@ import pytest
 from kernels import floquet, statuses
 from sweeps.mechanics import periodic
 from sweeps.systems.pumped_body import motion
-from sweeps.systems.pumped_body.existence import least_margin
 from sweeps.systems.pumped_body.references import trace_by_scipy
+from sweeps.systems.pumped_body.system import least_margin
 
 STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
 AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
