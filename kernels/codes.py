@@ -1,4 +1,4 @@
-"""Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes of multipliers.
+"""Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes.
 
 Whoever writes or reads them need not load the kernels themselves, which are compiled by their import.
 """
@@ -26,6 +26,8 @@ LEFT = 5  # the number of boxes was used up
 
 UNIT = 2.0**-52  # of rounding
 FAINT = 1e-280  # a range so small may be underflow
+
+ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)  # regimes of eigenvalues
 
 # Of kernels.floquet: regimes by their number + 1, and smooth invariants of two degrees of freedom.
 REGIMES = ("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal")

@@ -12,9 +12,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import jacobians, matrices, statuses
+from kernels import codes, fitting, jacobians, matrices, statuses
 from kernels.blocks import W
-from kernels.fitting import SAME
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.landscape import changed
 
@@ -213,7 +212,6 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     Returns:
         `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
     """
-    from kernels import fitting
     from kernels import flows as kernel
     from kernels.runs import Sampling
 
@@ -276,13 +274,12 @@ def survey(
 
 def _columns(model, theory, measured):
     """Return columns over the motions; those of eigenvalues have them along their last axis."""
-    from kernels import fitting as column
     from kernels import flows as kernel
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
     raw = measured["raw"]
     fit = raw[:, kernel.FIRST + q :]
-    parts = np.stack([fit[:, column.HEAD + i * n : column.HEAD + (i + 1) * n] for i in range(4)])
+    parts = np.stack([fit[:, fitting.HEAD + i * n : fitting.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
     number = _ordered(parts[0] + 1j * parts[1], S)[1]
     shift = (S * _shifts(theory["moved"], theory["condition"]))[:, None]
@@ -301,7 +298,7 @@ def _columns(model, theory, measured):
     smooth, exact = None, None
     if n == 4:
         blurred = [factor * theory["moved"] * S**power for factor, power in MOVED]
-        measurements = fit[:, column.SUM : column.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
+        measurements = fit[:, fitting.SUM : fitting.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
         smooth = [(value, error + w) for (value, error), w in zip(measurements, blurred, strict=True)]
         predicted = zip(_invariants(theory["matrix"]), blurred, (2, 4, 4), strict=True)
         exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
@@ -322,7 +319,7 @@ def _columns(model, theory, measured):
             columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
     return columns | {
         "eigenvalue_condition": theory["condition"],
-        "smallest_singular_value": fit[:, column.MOVED],
+        "smallest_singular_value": fit[:, fitting.MOVED],
         **model.columns_of_runs(theory, measured, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 
@@ -355,7 +352,7 @@ def _eigen(matrix, S):
 
 def _ordered(values, S):
     """Return eigenvalues in order, and which of the unsorted each is."""
-    return matrices.ordered(values, 2.0 * SAME * np.nan_to_num(S))
+    return matrices.ordered(values, 2.0 * fitting.SAME * np.nan_to_num(S))
 
 
 def _vectors(matrix, S):
@@ -411,7 +408,7 @@ def _growth(re, error):
 
 
 def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
-    """Return the regimes of spectra with errors, int8 of `kernels.flows`, -1 where there is none.
+    """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 where there is none.
 
     Args:
         re: real parts, shape (points, n).
@@ -422,8 +419,6 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
         pairs: where the equations make them come in pairs ±μ: there alone an eigenvalue is known to lie on the axis,
             and the invariants decide.
     """
-    from kernels import flows as kernel
-
     with np.errstate(invalid="ignore"):
         grows = (re - re_error > 0).any(1)
         rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
@@ -440,8 +435,8 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
             rows = np.flatnonzero(level)
             level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
         cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
-        values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
-        regime = np.select(cases, values, kernel.MARGINAL)
+        values = [codes.FLUTTER, codes.UNSTABLE, codes.ASYMPTOTICALLY_STABLE, codes.STABLE]
+        regime = np.select(cases, values, codes.MARGINAL)
         if invariants is not None:
             regime = np.where(pairs, _by_pairs(*invariants), regime)
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
@@ -454,32 +449,26 @@ def _on_family(regime, dimension, re, im, re_error, im_error):
     errors, these are the family's own; where all others decay, a motion nearby ends at a member (Aulbach, J. Math.
     Anal. Appl. 101 (1984) 543).
     """
-    from kernels import flows as kernel
-
     zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
     attracts = (dimension > 0) & (zero.sum(1) == dimension) & (zero | decays).all(1)
-    return np.where(attracts, kernel.STABLE, regime).astype(np.int8)
+    return np.where(attracts, codes.STABLE, regime).astype(np.int8)
 
 
 def _where_definite(model, theory, both, spectra):
     """Return regimes of spectra, stable where `definite` proves it and a marginal one is seen to turn on the axis."""
-    from kernels import flows as kernel
-
     turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
     rows = np.flatnonzero(np.any(turning, axis=0))
     proved = np.zeros(len(theory["place"]), dtype=bool)
     proved[rows] = definite(
         model, [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
     )
-    return [np.where(here & proved, np.int8(kernel.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
+    return [np.where(here & proved, np.int8(codes.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
 
 
 def _turns_marginally(regime, re, im, re_error):
     """Return where a spectrum is marginal, none of it is seen to grow, and its errors are less than its rates."""
-    from kernels import flows as kernel
-
     level = (np.abs(re) <= re_error).all(1) & (re_error.max(1) < np.abs(im).max(1))
-    return level & (regime == kernel.MARGINAL)
+    return level & (regime == codes.MARGINAL)
 
 
 def _told_apart(re, im, errors):
@@ -490,10 +479,8 @@ def _told_apart(re, im, errors):
 
 def _by_pairs(total, product, discriminant):
     """Return regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
-    from kernels import flows as kernel
-
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
     cases = [below | (up & split), joined, down & above & split]  # S > 0 alone may be two real pairs or flutter
-    return np.select(cases, [kernel.UNSTABLE, kernel.FLUTTER, kernel.STABLE], kernel.MARGINAL)
+    return np.select(cases, [codes.UNSTABLE, codes.FLUTTER, codes.STABLE], codes.MARGINAL)
