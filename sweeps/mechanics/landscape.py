@@ -117,7 +117,8 @@ class Landscape:
         """
         symbols = set()
         for e in self.F:
-            factor, rest = _factored(e).as_independent(*self.symbols, as_Add=False)
+            e = sp.factor(e) if e.count_ops() < MOST_FACTORED else sp.factor_terms(e)
+            factor, rest = e.as_independent(*self.symbols, as_Add=False)
             symbols |= rest.free_symbols | (set() if factor.is_nonzero else factor.free_symbols)
         for place, hold in zip(self.places, self.held, strict=True):
             symbols |= set().union(*(sp.sympify(e).free_symbols for e in (*place.bounds, hold)))
@@ -237,7 +238,3 @@ def magnitude(e: sp.Expr) -> sp.Expr:
         return memo[e]
 
     return of(e)
-
-
-def _factored(e):
-    return sp.factor(e) if e.count_ops() < MOST_FACTORED else sp.factor_terms(e)
