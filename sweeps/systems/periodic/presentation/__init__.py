@@ -48,12 +48,7 @@ class PeriodicPresentation(Presentation):
         curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
         return {
             f"tongues_{name}": partial(
-                figure_tongues.draw,
-                ds,
-                {"equilibrium": name},
-                f"perturbed motion: {name}",
-                LOOK,
-                curves,
+                figure_tongues.draw, ds, {"equilibrium": name}, f"perturbed motion: {name}", LOOK, curves
             )
             for name in ds["equilibrium"].values.tolist()
         } | self.against_theory(ds)
