@@ -119,19 +119,16 @@ def columns(found, period, reciprocal=True, with_errors=True):
 
 
 def compared(measured, linear, elsewhere, period, reciprocal=True, determinant=1.0):
-    """Return the columns of measured matrices beside the variational flow's, and whether the two agree within errors.
+    """Return the columns of measured matrices beside the variational flow's, and whether both agree within errors.
 
     Args:
         measured, linear (Matrices): Measured matrices, and the variational flow's.
-        elsewhere (numpy.ndarray, shape (n,)): Difference of the variational flow's traces from two phases of the
-            period.
-        period, reciprocal: As in :func:`columns`.
-        determinant (float or numpy.ndarray, shape (n,)): As in :func:`residuals`.
+        elsewhere (numpy.ndarray, shape (n,)): Difference of the flow's traces from two phases of the period.
+        period, reciprocal, determinant: As in :func:`columns` and :func:`residuals`.
 
     Returns:
-        dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, and of the
-            variational flow as name_theory; determinant_residual, reciprocity_residual, phase_residual,
-            propagation_error.
+        dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, of the variational
+            flow as name_theory; determinant_residual, reciprocity_residual, phase_residual, propagation_error.
     """
     result = columns(measured, period, reciprocal)
     theory = columns(linear, period, reciprocal, with_errors=False)

@@ -202,12 +202,9 @@ class Landscape:
 
 
 def changed(f, place, error):
-    """Return how much matrices f(place) change where each coordinate of the place is off by its error, to first order.
+    """Return how much matrices f(place), shape (points, …, n, n), change where a place is off, to first order.
 
-    Args:
-        f: matrices, shape (points, …, n, n), of places.
-        place: shape (points, m).
-        error: of each coordinate, shape (points, m).
+    Each coordinate of a place has its own error: both have the shape (points, m).
     """
     here = f(place)
     change = np.zeros(here.shape)

@@ -89,14 +89,8 @@ def _twice(third, terms, a, sizes):
 def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
     """Measure points by their motions; only places, modes (as directions) and the scale are used from theory.
 
-    Args:
-        model: of a natural system.
-        points: as of :func:`theory`.
-        theory: what it returned.
-        cycles: length of the run, in 2π/S.
-        samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
-        tolerance: relative error allowed.
-        direction: of the perturbation, one number for each coordinate; None: along the mode.
+    Runs take so many cycles of 2π/S; samples are 0.5/S apart at most. The perturbation has the direction of the mode,
+    or one number for each coordinate.
 
     Returns:
         `raw` (points, len(kernel.RAW)), `status` (int8), `spacing`, `reach` (the signed size of the mode's part of the

@@ -236,13 +236,7 @@ def factors(expressions, moving) -> list[sp.Expr]:
 
 
 class Base:
-    """The periodic motions of points, at any time.
-
-    Args:
-        model: of the system.
-        parameters: arrays (points,).
-        slot: number of each point's name.
-    """
+    """The periodic motions of points at any time: of a model, parameters (points,), and numbers of names, (points,)."""
 
     def __init__(self, model, parameters, slot):
         self.model, self.parameters, size = model, parameters, slot.size
@@ -375,9 +369,8 @@ class Base:
     def followed(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
         """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
 
-        Args:
-            epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
-            steps: in each segment.
+        The perturbation has the size epsilon, relative to the states' sizes, shape (points,); each segment has so many
+        steps.
         """
         n, K, code = self.sizes.shape[1], int(self.number[0]), self.code
         some, sides = K // 2 if self.even[0] else K, [1.0] if code.linear or self.mirrored[0] else [1.0, -1.0]
@@ -431,12 +424,9 @@ class Base:
 
 
 def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
-    """Return matrices with errors from rows of `kernels.monodromy.compose_of`, and the rows behind these.
+    """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose_of`, and what is behind.
 
-    Args:
-        rows: shape (rows, points), in the states' sizes.
-        n: number of states.
-        noise: of an error whose size is told as 1; the minors' counts twice.
+    Of n states, in their sizes. An error whose size is 1 there is `noise`; the minors' counts twice.
     """
     entries, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
     matrix, error = matrices_of(entries, n)

@@ -410,14 +410,9 @@ def _growth(re, error):
 def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
     """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 where there is none.
 
-    Args:
-        re: real parts, shape (points, n).
-        im: imaginary parts.
-        re_error: errors of the real parts.
-        im_error: errors of the imaginary parts.
-        invariants: for four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
-        pairs: where the equations make them come in pairs ±μ: there alone an eigenvalue is known to lie on the axis,
-            and the invariants decide.
+    Of real and imaginary parts and their errors, shape (points, n); `invariants` are for four eigenvalues (S, its
+    error), (D, …), (S² - 4D, …), shape (points,) each. `pairs` says where the equations make them come in pairs ±μ:
+    there alone an eigenvalue is known to lie on the axis, and the invariants decide.
     """
     with np.errstate(invalid="ignore"):
         grows = (re - re_error > 0).any(1)

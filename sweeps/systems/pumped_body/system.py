@@ -108,13 +108,9 @@ def is_inverse(definition: PumpedDefinition) -> bool:
 
 
 def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
-    """Return the least triangle margin over the period.
+    """Return the least triangle margin over the period, of points whose arrays broadcast together.
 
     The margin is the least of three smooth functions of the phase: where it is least, it is smooth.
-
-    Args:
-        points: I1 … I3, depth1 … depth3, lag1 … lag3, which broadcast together.
-        inverse: whether the inverses of the moments are modulated.
     """
     from kernels.triangle import triangle_margin
 

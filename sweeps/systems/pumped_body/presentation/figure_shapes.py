@@ -20,13 +20,7 @@ NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theo
 
 
 def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
-    """Draw a panel for each axis of a map over a grid of shapes.
-
-    Args:
-        ds: a map of pumped bodies.
-        look: of regimes and parameters.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw a panel for each axis of a map over a grid of shapes."""
     at = fixed_at(ds)
     fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
     words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
