@@ -1,4 +1,4 @@
-"""Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes of multipliers.
+"""Names and numbers of what kernels take and give: operations of tapes, kinds of boxes, regimes.
 
 Whoever writes or reads them need not load the kernels themselves, which are compiled by their import.
 """
@@ -32,6 +32,7 @@ EQUATIONS, SCATTER, MOVED, ODD, SUM, SUM_ERROR, PRODUCT, PRODUCT_ERROR, DISCRIMI
 HEAD = 10
 LEAST_MOVED = 1.5e-4  # smallest singular value of the samples over the largest: below it a mode was not moved
 SAME = 1e-6  # of the spacing's inverse: imaginary parts nearer than this are one where eigenvalues are ordered
+ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)  # regimes of eigenvalues
 
 # Of kernels.floquet: regimes by their number + 1, and smooth invariants of two degrees of freedom.
 REGIMES = ("undetermined", "stable", "asymptotically_stable", "unstable", "period_doubling", "flutter", "marginal")

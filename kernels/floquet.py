@@ -77,7 +77,7 @@ def columns(found, period, reciprocal=True, with_errors=True):
     M, error, half_turns, second = found
     d = M.shape[-1]
     half_turns = half_turns if d == 2 else None
-    if not has_invariants(d, reciprocal):
+    if d != 2 and not (d == 4 and reciprocal):
         return _by_eigenvalues(M, error, period, reciprocal)
     second = None if second is None or np.isnan(second).all() else second
     with np.errstate(all="ignore"):
@@ -111,25 +111,17 @@ def columns(found, period, reciprocal=True, with_errors=True):
     return found
 
 
-def has_invariants(d, reciprocal):
-    """Return whether multipliers of d x d matrices are found from smooth invariants."""
-    return d == 2 or (d == 4 and reciprocal)
-
-
 def compared(measured, linear, elsewhere, period, reciprocal=True, determinant=1.0):
-    """Return the columns of measured matrices beside the variational flow's, and whether the two agree within errors.
+    """Return the columns of measured matrices beside the variational flow's, and whether both agree within errors.
 
     Args:
         measured, linear (Matrices): Measured matrices, and the variational flow's.
-        elsewhere (numpy.ndarray, shape (n,)): Difference of the variational flow's traces from two phases of the
-            period.
-        period, reciprocal: As in :func:`columns`.
-        determinant (float or numpy.ndarray, shape (n,)): As in :func:`residuals`.
+        elsewhere (numpy.ndarray, shape (n,)): Difference of the flow's traces from two phases of the period.
+        period, reciprocal, determinant: As in :func:`columns` and :func:`residuals`.
 
     Returns:
-        dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, and of the
-            variational flow as name_theory; determinant_residual, reciprocity_residual, phase_residual,
-            propagation_error.
+        dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, of the variational
+            flow as name_theory; determinant_residual, reciprocity_residual, phase_residual, propagation_error.
     """
     result = columns(measured, period, reciprocal)
     theory = columns(linear, period, reciprocal, with_errors=False)
@@ -238,21 +230,16 @@ def _by_eigenvalues(M, error, period, reciprocal):
         "growth_per_period": (growth, np.maximum(top - growth, growth - bottom)),
         "trace": (np.einsum("nii->n", safe), np.einsum("nii->n", error)),
     }
-    lost = ~sound
-    pairs = {name: np.where(lost if v.ndim == 1 else lost[:, None], np.nan, v) for name, v in _with_errors(pairs)}
+    lost, found = ~sound, {}
+    for name, both in pairs.items():
+        for kind, values in zip((name, f"{name}_error"), both, strict=True):
+            found[kind] = np.where(lost if values.ndim == 1 else lost[:, None], np.nan, values)
     first = mu[:, 0]
     kind = np.where(np.abs(first.imag) > off[:, 0], FLUTTER, np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING))
     apart = (2.0 * off < gap) & (np.abs(mu.imag) > off) & reciprocal  # a single pair cannot leave the circle
     conditions = [lost, bottom > 0.0, top < 0.0, (apart & (least < 0.0) & (most > 0.0)).all(axis=1)]
     kinds = [UNDETERMINED, kind, ASYMPTOTICALLY_STABLE, STABLE]
-    return pairs | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
-
-
-def _with_errors(pairs):
-    """Yield (name, values) and (name_error, errors) of pairs."""
-    for name, (values, errors) in pairs.items():
-        yield name, values
-        yield f"{name}_error", errors
+    return found | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
 
 
 def _cofactors(M):

@@ -47,8 +47,6 @@ from kernels.runs import (
 from kernels.spectrum import fit_block
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, NOT_EXCITED, OK, SHORT_WINDOW
 
-ASYMPTOTICALLY_STABLE, STABLE, UNSTABLE, FLUTTER, MARGINAL = range(5)
-
 TRUST = 3.0  # multiples of the scatter in the bound
 WALK = 1.0  # roundings of the largest sample, a sample and square root of a step
 BENDING = 4.0  # roundings of the scale by which the coefficients of the equations may be off

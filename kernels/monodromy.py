@@ -41,16 +41,12 @@ FUNCTION = types.FunctionType(ROWS)
 
 
 class Record:
-    """The rows that are kept of each segment, W lanes each, and the lines that work on them.
+    """The rows that are kept of each segment of n states, W lanes each, and the lines that work on them.
 
     S its matrix, row by row; o by what it is off beside rounding, in roundings, and a what counts as alike in all
-    segments, relative to the largest entry; t how often the first of two states'
-    columns turned through whole half turns before it; G the sizes of its errors, P the product of the matrices before,
-    Y of it and those after, E the sum of the squares of what its errors and those after become; C, D, Q, Z, F likewise
-    of the second compound.
-
-    Args:
-        n: number of states.
+    segments, relative to the largest entry; t how often the first of two states' columns turned through whole half
+    turns before it; G the sizes of its errors, P the product of the matrices before, Y of it and those after, E the sum
+    of the squares of what its errors and those after become; C, D, Q, Z, F likewise of the second compound.
     """
 
     def __init__(self, n: int):

@@ -60,9 +60,7 @@ TWICE, WHOLE_TWICE = _twice(INNER, INNER), _twice(WHOLE, INNER)
 def terms(m, n, entry):
     """Return what the rate of an unknown takes from a slope: unknown, its weights, and (state, factor) of the start.
 
-    Args:
-        m, n (int): Numbers of unknowns at each point and of states.
-        entry (tuple): (i, j), the slope of the unknown i by the state j.
+    Of m unknowns at each point and n states; the entry (i, j) is the slope of the unknown i by the state j.
     """
     _, j = entry
     if n == m or j >= m:
@@ -119,9 +117,8 @@ def written(m, n, entries):
 def step_of(m, n, entries):
     """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``: see :func:`written`.
 
-    Args:
-        m, n (int): Numbers of unknowns at each point (coordinates, or states) and of states.
-        entries (tuple): (i, j) of each slope that does not vanish.
+    Of m unknowns at each point (coordinates, or states) and n states; entries are (i, j) of each slope that does not
+    vanish.
     """
     name = f"step_{m}_{n}_" + "".join(map(str, np.ravel(entries)))
     if m <= WRITTEN_OUT:

@@ -13,7 +13,7 @@ from sweeps.__main__ import main
 from sweeps.mechanics import System
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import trajectories
-from sweeps.systems.presentation.moving import film
+from sweeps.systems.presentation.moving import equations
 
 TIMES = np.linspace(0.0, 20.0, 41)
 
@@ -76,7 +76,7 @@ def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
 
 def test_a_film_shows_the_picture_where_the_motion_is(tmp_path, capsys):
     moved = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
-    parts = dict(film.places(moved, trajectories.model_of("pendulum")))
+    parts = dict(equations.places(trajectories.model_of("pendulum").equations, moved))
     bob = 2.0 * np.stack([np.sin(moved["theta"]), -np.cos(moved["theta"])], axis=-1)
     assert parts["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
     assert parts["line"][:, -1] == pytest.approx(bob, abs=1e-14)

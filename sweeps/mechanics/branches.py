@@ -61,10 +61,6 @@ class Way:
 def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Return which root each slot holds at the end of the path, and for which points that is decided.
 
-    Args:
-        way: the path from the defaults to points.
-        most: number of slots.
-
     Returns:
         Numbers of the roots that are found at the end of the path, shape (points, most), -1 for a slot that is empty (a
         point with more roots than slots shows some of them), and shape (points,), False where it could not be decided

@@ -63,7 +63,8 @@ def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: fl
         for _ in range(STALLED):
             if not active.size:
                 break
-            there = _next(s[active], step[active], end)
+            there = s[active] + step[active]
+            there = np.where((there - end) * np.sign(step[active]) >= 0.0, end, there)
             ends = [way(owner[active], share) for share in (s[active], there)]
             guess = x[active] + speed[active] * (there - s[active])[:, None]
             arrived = _passed(slopes, x[active], guess, *ends, width[active])
@@ -75,12 +76,6 @@ def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: fl
             careful[active] = ~good  # one more of the same length before longer ones are tried again
             active = active[(s[active] != end) & (np.abs(step[active]) >= shortest)]
     return Carried(x, s, speed, s == end)
-
-
-def _next(s, step, end):
-    """Return the next step on the way, at its end where that is no farther."""
-    there = s + step
-    return np.where((there - end) * np.sign(step) >= 0.0, end, there)
 
 
 def _passed(slopes, x, guess, p, q, width):

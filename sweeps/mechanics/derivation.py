@@ -153,18 +153,13 @@ def _quadratic(system, T):
             a[i, j] = a[j, i] = simplified(slopes[i].diff(v[j]))
     b = sp.Matrix([simplified(slope.subs(rest)) for slope in slopes])
     T0 = simplified(T.subs(rest))
-    a, b, T0 = (_timeless(system, e) for e in (a, b, T0))
+    a, b, T0 = (sp.simplify(e) if system.time in e.free_symbols else e for e in (a, b, T0))  # as far as it goes
     if a.free_symbols & set(v):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     remainder = T - (sp.Matrix(v).T * a * sp.Matrix(v))[0] / 2 - (b.T * sp.Matrix(v))[0] - T0
     if not vanishes(remainder):
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     return a, b, T0
-
-
-def _timeless(system, e):
-    """Return an expression or a matrix simplified as far as it goes where it still holds the time."""
-    return sp.simplify(e) if system.time in e.free_symbols else e
 
 
 def simplified(e: sp.Expr) -> sp.Expr:

@@ -275,9 +275,7 @@ class System:
     def attitude(self, omega, upwards) -> sp.Matrix:
         """Return the matrix that turns vectors of a body into space, for :meth:`draw`.
 
-        Args:
-            omega: angular velocity along the body's axes, rad/s.
-            upwards: the vector, along the body's axes, that points upwards where the motion begins.
+        From the angular velocity along the body's axes, rad/s, and the vector along these that points upwards at first.
         """
         self.turning = tuple(
             tuple(self._expression("attitude", x, self._moving()) for x in v) for v in (omega, upwards)

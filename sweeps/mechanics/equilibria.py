@@ -27,7 +27,7 @@ from scipy.sparse.csgraph import connected_components
 
 from kernels import codes
 from sweeps.mechanics import branches
-from sweeps.mechanics.problem import SINGULAR, RootProblem
+from sweeps.mechanics.landscape import SINGULAR, Landscape
 from sweeps.schema.refusals import DescriptionError
 
 PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
@@ -82,7 +82,7 @@ def joined(parts: Sequence[Found]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
 
 
-def find(problem: RootProblem, parameters) -> Found:
+def find(problem: Landscape, parameters) -> Found:
     """Find all equilibria of points, given as one array (points,) for each parameter, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
     pairs = zip(problem.canonical, given, strict=True)
@@ -97,7 +97,7 @@ def find(problem: RootProblem, parameters) -> Found:
     return equilibria[inverse]
 
 
-def refusal(problem: RootProblem, equilibria: Found, parameters) -> str:
+def refusal(problem: Landscape, equilibria: Found, parameters) -> str:
     """Return why none of the points has an equilibrium to begin from; the empty string if one has.
 
     Raises:

@@ -258,12 +258,9 @@ _INTEGRATED = (
 
 
 def lambdified(arguments, expressions, whole=True):
-    """Return a NumPy function of arrays that returns every expression as a float64 array.
+    """Return a NumPy function of arrays, in place of symbols, that returns every expression as a float64 array.
 
-    Args:
-        arguments: symbols.
-        expressions: in these symbols.
-        whole: whether each array has the shape of all arguments together; else that of what occurs in it.
+    With `whole` each has the shape of all arguments together, else that of what occurs in it.
     """
     function = sp.lambdify(arguments, list(expressions), modules=[{"erf": special.erf}, "numpy"], cse=True)
 
@@ -281,9 +278,7 @@ def lambdified(arguments, expressions, whole=True):
 class Values:
     """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 
-    Args:
-        graph: of the equations.
-        nodes: of the quadrature that gives functions' remainders.
+    Functions' remainders are integrals, by a quadrature with so many nodes.
     """
 
     def __init__(self, graph: Graph, nodes: int = REMAINDER_NODES):

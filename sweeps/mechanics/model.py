@@ -168,3 +168,38 @@ class Model:
             "decided": zeros.decided[inverse],
             "status": np.select(cases, kinds, statuses.NO_EQUILIBRIUM).astype(np.int8),
         }
+
+    def proofs(self, parameters: list[np.ndarray]) -> tuple[str, ...]:
+        """Return a line for each symmetry that is proved and used at some of the points, with how many they are."""
+        uses = self._of_equilibria if self.system.given_period is None else self._of_a_period
+        of = "{} (at {:,} of {:,} looked at)"
+        pairs = ((words, holds.sum(), holds.size) for words, holds in uses(parameters))
+        return tuple(words if some == all_ else of.format(words, some, all_) for words, some, all_ in pairs if some)
+
+    def _of_equilibria(self, parameters):
+        from sweeps.mechanics import relative
+
+        always = np.ones(1, dtype=bool)
+        if self.equations.natural:
+            yield "forces are those of a potential: each mode has one real rate², which oscillates or grows", always
+        else:
+            point, slot = np.nonzero(~np.isnan(self.equilibria(parameters).places).any(axis=-1))
+            at = [p[point] for p in parameters]
+            there = self.located(at, slot)
+            slopes = self.landscape.slopes(at, list(there["place"].T))
+            yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(self, *slopes)
+            proved = relative.definite(self, at, there["place"], there["hidden"])
+            yield "stable by a definite conserved quantity", proved
+        if self.quantities:
+            zeros = self.equations.n - self.n
+            left_out = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""
+            yield f"conserved: {', '.join(self.quantities)}, whose drift is watched{left_out}", always
+
+    def _of_a_period(self, parameters):
+        variation = self.variation
+        linear, odd = (np.array([flags]) for flags in (self.perturbed_code(True).linear, variation.odd))
+        yield "linear about an equilibrium at all times: followed with one size and from one side", linear
+        yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear
+        _, reciprocal, even = variation.proved(parameters)
+        yield "Hamilton's equations, or no divergence: multipliers come in pairs μ, 1/μ", reciprocal
+        yield "even in the time: about an equilibrium half a period gives the whole", even

@@ -62,13 +62,8 @@ def solved(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and whether each run meets the tolerance.
 
-    Args:
-        code: as of :func:`follow`.
-        parameters: as of :func:`follow`.
-        start: as of :func:`follow`.
-        times: as of :func:`follow`.
-        tolerance: largest change by halving the steps, relative to the largest size of each state in the run.
-        least: what that size is at least, shape (runs, states); left out, 0.
+    Arguments are those of :func:`follow`; the tolerance is the largest change by halving the steps, relative to the
+    largest size of each state in the run, which is at least `least`, shape (runs, states).
     """
     times, place = _with_times_between(times)
     states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))

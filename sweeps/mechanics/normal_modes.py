@@ -10,9 +10,9 @@ import numpy as np
 from kernels import measure, statuses
 from kernels import oscillations as kernel
 from kernels.runs import SIZES, Runs, Sampling
-from sweeps.mechanics import modes, scales
+from sweeps.mechanics import modes
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.problem import changed
+from sweeps.mechanics.landscape import changed
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
@@ -55,8 +55,8 @@ def _linear(landscape, parameters, place, hidden):
         hessian, terms, a = -slopes[:, :, :m], terms[:, :, :m], landscape.a(parameters, q)
         for matrix in (hessian, a, terms):
             matrix[nowhere] = np.nan  # where V″ is constant too
-        sizes = scales.sizes(landscape, parameters, place, terms)
-        terms, vanished = scales.bounding_terms(landscape, parameters, place, terms, sizes)
+        sizes = modes.sizes(landscape, parameters, place, terms)
+        terms, vanished = modes.bounding_terms(landscape, parameters, place, terms, sizes)
         hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
         error = landscape.place_error(parameters, place, hidden)
     squares, vectors = modes.normal_modes(hessian, a)
@@ -89,14 +89,8 @@ def _twice(third, terms, a, sizes):
 def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, direction=None):
     """Measure points by their motions; only places, modes (as directions) and the scale are used from theory.
 
-    Args:
-        model: of a natural system.
-        points: as of :func:`theory`.
-        theory: what it returned.
-        cycles: length of the run, in 2π/S.
-        samples_per_cycle: samples in 2π/S; the spacing is 0.5/S at most.
-        tolerance: relative error allowed.
-        direction: of the perturbation, one number for each coordinate; None: along the mode.
+    Runs take so many cycles of 2π/S; samples are 0.5/S apart at most. The perturbation has the direction of the mode,
+    or one number for each coordinate.
 
     Returns:
         `raw` (points, len(kernel.RAW)), `status` (int8), `spacing`, `reach` (the signed size of the mode's part of the
@@ -133,7 +127,7 @@ def _too_wide(landscape, points, theory, which):
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
     chosen = [p[which] for p in theory["parameters"]]
     nudge = epsilon[:, None] * theory["sizes"][which]
-    return which[scales.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
+    return which[modes.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
 
 
 def _nudge(points, theory, part, direction):

@@ -33,8 +33,8 @@ from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.landscape import magnitude
 from sweeps.mechanics.perturbed import PerturbedCode
-from sweeps.mechanics.problem import magnitude
 
 TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
@@ -60,9 +60,6 @@ class Variation:
 
     All points share the phases, and the period is put in for the time in symbols: so what depends on the phase alone is
     worked out once for all points.
-
-    Args:
-        equations: of the system.
     """
 
     def __init__(self, equations: Equations):
@@ -83,7 +80,7 @@ class Variation:
         if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
             both[:] = both.any(axis=0)  # masses couple what the forces do not
         #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
-        self.entries = {True: entries_of(both), False: entries_of(np.ones_like(both))}
+        self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
         turned = {x: -x for x in equations.states}
@@ -164,11 +161,8 @@ class Variation:
                 row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
             J = divided(a, J) if self.second else J
             shape = phases.size, points
-            whole = [[np.broadcast_to(y, shape) for y in row] for row in J]
-            factors, parts = (
-                np.empty((phases.size, 0)),
-                [[[y[t] for y in row] for row in whole] for t in range(phases.size)],
-            )
+            whole, factors = [[np.broadcast_to(y, shape) for y in row] for row in J], np.empty((phases.size, 0))
+            parts = [[[y[t] for y in row] for row in whole] for t in range(phases.size)]
         slopes = np.empty((len(parts), len(self.entries[still]), points))
         for part, J in zip(slopes, parts, strict=True):
             for row, (i, j) in zip(part, self.entries[still], strict=True):
@@ -217,11 +211,6 @@ def divided(a, right):
     return right
 
 
-def entries_of(whole: np.ndarray) -> tuple[tuple[int, int], ...]:
-    """Return the places of a matrix that hold."""
-    return tuple((int(i), int(j)) for i, j in np.argwhere(whole))
-
-
 def unpaired(equations: Equations) -> list[sp.Expr]:
     """Return expressions in the parameters: where all vanish, the multipliers are proved to come in pairs of product 1.
 
@@ -247,13 +236,7 @@ def factors(expressions, moving) -> list[sp.Expr]:
 
 
 class Base:
-    """The periodic motions of points, at any time.
-
-    Args:
-        model: of the system.
-        parameters: arrays (points,).
-        slot: number of each point's name.
-    """
+    """The periodic motions of points at any time: of a model, parameters (points,), and numbers of names, (points,)."""
 
     def __init__(self, model, parameters, slot):
         self.model, self.parameters, size = model, parameters, slot.size
@@ -355,14 +338,95 @@ class Base:
         segments = np.array([*SEGMENTS, 0])[at]
         return segments + self.even * segments % 2
 
+    # -- of points of one kind
 
-def known(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
-    """Return matrices with errors from rows of `kernels.monodromy.compose_of`, and the rows behind these.
+    @property
+    def first_steps(self) -> int:
+        """Number of steps of a period that the variational flow tries first, even: four for three segments."""
+        return 2 * (5 * int(self.number[0]) // 8 + 1)
 
-    Args:
-        rows: shape (rows, points), in the states' sizes.
-        n: number of states.
-        noise: of an error whose size is told as 1; the minors' counts twice.
+    def varied(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray]:
+        """Return the variational flow over a period that begins at a phase, in an even number of steps.
+
+        Beside it come the entries of the matrix of the period that begins later, and the integral of the trace.
+        """
+        variation, still, (points, n) = self.model.variation, bool(self.still.all()), self.sizes.shape
+        followed, first = steps // 2 if self.even[0] and begin == 0.0 else steps, n - self.model.equations.m
+        phases = begin + (np.arange(followed)[:, None] + variational.POINTS).ravel() / steps
+        factors, slopes = variation.at(self.parameters, self(phases), phases, still)
+        h, lengths = self.period / steps, np.ascontiguousarray(np.vstack([self.sizes.T, self.masses]))
+        lengths[first:n] *= h if first else 1.0
+        for e, (_, j) in enumerate(variation.entries[still]):
+            slopes[:, e] *= h * h if j < first else h
+        weights = np.tile(variational.WHOLE, followed)
+        weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
+        diagonal = [e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first]
+        trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
+        functions, height = variation.kernels(still)
+        rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
+        return with_errors(np.vstack([rows, trace + np.zeros(points)]), n, ROUNDING)
+
+    def followed(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
+        """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
+
+        The perturbation has the size epsilon, relative to the states' sizes, shape (points,); each segment has so many
+        steps.
+        """
+        n, K, code = self.sizes.shape[1], int(self.number[0]), self.code
+        some, sides = K // 2 if self.even[0] else K, [1.0] if code.linear or self.mirrored[0] else [1.0, -1.0]
+        phases, (directions, owner) = np.arange(some if code.is_mixed else 1) / K, code.directions
+        place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
+        x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
+        rows, columns = code.starts(self.parameters, place, epsilon, self.period / (K * steps), x)
+        row, (_, compose), height = code.perturbed, *self.model.variation.kernels(bool(self.still[0]))
+        numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height]
+        numbers += [code.base["E", 0], *owner.flat]
+        lengths = np.ascontiguousarray(np.vstack([sizes, n * self.error / epsilon, self.masses]))
+        advance = jit.passed(code.module().advance)
+        result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
+        return with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
+
+    def measured(self, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
+        """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
+
+        The steps of each segment are halved until they leave out less than the tolerance, relative to its matrix.
+        """
+        matrices, (left_out, amplitude) = self.followed(epsilon, steps)
+        wide, unresolved = amplitude > WIDE, ~(left_out <= tolerance)
+        left = np.flatnonzero(unresolved)
+        if left.size and 2 * steps * int(self.number[0]) <= FINEST:
+            finer, *others = self.chosen(left).measured(epsilon[left], tolerance, 2 * steps)
+            matrices.put(left, finer)
+            wide[left], unresolved[left] = others
+        return matrices, wide, unresolved
+
+    def certified(self, steps: int = 0, last: float | np.ndarray = np.inf) -> tuple:
+        """Return the variational flow's matrices, the difference of their traces from two phases, and determinants.
+
+        In longer steps the matrices from both phases differed by `last`.
+        """
+        steps = steps or self.first_steps
+        (flow, (*entries, trace)) = self.varied(steps)
+        coarser, _ = self.varied(4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+        (other,) = matrices_of(np.array(entries), self.sizes.shape[1])
+        apart, noise = COARSER * floquet.largest(other - coarser.matrix), floquet.largest(flow.error)
+        elsewhere, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
+        flow.error[:] += apart[:, None, None]
+        second = np.abs(flow.second[0] - coarser.second[0])
+        flow.second[1] += np.nan_to_num(second)  # none where no entry is large there
+        rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
+        left = np.flatnonzero(~(apart <= noise) & ~rounded)
+        if left.size and 3 * steps // 4 * 2 <= FINEST:
+            finer, *others = self.chosen(left).certified(3 * steps // 4 * 2, apart[left])
+            flow.put(left, finer)
+            elsewhere[left], determinant[left] = others
+        return flow, elsewhere, determinant
+
+
+def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
+    """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose_of`, and what is behind.
+
+    Of n states, in their sizes. An error whose size is 1 there is `noise`; the minors' counts twice.
     """
     entries, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
     matrix, error = matrices_of(entries, n)
@@ -372,105 +436,6 @@ def known(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.
 def matrices_of(rows: np.ndarray, n: int) -> np.ndarray:
     """Return rows of entries (matrices n n, points) as matrices (matrices, points, n, n)."""
     return np.moveaxis(rows.reshape(-1, n, n, rows.shape[1]), 3, 1)
-
-
-def first_steps(base: Base) -> int:
-    """Return the steps of a period that the variational flow tries first, an even number: four for three segments."""
-    return 2 * (5 * int(base.number[0]) // 8 + 1)
-
-
-def varied(base: Base, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray]:
-    """Return the variational flow over a period; see `kernels.variational`.
-
-    Beside it come the entries of the matrix of the period that begins later, and the integral of the trace.
-
-    Args:
-        base: of points of one kind.
-        steps: of the period: an even number.
-        begin: phase of the period where it begins.
-    """
-    variation, still, (points, n) = base.model.variation, bool(base.still.all()), base.sizes.shape
-    followed, first = steps // 2 if base.even[0] and begin == 0.0 else steps, n - base.model.equations.m
-    phases = begin + (np.arange(followed)[:, None] + variational.POINTS).ravel() / steps
-    factors, slopes = variation.at(base.parameters, base(phases), phases, still)
-    h, lengths = base.period / steps, np.ascontiguousarray(np.vstack([base.sizes.T, base.masses]))
-    lengths[first:n] *= h if first else 1.0
-    for e, (_, j) in enumerate(variation.entries[still]):
-        slopes[:, e] *= h * h if j < first else h
-    weights = np.tile(variational.WHOLE, followed)
-    weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
-    diagonal = [e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first]
-    trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
-    functions, height = variation.kernels(still)
-    rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
-    return known(np.vstack([rows, trace + np.zeros(points)]), n, ROUNDING)
-
-
-def followed(base: Base, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
-    """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
-
-    Args:
-        base: of points of one kind.
-        epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
-        steps: in each segment.
-    """
-    n, K, code = base.sizes.shape[1], int(base.number[0]), base.code
-    some, sides = K // 2 if base.even[0] else K, [1.0] if code.linear or base.mirrored[0] else [1.0, -1.0]
-    phases, (directions, owner) = np.arange(some if code.is_mixed else 1) / K, code.directions
-    place, sizes = [*base(phases), base.period * phases[:, None]], base.sizes.T
-    x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, base.period.size)
-    rows, columns = code.starts(base.parameters, place, epsilon, base.period / (K * steps), x)
-    row, (_, compose), height = code.perturbed, *base.model.variation.kernels(bool(base.still[0]))
-    numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height]
-    numbers += [code.base["E", 0], *owner.flat]
-    lengths = np.ascontiguousarray(np.vstack([sizes, n * base.error / epsilon, base.masses]))
-    advance = jit.passed(code.module().advance)
-    result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
-    return known(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
-
-
-def measured(base: Base, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
-    """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
-
-    Args:
-        base: of points of one kind.
-        epsilon: size of the perturbation, relative to the states' sizes, shape (points,).
-        tolerance: what steps may leave out, relative to the segments' matrices: they are halved until it is met.
-        steps: in each segment, of the first try.
-    """
-    matrices, (left_out, amplitude) = followed(base, epsilon, steps)
-    wide, unresolved = amplitude > WIDE, ~(left_out <= tolerance)
-    left = np.flatnonzero(unresolved)
-    if left.size and 2 * steps * int(base.number[0]) <= FINEST:
-        finer, *others = measured(base.chosen(left), epsilon[left], tolerance, 2 * steps)
-        matrices.put(left, finer)
-        wide[left], unresolved[left] = others
-    return matrices, wide, unresolved
-
-
-def certified(base: Base, steps: int = 0, last: float | np.ndarray = np.inf) -> tuple:
-    """Return the variational flow's matrices, the difference of their traces from two phases, and determinants.
-
-    Args:
-        base: of points of one kind.
-        steps: of a period, of the first try; 0: :func:`first_steps`.
-        last: what the matrices from both phases differed by in longer steps.
-    """
-    steps = steps or first_steps(base)
-    (flow, (*entries, trace)) = varied(base, steps)
-    coarser, _ = varied(base, 4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-    (other,) = matrices_of(np.array(entries), base.sizes.shape[1])
-    apart, noise = COARSER * floquet.largest(other - coarser.matrix), floquet.largest(flow.error)
-    elsewhere, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
-    flow.error[:] += apart[:, None, None]
-    flow.second[1] += np.nan_to_num(np.abs(flow.second[0] - coarser.second[0]))  # none where no entry is large there
-    rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
-    left = np.flatnonzero(~(apart <= noise) & ~rounded)
-    if left.size and 3 * steps // 4 * 2 <= FINEST:
-        finer, *others = certified(base.chosen(left), 3 * steps // 4 * 2, apart[left])
-        flow.put(left, finer)
-        elsewhere[left], determinant[left] = others
-    return flow, elsewhere, determinant
 
 
 def alike(base: Base) -> Iterator[np.ndarray]:
@@ -536,8 +501,8 @@ def _columns(base, epsilon, tolerance):
     blind = linear = floquet.Matrices(nothing, nothing)
     wide, unresolved = False, base.number == 0
     if base.number[0]:
-        blind, wide, unresolved = measured(base, epsilon, tolerance)
-        linear, elsewhere, determinant = certified(base)
+        blind, wide, unresolved = base.measured(epsilon, tolerance)
+        linear, elsewhere, determinant = base.certified()
         linear.matrix[elsewhere > TWO_PHASES * floquet.largest(linear.matrix)] = np.nan
         blind.matrix[wide] = np.nan
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)

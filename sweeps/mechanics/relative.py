@@ -14,9 +14,8 @@ import numpy as np
 
 from kernels import codes, jacobians, matrices, statuses
 from kernels.blocks import W
-from kernels.codes import SAME
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.problem import changed
+from sweeps.mechanics.landscape import changed
 
 CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together: a block at least
 SMALL = 1e-25  # no larger perturbation has an amplitude that counts
@@ -353,7 +352,7 @@ def _eigen(matrix, S):
 
 def _ordered(values, S):
     """Return eigenvalues in order, and which of the unsorted each is."""
-    return matrices.ordered(values, 2.0 * SAME * np.nan_to_num(S))
+    return matrices.ordered(values, 2.0 * codes.SAME * np.nan_to_num(S))
 
 
 def _vectors(matrix, S):
@@ -409,19 +408,12 @@ def _growth(re, error):
 
 
 def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
-    """Return the regimes of spectra with errors, int8 of `kernels.flows`, -1 where there is none.
+    """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 where there is none.
 
-    Args:
-        re: real parts, shape (points, n).
-        im: imaginary parts.
-        re_error: errors of the real parts.
-        im_error: errors of the imaginary parts.
-        invariants: for four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
-        pairs: where the equations make them come in pairs ±μ: there alone an eigenvalue is known to lie on the axis,
-            and the invariants decide.
+    Of real and imaginary parts and their errors, shape (points, n); `invariants` are for four eigenvalues (S, its
+    error), (D, …), (S² - 4D, …), shape (points,) each. `pairs` says where the equations make them come in pairs ±μ:
+    there alone an eigenvalue is known to lie on the axis, and the invariants decide.
     """
-    from kernels import flows as kernel
-
     with np.errstate(invalid="ignore"):
         grows = (re - re_error > 0).any(1)
         rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
@@ -438,8 +430,8 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
             rows = np.flatnonzero(level)
             level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
         cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
-        values = [kernel.FLUTTER, kernel.UNSTABLE, kernel.ASYMPTOTICALLY_STABLE, kernel.STABLE]
-        regime = np.select(cases, values, kernel.MARGINAL)
+        values = [codes.FLUTTER, codes.UNSTABLE, codes.ASYMPTOTICALLY_STABLE, codes.STABLE]
+        regime = np.select(cases, values, codes.MARGINAL)
         if invariants is not None:
             regime = np.where(pairs, _by_pairs(*invariants), regime)
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
@@ -452,32 +444,26 @@ def _on_family(regime, dimension, re, im, re_error, im_error):
     errors, these are the family's own; where all others decay, a motion nearby ends at a member (Aulbach, J. Math.
     Anal. Appl. 101 (1984) 543).
     """
-    from kernels import flows as kernel
-
     zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
     attracts = (dimension > 0) & (zero.sum(1) == dimension) & (zero | decays).all(1)
-    return np.where(attracts, kernel.STABLE, regime).astype(np.int8)
+    return np.where(attracts, codes.STABLE, regime).astype(np.int8)
 
 
 def _where_definite(model, theory, both, spectra):
     """Return regimes of spectra, stable where `definite` proves it and a marginal one is seen to turn on the axis."""
-    from kernels import flows as kernel
-
     turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
     rows = np.flatnonzero(np.any(turning, axis=0))
     proved = np.zeros(len(theory["place"]), dtype=bool)
     proved[rows] = definite(
         model, [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
     )
-    return [np.where(here & proved, np.int8(kernel.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
+    return [np.where(here & proved, np.int8(codes.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
 
 
 def _turns_marginally(regime, re, im, re_error):
     """Return where a spectrum is marginal, none of it is seen to grow, and its errors are less than its rates."""
-    from kernels import flows as kernel
-
     level = (np.abs(re) <= re_error).all(1) & (re_error.max(1) < np.abs(im).max(1))
-    return level & (regime == kernel.MARGINAL)
+    return level & (regime == codes.MARGINAL)
 
 
 def _told_apart(re, im, errors):
@@ -488,10 +474,8 @@ def _told_apart(re, im, errors):
 
 def _by_pairs(total, product, discriminant):
     """Return regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
-    from kernels import flows as kernel
-
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
     cases = [below | (up & split), joined, down & above & split]  # S > 0 alone may be two real pairs or flutter
-    return np.select(cases, [kernel.UNSTABLE, kernel.FLUTTER, kernel.STABLE], kernel.MARGINAL)
+    return np.select(cases, [codes.UNSTABLE, codes.FLUTTER, codes.STABLE], codes.MARGINAL)

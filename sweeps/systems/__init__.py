@@ -90,7 +90,7 @@ def resolve(name: str, folder: str = "") -> Dynamics:
     if name in described.BUILT:
         return described.BUILT[name]
     if is_file(name):
-        description = described.script(name, folder).system
+        description, _ = described.script(name, folder)
         kind = described.named(f"system: {name}", lambda: next(k for k in kinds() if k.describes(description)))
         return described.of_file(kind, name, folder)
     if name not in names():

@@ -127,7 +127,12 @@ class Described(Dynamics):
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Table of what its grid may hold."""
-        return (*(_parameter(p) for p in self.description.parameters.values()), *self.tables.NUDGE)
+        described = []
+        for p in self.description.parameters.values():
+            item, bounds = Annotated[float, number(p.allows, p.allowed)], p.allowed.rpartition(", in ")[0]
+            quantity = Quantity(p.name.replace("_", " "), p.unit, bounds, item)
+            described.append(Parameter(p.name, quantity, p.meaning, p.default))
+        return (*described, *self.tables.NUDGE)
 
     @cached_property
     def model(self) -> type[Definition]:
@@ -183,10 +188,8 @@ class Described(Dynamics):
             raise DescriptionError(f"{self.name}: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
-        """Return the symmetries that are used at some points of the grid; see `sweeps.mechanics.proofs`."""
-        from sweeps.mechanics.proofs import proofs
-
-        return proofs(self.mechanism, self._looked_at(grid))
+        """Return the symmetries that are used at some points of the grid."""
+        return self.mechanism.proofs(self._looked_at(grid))
 
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why no equilibrium of these points is usable; nothing if one is."""
@@ -235,13 +238,6 @@ def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
     return digest.hexdigest()
 
 
-def _parameter(p: "mechanics.description.DescribedParameter") -> Parameter:
-    """Return a described parameter as a key of a definition's `grid`."""
-    item = Annotated[float, number(p.allows, p.allowed)]
-    bounds = p.allowed.rpartition(", in ")[0]
-    return Parameter(p.name, Quantity(p.name.replace("_", " "), p.unit, bounds, item), p.meaning, p.default)
-
-
 # -- where descriptions come from
 
 
@@ -270,8 +266,8 @@ def of_library(kind: type[Described], name: str) -> Described:
 @cache
 def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
     """Return the system of this kind that a Python file describes."""
-    file = script(name, folder)
-    return kind(name, lambda: file.system, file.source, folder)
+    system, source = script(name, folder)
+    return kind(name, lambda: system, source, folder)
 
 
 def unread(kind: type[Described], name: str) -> Described:
@@ -285,33 +281,20 @@ def unread(kind: type[Described], name: str) -> Described:
     return kind(name, refuse, b"")
 
 
-class Script:
-    """A Python file that describes a system; it is run, as the person who names it means it to be, and once.
+@cache
+def script(name: str, folder: str = "") -> tuple["mechanics.System", bytes]:
+    """Return the `system` of a Python file, and its text; it is run once, in a child process of bounded time.
 
     Its path is as the definition says it, and starts in the definition's folder, or where the program runs.
     """
-
-    def __init__(self, name: str, folder: str = ""):
-        self.path = Path(folder, name)
-        try:
-            self.source = self.path.read_bytes()
-        except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
-            reason = getattr(error, "strerror", None) or str(error)
-            value = name if len(name) <= 300 else f"…{name[-100:]}"
-            allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
-            raise DescriptionError(f"system: {value}: cannot be read ({reason}); allowed: {allowed}") from None
-
-    @cached_property
-    def system(self) -> "mechanics.System":
-        """The described system, as its file builds it."""
-        return _run(self.path)
-
-
-script = cache(Script)
-
-
-def _run(path: Path) -> "mechanics.System":
-    """Return the `system` of a Python file, run in a child process of bounded time."""
+    path = Path(folder, name)
+    try:
+        source = path.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: no path can hold such a character
+        reason = getattr(error, "strerror", None) or str(error)
+        value = name if len(name) <= 300 else f"…{name[-100:]}"
+        allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
+        raise DescriptionError(f"system: {value}: cannot be read ({reason}); allowed: {allowed}") from None
     try:
         (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
     except ChildError:
@@ -320,7 +303,7 @@ def _run(path: Path) -> "mechanics.System":
     system = pickle.loads(answer)
     if isinstance(system, str):
         raise DescriptionError(f"system: {system}")
-    return system
+    return system, source
 
 
 def _answered(path: Path) -> Iterator[bytes]:

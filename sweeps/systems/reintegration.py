@@ -5,8 +5,13 @@ radians of spin and in units of the perturbation, as the sweep's are.
 """
 
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from sweeps.mechanics.equations import Equations
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start,
 WANDER, LEAST_FOLLOWED = 1 / 32, 7  # or the spin has wandered by so much of itself, after so many samples
@@ -18,6 +23,25 @@ ROUNDING = 1e-12  # of what the references find, relative
 def coefficients(moments: np.ndarray) -> np.ndarray:
     """Return the Euler coefficients (I_j - I_k)/I_i of moments in cyclic order; dimensionless."""
     return (np.roll(moments, -1) - np.roll(moments, -2)) / moments
+
+
+def rates_of(equations: "Equations") -> Callable:
+    """Return (parameters, states, time) → rates of a description's equations, which SymPy writes for NumPy.
+
+    States may be complex: a complex step differentiates the rates.
+    """
+    import sympy as sp
+
+    arguments = (*equations.parameters, *equations.states, equations.system.time)
+    forces, mass = (sp.lambdify(arguments, e, "numpy") for e in (list(equations.f), equations.a if equations.v else 0))
+
+    def rates(parameters, x, t=0.0):
+        f = np.array([complex(y) for y in forces(*parameters, *x, t)])
+        if equations.v:
+            f[equations.m :] = np.linalg.solve(np.array(mass(*parameters, *x, t), dtype=complex), f[equations.m :])
+        return f if np.iscomplexobj(x) else f.real
+
+    return rates
 
 
 def spacing(bound: float, samples_per_rotation: int) -> float:

@@ -91,7 +91,7 @@ def _description(system) -> "mechanics.System":
     if isinstance(system, mechanics.System):
         return system
     if systems.is_file(system):
-        return described.script(system, "").system
+        return described.script(system, "")[0]
     names = systems.described_names()
     if system not in names:
         wrong = f"{system!r} is no described system" + hint(system, names)

@@ -17,7 +17,7 @@ import relative
 import sympy as sp
 from scipy.optimize import linear_sum_assignment
 
-from kernels import flows
+from kernels import codes
 from kernels.oscillations import MARGINAL
 from kernels.statuses import OK
 from sweeps.mechanics import relative as spectra
@@ -232,7 +232,7 @@ def flow(name, model, exact, random, integration, count):
     for which, power in INVARIANTS.items() if n == 4 else ():
         given = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], ROUNDINGS * S**power)
         row[which] = _ratios(*given, lambda i, which=which: invariant(i, which))
-    told = (columns["regime"] >= 0) & (columns["regime"] != flows.MARGINAL)
+    told = (columns["regime"] >= 0) & (columns["regime"] != codes.MARGINAL)
     wrong = np.zeros(told.size, dtype=bool)
     for i in np.flatnonzero(told & (columns["regime"] != columns["regime_theory"])):
         found = np.array([[complex(v) for v in spectrum(i)]])
@@ -241,7 +241,7 @@ def flow(name, model, exact, random, integration, count):
         true = regimes(found.real, found.imag, nothing, nothing, None, theory["paired"][[i]])
         wrong[i] = columns["regime"][i] != true[0]
     missing = ~np.isfinite(columns["eigenvalue_real"] + columns["eigenvalue_real_error"]).all(1)
-    row |= {"wrong": wrong, "marginal": columns["regime"] == flows.MARGINAL, "missing": missing, "points": points}
+    row |= {"wrong": wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing, "points": points}
     return row
 
 

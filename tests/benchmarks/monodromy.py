@@ -44,14 +44,12 @@ def ours(name: str) -> None:
     def each(work):
         return lambda: [work(part, np.full(part.period.size, 1e-8)) for part in parts]
 
-    matrix = each(lambda part, size: periodic.followed(part, size, periodic.STEPS))
+    matrix = each(lambda part, size: part.followed(size, periodic.STEPS))
     works = {
         "one matrix from parameters": matrix,
-        "blind measurement, with errors": each(lambda part, size: periodic.measured(part, size, 1e-12)),
-        "variational flow by collocation alone": each(
-            lambda part, _: periodic.varied(part, periodic.first_steps(part))
-        ),
-        "the same with its error, from two phases": each(lambda part, _: periodic.certified(part)),
+        "blind measurement, with errors": each(lambda part, size: part.measured(size, 1e-12)),
+        "variational flow by collocation alone": each(lambda part, _: part.varied(part.first_steps)),
+        "the same with its error, from two phases": each(lambda part, _: part.certified()),
         "all columns": lambda: periodic.survey(model, points, 1e-12),
     }
     for words, work in works.items():

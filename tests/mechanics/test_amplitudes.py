@@ -64,13 +64,13 @@ def test_without_the_symmetry_no_motion_is_called_stable():
     re, im = np.array([[-1e-9, -1e-9, 1e-9, 1e-9]]), np.array([[-2.0, -1.0, 1.0, 2.0]])
     error = np.full((1, 4), 1e-3)
     told = [regimes(re, im, error, error, None, np.array([paired]))[0] for paired in (True, False)]
-    assert told == [flows.STABLE, flows.MARGINAL]
+    assert told == [codes.STABLE, codes.MARGINAL]
 
 
 def test_a_rival_of_the_other_kind_leaves_growth_open():
     """A real eigenvalue and a pair, whose real parts are the same within their errors."""
     re, im = np.array([[0.5, 0.5 + 1e-4, 0.5, -1.0]]), np.array([[-2.0, 0.0, 2.0, 0.0]])
-    for error, regime in ((1e-3, flows.MARGINAL), (1e-6, flows.UNSTABLE)):
+    for error, regime in ((1e-3, codes.MARGINAL), (1e-6, codes.UNSTABLE)):
         assert regimes(re, im, *2 * (np.full((1, 4), error),))[0] == regime
 
 
@@ -78,10 +78,10 @@ def test_growth_of_two_eigenvalues_that_may_be_a_pair_is_left_open():
     """On the real axis stays what is alone there: two that meet within their errors may part into a pair, and back."""
     error = np.full((1, 4), 1e-3)
     for first, regime in (
-        ((0.5 + 1e-4j, 0.5 - 1e-4j), flows.MARGINAL),  # flutter within the errors
-        ((0.5, 0.5 + 1e-4), flows.MARGINAL),
-        ((0.5, 0.3), flows.UNSTABLE),
-        ((0.5 + 2e-3j, 0.5 - 2e-3j), flows.FLUTTER),
+        ((0.5 + 1e-4j, 0.5 - 1e-4j), codes.MARGINAL),  # flutter within the errors
+        ((0.5, 0.5 + 1e-4), codes.MARGINAL),
+        ((0.5, 0.3), codes.UNSTABLE),
+        ((0.5 + 2e-3j, 0.5 - 2e-3j), codes.FLUTTER),
     ):
         values = np.array([[*first, -1.0 - 1.0j, -1.0 + 1.0j]])
         assert regimes(values.real, values.imag, error, error)[0] == regime, first
@@ -91,7 +91,7 @@ def test_growth_of_pairs_whose_discriminant_is_open_is_left_open():
     """μ² of positive real part: two real pairs or a quartet that flutters, as the sign of S² - 4D says."""
     re, im = np.array([[-2.0, 2.0, -2.0, 2.0]]), np.array([[-0.1, 0.1, 0.1, -0.1]])
     error = np.full((1, 4), 1.0)
-    for off, regime in ((1.0, flows.MARGINAL), (0.1, flows.FLUTTER)):
+    for off, regime in ((1.0, codes.MARGINAL), (0.1, codes.FLUTTER)):
         invariants = [(np.array([x]), np.array([e])) for x, e in ((8.0, 0.1), (16.0, 0.1), (-0.5, off))]
         assert regimes(re, im, error, error, invariants, np.array([True]))[0] == regime
 

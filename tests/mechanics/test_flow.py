@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from kernels import flows
+from kernels import codes
 from sweeps.mechanics import DescriptionError, System, equilibria
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.equilibria import FAMILY, PROVED
@@ -124,8 +124,8 @@ def test_a_quantity_without_a_slope_takes_no_eigenvalue(is_named):
     assert (np.abs(found["eigenvalue_real"]) <= found["eigenvalue_real_error"]).all()
     assert (np.abs(found["eigenvalue_imag"] - exact) <= found["eigenvalue_imag_error"]).all()
     assert (found["eigenvalue_imag_error"] < 1e-12).all()
-    assert (found["regime"] == flows.STABLE).all()  # no symmetry pairs them: that V is definite proves it
-    assert (found["regime_theory"] == flows.STABLE).all()
+    assert (found["regime"] == codes.STABLE).all()  # no symmetry pairs them: that V is definite proves it
+    assert (found["regime_theory"] == codes.STABLE).all()
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import sympy as sp
 
 from sweeps.mechanics import System, relative
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.proofs import proofs
 from sweeps.mechanics.relative import definite
 from sweeps.points import catalogue
 from sweeps.systems import resolve
@@ -15,7 +14,7 @@ def said(name, **values):
     """Return the lines about a shipped system at two points, which have the default parameters but for some values."""
     model = resolve(name).mechanism
     given = [values.get(p.name, p.default) for p in model.system.parameters.values()]
-    return "\n".join(proofs(model, [x * np.ones(2) for x in given]))
+    return "\n".join(model.proofs([x * np.ones(2) for x in given]))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from kernels import codes, enclosures
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE
-from sweeps.mechanics.problem import RootProblem
+from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.tape import FUNCTIONS, Tape
 
 q = x, y, z, w = (x, *sp.symbols("y z w", real=True))
@@ -26,7 +26,7 @@ def search(F, bounds, most=200, order=None):
     names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
     equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, hamiltonian=False)
-    found = equilibria.find(RootProblem(equations), [])
+    found = equilibria.find(Landscape(equations), [])
     assert not found.crowded.any()
     return found
 

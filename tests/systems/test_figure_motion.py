@@ -12,6 +12,7 @@ from sweeps import systems
 from sweeps.mechanics import motions
 from sweeps.systems.oscillator.presentation import figure_motion
 from sweeps.systems.oscillator.system import ANIMATED
+from sweeps.systems.presentation.moving import equations
 
 GRIDS = {
     "pendulum": {"length": [1.0, 2.0], "gravity": 9.80665},
@@ -96,7 +97,9 @@ def test_the_picture_is_that_of_the_description(name):
     model = systems.resolve(name).mechanism
     point = {p.name: p.default for p in model.system.parameters.values()}
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, model.equations.m))
-    masses = [places(q)[:, 0] for kind, _, places in figure_motion._parts(model, point) if kind == "mass"]
+    values = point | {str(x): y for x, y in zip(model.equations.q, q.T, strict=True)}
+    values |= {str(v): 0.0 for v in model.equations.v} | {"time": 0.0}
+    masses = [seen[:, 0] for kind, seen in equations.places(model.equations, values) if kind == "mass"]
     end = np.zeros((5, 2))
     for mass, angle in zip(masses, q.T, strict=True):
         end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m

@@ -12,8 +12,8 @@ from sweeps.points.loading import read
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
-from sweeps.systems.pumped_body import existence
-from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, curves, figure_held
+from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, figure_held, figure_shapes
+from sweeps.systems.pumped_body.system import least_margin
 
 GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}
 RACKET = {
@@ -55,7 +55,7 @@ def test_the_triangle_inequality_is_held_against_the_whole_period(inverse):
     points = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
     points |= {f"depth{i}": rng.uniform(-0.9, 0.9, 200) for i in (1, 2, 3)}
     points |= {f"lag{i}": rng.uniform(-9.0, 9.0, 200) for i in (1, 2, 3)}
-    least = existence.least_margin(points, inverse)
+    least = least_margin(points, inverse)
     for k in range(200):
         u = np.linspace(0.0, 2.0 * np.pi, 200_001)
         factors = [1.0 + points[f"depth{i}"][k] * np.cos(u + points[f"lag{i}"][k]) for i in (1, 2, 3)]
@@ -72,7 +72,7 @@ def test_impossible_points_are_counted():
 def test_the_measured_boundary_is_mathieus_curve():
     ds = sweeps.survey(RACKET)
     part = ds.sel(axis=3).squeeze()
-    _, known = curves.mathieu(ds, part, 3, "depth2")
+    _, known = figure_shapes.mathieu(ds, part, 3, "depth2")
     frequency, depth = part["frequency"].values, part["depth2"].values
     crossings = 0
     for row, at in zip(part["trace"].transpose("depth2", "frequency").values, depth, strict=True):

@@ -9,8 +9,8 @@ import pytest
 from kernels import floquet, statuses
 from sweeps.mechanics import periodic
 from sweeps.systems.pumped_body import motion
-from sweeps.systems.pumped_body.existence import least_margin
 from sweeps.systems.pumped_body.references import trace_by_scipy
+from sweeps.systems.pumped_body.system import least_margin
 
 STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
 AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
@@ -206,11 +206,11 @@ def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     given = bodies(4, 50)
     whole = motion.survey(given)
 
-    def wrong(*given, right=periodic.varied):
+    def wrong(*given, right=periodic.Base.varied):
         flow, further = right(*given)
         return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), further
 
-    monkeypatch.setattr(periodic, "varied", wrong)
+    monkeypatch.setattr(periodic.Base, "varied", wrong)
     other = motion.survey(given)
     for name in whole:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):

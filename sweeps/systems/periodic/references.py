@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.systems.periodic.definition import OnePeriod
+from sweeps.systems.reintegration import rates_of
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
@@ -22,34 +22,23 @@ MOST_TURNS = 1000.0  # of the fastest rate in a period, rad
 
 def reference(system: "Periodic") -> Reference:
     """Return what `verify` measures again."""
-    import sympy as sp
-
     from sweeps.mechanics.periodic import Base
 
     model = system.mechanism
-    equations = model.equations
-    arguments = (*equations.parameters, *equations.states, equations.system.time)
-    forces = sp.lambdify(arguments, list(equations.f), "numpy")
-    mass = sp.lambdify(arguments, equations.a, "numpy") if equations.v else None
-
-    def rates(given, x, t):
-        f = np.array([complex(y) for y in forces(*given, *x, t)])
-        if mass is not None:
-            f[equations.m :] = np.linalg.solve(np.array(mass(*given, *x, t), dtype=complex), f[equations.m :])
-        return f
+    rates = rates_of(model.equations)
 
     @cache
     def trace(given, slot):
         from scipy.integrate import solve_ivp
 
-        base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), equations.n
+        base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
         T, x, steps = float(base.period[0]), base.start[0], 1j * STEP * np.eye(n)
         if not T * base.scale[0] < MOST_TURNS:
             return np.nan
 
         def both(t, y):
             J = np.array([rates(given, y[:n] + step, t).imag / STEP for step in steps]).T
-            return np.concatenate([rates(given, y[:n], t).real, (J @ y[n:].reshape(n, n)).ravel()])
+            return np.concatenate([rates(given, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
 
         y = solve_ivp(both, (0.0, T), [*x, *np.eye(n).ravel()], "DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
         return float(np.trace(y[n:].reshape(n, n)))
@@ -64,10 +53,7 @@ def reference(system: "Periodic") -> Reference:
 def compared(trace: Callable[[Mapping], float]) -> Reference:
     """Return a reference to traces of points that SciPy finds."""
 
-    def by_scipy(point: Mapping, integration: OnePeriod) -> float:
-        return trace(point)
-
-    def allowed(point: Mapping, integration: OnePeriod) -> float:
+    def allowed(point, _):
         return 1e-9 * max(1.0, abs(trace(point)))
 
-    return Reference("trace", {"SciPy DOP853": by_scipy}, allowed, within_error=True)
+    return Reference("trace", {"SciPy DOP853": lambda point, _: trace(point)}, allowed, within_error=True)

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import Field
 
 from sweeps.schema.definition import Definition
+from sweeps.schema.strict import Strict, mapping
+from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.periodic import variables as tables
-from sweeps.systems.periodic.definition import OnePeriod, PeriodicDefinition
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
 from sweeps.systems.system import Kernel
 
@@ -21,7 +23,23 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 
-SECONDS = {"monodromy": 5.0, "variational": 1.0}  # to compile
+class OnePeriod(Strict):
+    """How each period is followed."""
+
+    tolerance: Tolerance = Field(
+        1e-12, description="truncation that the steps of one period may make, relative to the motion: 1e-13 to 1e-3"
+    )
+
+    @property
+    def samples(self) -> int:
+        """Return what stands for a run's length where time is estimated."""
+        return 1
+
+
+class PeriodicDefinition(Definition):
+    """A sweep of systems that are periodic in time; each system's own model has its parameters in `grid`."""
+
+    integration: OnePeriod = mapping("how each period is followed", OnePeriod)
 
 
 class Periodic(Described):
@@ -30,11 +48,8 @@ class Periodic(Described):
     samples_per_second = 5_000
     start_seconds = 2.5
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
-    kernels = (
-        *("floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
-        "variational",
-    )
-    compiled = (*(Kernel(name, seconds=s) for name, s in SECONDS.items()), PATHS)
+    kernels = ("floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight", "variational")
+    compiled = (Kernel("monodromy", seconds=5.0), Kernel("variational", seconds=1.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
     tables = tables

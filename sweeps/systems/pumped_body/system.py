@@ -2,16 +2,35 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from sweeps.schema.parameters import Range, spread
+from sweeps.schema.parameters import Range, grid_model, spread
+from sweeps.schema.strict import mapping
+from sweeps.schema.values import choice
 from sweeps.systems import described
-from sweeps.systems.periodic.definition import OnePeriod
-from sweeps.systems.periodic.system import Periodic
+from sweeps.systems.bodies.body import AXES, Axes
+from sweeps.systems.bodies.shapes import RATIOS
+from sweeps.systems.periodic.system import OnePeriod, Periodic, PeriodicDefinition
 from sweeps.systems.pumped_body import variables
-from sweeps.systems.pumped_body.definition import PumpedDefinition
 from sweeps.systems.system import Dynamics, Kernel, Points
+
+PHASES = 32
+REFINED = 5  # parabolas through three phases, each an eighth as far apart
+
+PumpedGrid = grid_model("PumpedGrid", variables.PARAMETERS, __name__, RATIOS)
+
+
+class PumpedDefinition(PeriodicDefinition):
+    """A sweep of free bodies whose moments of inertia change periodically."""
+
+    axes: Axes = Field((1, 2, 3), description=AXES)
+    modulation: Annotated[str, choice(("moment", "inverse"))] = Field(
+        "moment", description="what is I (1 + depth cos(frequency t + lag)): each moment, or its inverse"
+    )
+    grid: PumpedGrid = mapping("what is varied", PumpedGrid, required=True)
 
 
 class PumpedBody(Dynamics):
@@ -51,7 +70,6 @@ class PumpedBody(Dynamics):
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
         """Return the variational flow beside what is measured; see `motion`."""
         from sweeps.systems.pumped_body import motion
-        from sweeps.systems.pumped_body.existence import least_margin
 
         columns = motion.survey(points, self.inverse, integration.tolerance)
         columns["triangle_margin"] = least_margin(points, self.inverse)
@@ -59,8 +77,6 @@ class PumpedBody(Dynamics):
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others at some time of the period."""
-        from sweeps.systems.pumped_body.existence import least_margin
-
         return least_margin(points, self.inverse) < 0
 
     def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
@@ -73,11 +89,10 @@ class PumpedBody(Dynamics):
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used; they depend on no parameter."""
-        from sweeps.mechanics.proofs import proofs
         from sweeps.systems.pumped_body import motion
 
         model = motion.model(self.inverse)
-        return proofs(model, [np.array([p.default]) for p in model.system.parameters.values()])
+        return model.proofs([np.array([p.default]) for p in model.system.parameters.values()])
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
@@ -90,6 +105,33 @@ class PumpedBody(Dynamics):
 def is_inverse(definition: PumpedDefinition) -> bool:
     """Return whether a definition modulates the inverses of the moments."""
     return definition.modulation == "inverse"
+
+
+def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
+    """Return the least triangle margin over the period, of points whose arrays broadcast together.
+
+    The margin is the least of three smooth functions of the phase: where it is least, it is smooth.
+    """
+    from kernels.triangle import triangle_margin
+
+    def margin(u):
+        factors = [1.0 + points[f"depth{i}"] * np.cos(u + points[f"lag{i}"]) for i in (1, 2, 3)]
+        return triangle_margin(*(points[f"I{i}"] * (1.0 / f if inverse else f) for i, f in enumerate(factors, 1)))
+
+    least, at = margin(0.0), 0.0
+    for u in 2.0 * np.pi / PHASES * np.arange(1, PHASES):
+        here = margin(u)
+        least, at = np.minimum(least, here), np.where(here < least, u, at)
+    apart = 2.0 * np.pi / PHASES
+    for _ in range(REFINED):
+        before, after = margin(at - apart), margin(at + apart)
+        bent = before - 2.0 * least + after
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = np.where(bent > 0.0, 0.5 * apart * (before - after) / bent, 0.0)
+        here = margin(at + moved)
+        least, at = np.minimum(least, here), np.where(here < least, at + moved, at)
+        apart /= 8.0
+    return least
 
 
 SYSTEM = PumpedBody()

@@ -17,7 +17,7 @@ VARIABLES = MULTIPLIERS | table(
         bodies.TRIANGLE_MARGIN,
         long_name="least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes and the period; negative where no body can do "
         "that",
-    ),
+    )
 )
 
 Depth = Annotated[float, number(lambda x: -0.99 <= x <= 0.99, "a number from -0.99 to 0.99: no moment reaches 0")]
@@ -43,10 +43,7 @@ PARAMETERS = (
         required=True,
     ),
     Parameter(
-        "omega0",
-        bodies.SIGNED_SPIN,
-        "spin rate: angular momentum over the mean moment of the spin axis",
-        required=True,
+        "omega0", bodies.SIGNED_SPIN, "spin rate: angular momentum over the mean moment of the spin axis", required=True
     ),
     bodies.EPSILON,
     bodies.PHASE,

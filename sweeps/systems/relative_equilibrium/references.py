@@ -9,12 +9,12 @@ integrators, the estimator or theory's Jacobian. Of where the equilibrium is, on
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.systems.reintegration import rates_of
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
@@ -49,30 +49,13 @@ class Linearised:
     """
 
     def __init__(self, model: "Model"):
-        self.model = model
-        self._found: dict[tuple, tuple[Solved, Solved]] = {}
-
-    @cached_property
-    def _written(self) -> tuple[Callable, Callable | None, Callable | None]:
-        """Functions of the parameters and the states: rates or forces, the kinetic matrix, what is conserved."""
         import sympy as sp
 
-        flow = self.model.equations
-        arguments = (*flow.parameters, *flow.states)
-        conserved = list(flow.system.conserved_quantities.values())
-        return (
-            sp.lambdify(arguments, list(flow.f), "numpy"),
-            sp.lambdify(arguments, flow.a, "numpy") if flow.v else None,
-            sp.lambdify(arguments, conserved, "numpy") if conserved else None,
-        )
-
-    def rates(self, parameters: list, x: np.ndarray) -> np.ndarray:
-        """Return the rates of one state."""
-        forces, mass, _ = self._written
-        rates, rest = np.array(forces(*parameters, *x)), self.model.equations.m
-        if mass is not None:
-            rates[rest:] = np.linalg.solve(np.array(mass(*parameters, *x)), rates[rest:])
-        return rates
+        self.model, equations = model, model.equations
+        self.rates = rates_of(equations)
+        conserved = list(equations.system.conserved_quantities.values())
+        self._conserved = sp.lambdify((*equations.parameters, *equations.states), conserved, "numpy")
+        self._found: dict[tuple, tuple[Solved, Solved]] = {}
 
     def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
         """Return eigenvalues at a point from a differenced Jacobian and from motions."""
@@ -103,10 +86,10 @@ class Linearised:
 
     def _free(self, parameters, x, sizes):
         """Return the directions that leave the conserved quantities as they are, in units of the sizes."""
-        conserved = self._written[2]
-        if conserved is None:
+        if not self.model.system.conserved_quantities:
             return np.eye(x.size)
-        slopes = [np.imag(conserved(*parameters, *(x + 1j * STEP * sizes * e))) / STEP for e in np.eye(x.size)]
+        steps = 1j * STEP * sizes * np.eye(x.size)
+        slopes = [np.imag(self._conserved(*parameters, *(x + step))) / STEP for step in steps]
         _, singular, vh = np.linalg.svd(np.array(slopes, dtype=float).T)
         return vh[int((singular > RANK * singular.max()).sum()) :].T
 
@@ -155,51 +138,44 @@ def _off(solved: Solved, number: int) -> float:
     return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
 
 
-def _eigenvalue(equations: Linearised, part: str, which: int) -> tuple[Callable, Callable]:
-    """Return one eigenvalue's part by one of the two ways, and the allowed deviation."""
-
-    def value(point, _):
-        eigenvalue = equations.at(point)[which].values[int(point["eigenvalue"]) - 1]
-        return float(getattr(eigenvalue, part))
-
-    return value, lambda point, _: _off(equations.at(point)[which], int(point["eigenvalue"]) - 1)
+def _eigenvalue(part: str) -> Callable:
+    return lambda solved, k: (getattr(solved.values[k], part), _off(solved, k))
 
 
-def _growth(equations: Linearised, which: int) -> tuple[Callable, Callable]:
-    """Return the largest real part by one of the two ways, and the allowed deviation."""
-
-    def allowed(point, _):
-        solved = equations.at(point)[which]
-        return max(_off(solved, k) for k in range(solved.values.size))
-
-    return lambda point, _: float(equations.at(point)[which].values.real.max()), allowed
+def _growth(solved: Solved, _) -> tuple[float, float]:
+    return solved.values.real.max(), max(_off(solved, k) for k in range(solved.values.size))
 
 
-def _invariant(equations: Linearised, name: str) -> tuple[Callable, Callable]:
-    """Return S, D or S² - 4D of a differenced Jacobian, and the allowed deviation."""
+def _invariant(name: str) -> Callable:
+    def value(solved, _):
+        S, D = 0.5 * (solved.values**2).sum().real, solved.values.prod().real
+        values = {"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}
+        return values[name], 100.0 * JACOBIAN * solved.scale ** POWERS[name]
 
-    def value(point, _):
-        values = equations.at(point)[0].values
-        S, D = 0.5 * (values**2).sum().real, values.prod().real
-        return float({"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}[name])
+    return value
 
-    return value, lambda point, _: 100.0 * JACOBIAN * equations.at(point)[0].scale ** POWERS[name]
+
+def _again(equations: Linearised, quantity: Callable, which: int) -> tuple[Callable, Callable]:
+    """Return a quantity by one of the two ways, and the allowed deviation, as functions of a point."""
+
+    def at(point):
+        return quantity(equations.at(point)[which], int(point["eigenvalue"]) - 1)
+
+    return lambda point, _: float(at(point)[0]), lambda point, _: float(at(point)[1])
 
 
 def reference(system: "RelativeEquilibrium") -> Reference:
-    """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors."""
-    equations, table = Linearised(system.mechanism), []
-    for part in ("real", "imag"):
-        name = f"eigenvalue_{part}"
-        table.append((f"{name}_theory", "LAPACK", *_eigenvalue(equations, part, 0)))
-        table.append((name, "SciPy DOP853", *_eigenvalue(equations, part, 1)))
-    table.append(("growth_rate_theory", "LAPACK", *_growth(equations, 0)))
-    table.append(("growth_rate", "SciPy DOP853", *_growth(equations, 1)))
-    for name in POWERS if system.mechanism.n == 4 else ():
-        table.append((f"{name}_theory", "LAPACK", *_invariant(equations, name)))
-        table.append((name, "LAPACK", *_invariant(equations, name)))
-    first, *others = (
-        Reference(name, {way: value}, allowed, within_error=not name.endswith("_theory"))
-        for name, way, value, allowed in table
-    )
-    return replace(first, more=tuple(others))
+    """Return what `verify` measures again: theory with LAPACK, measured values with SciPy, within their errors.
+
+    Invariants, which are determinants of the Jacobian, come from LAPACK both times.
+    """
+    equations, references = Linearised(system.mechanism), []
+    quantities = {f"eigenvalue_{part}": _eigenvalue(part) for part in ("real", "imag")} | {"growth_rate": _growth}
+    quantities |= {name: _invariant(name) for name in POWERS if system.mechanism.n == 4}
+    for name, quantity in quantities.items():
+        for suffix in ("_theory", ""):
+            by_motions = not suffix and name not in POWERS
+            value, allowed = _again(equations, quantity, by_motions)
+            way = "SciPy DOP853" if by_motions else "LAPACK"
+            references.append(Reference(f"{name}{suffix}", {way: value}, allowed, within_error=not suffix))
+    return replace(references[0], more=tuple(references[1:]))

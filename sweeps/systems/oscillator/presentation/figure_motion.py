@@ -18,7 +18,8 @@ from sweeps.figure import colors, style
 from sweeps.mechanics import motions
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import animation
-from sweeps.systems.presentation.moving.equations import picture
+from sweeps.systems.presentation.moving import film
+from sweeps.systems.presentation.moving.equations import places
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -89,7 +90,6 @@ def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
 
 
 def _drawn(model, point, runs, q, times):
-    film = style.film.get()
     words = ",  ".join(animation.settings(model.system, point))
     figure = animation.stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
@@ -99,16 +99,15 @@ def _drawn(model, point, runs, q, times):
     scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.22, 0.44, 0.58))
     curve.spines[["top", "right"]].set_visible(False)
     landscape = _surface if q.shape[-1] == 2 else _valley
-    parts = [_scene(scene, model, point, runs, q), landscape(curve, model, point, runs)]
+    parts = [_scene(scene, model, point, runs, q), landscape(curve, model, point, runs, q)]
     place = {"transform": scene.transAxes, "ha": "right", "animated": True}
     clock = scene.text(0.98, 0.02, "", fontsize=8.5, color=colors.INK, **place)
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
 
     def frames():
-        for k in range(FRAMES * film.finer):
-            clock.set_text(f"t = {times[k * FINER]:.{digits}f} s" if digits < 5 else f"t = {times[k * FINER]:.2e} s")
-            lately = q[:, max(0, k - TRAIL * film.finer) * FINER : k * FINER + 1]
-            yield *(artist for part in parts for artist in part(lately)), clock
+        for k in range(0, FINER * FRAMES * style.film.get().finer, FINER):
+            clock.set_text(f"t = {times[k]:.{digits}f} s" if digits < 5 else f"t = {times[k]:.2e} s")
+            yield *(artist for part in parts for artist in part(k)), clock
 
     yield from animation.played(figure, frames())
 
@@ -118,53 +117,26 @@ def _lines(ax, runs, **look):
     return [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
 
 
-def _parts(model, point):
-    """Return kind of each part of the picture, whether it stands still, and a function from states to places.
-
-    The function takes (…, n) to (…, points, 2).
-    """
-    values = {p.symbol: point[p.name] for p in model.system.parameters.values()}
-    for kind, points, _ in picture(model.system, model.equations):
-        written = sp.Matrix(points).subs(values)
-        at = sp.lambdify(list(model.equations.q), list(written), "numpy")
-
-        def places(states, at=at, shape=written.shape):
-            numbers = np.broadcast_arrays(states[..., 0], *at(*np.moveaxis(states, -1, 0)))[1:]
-            return np.stack(numbers, axis=-1).reshape(*states.shape[:-1], *shape)
-
-        yield kind, not written.free_symbols, places
-
-
 def _scene(ax, model, point, runs, q):
     """Draw the picture, each run's moving part in its colour, and its equilibrium; masses have trails."""
     moving, reach = [], 0.0
-    for kind, is_still, places in _parts(model, point):
-        reach = max(reach, float(np.abs(places(q)).max()))
+    resting = np.array([run.place for run in runs])
+    both = (dict(zip(map(str, model.equations.q), np.moveaxis(x, -1, 0), strict=True)) for x in (q, resting))
+    values = {**point, **{str(v): 0.0 for v in model.equations.v}, "time": 0.0}
+    for (kind, seen), (_, rest) in zip(*(places(model.equations, values | x) for x in both), strict=True):
+        reach = max(reach, float(np.abs(seen).max()))
         mark = {} if kind == "line" else {"ls": "none", "marker": "o", "mfc": "none", "ms": 9 if kind == "mass" else 4}
-        if is_still:
-            ax.plot(*places(runs[0].place).T, color=colors.QUIET, **{"lw": 1.5} | mark)
+        if (seen == seen[0, 0]).all():  # it stands still
+            ax.plot(*rest[0].T, color=colors.QUIET, **{"lw": 1.5} | mark)
             continue
-        for run in runs:
-            ax.plot(*places(run.place).T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
-        trails = _lines(ax, runs, lw=2.0, alpha=0.4) if kind == "mass" else []
-        mark = {} if kind == "line" else {"marker": "o", "ms": 9}
-        moving.append((places, _lines(ax, runs, lw=2.0, **mark), trails))
-    ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach), aspect="equal")
-    ax.axis("off")
-
-    def move(q):
-        for places, artists, trails in moving:
-            seen = places(q)
-            for k, artist in enumerate(artists):
-                artist.set_data(*seen[k, -1].T)
-            for k, trail in enumerate(trails):
-                trail.set_data(*seen[k, :, 0].T)
-        return [artist for _, artists, trails in moving for artist in (*trails, *artists)]
-
-    return move
+        for run, one, place in zip(runs, seen, rest, strict=True):
+            ax.plot(*place.T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
+            moving.append((kind, one, {"color": COLORS[run.regime], "lw": 2.0}))
+    ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach))
+    return film.mover(ax, moving, TRAIL * FINER * style.film.get().finer)
 
 
-def _valley(ax, model, point, runs):
+def _valley(ax, model, point, runs, q):
     """Return V over one turn of the angle, in units of half its height."""
     height = _potential(model, point)
     theta = np.linspace(*WINDOW, 361)
@@ -173,10 +145,10 @@ def _valley(ax, model, point, runs):
     name = model.system.kept[0].name
     ax.set(xlabel=f"{name} (rad)", ylabel="V / half its height", xlim=WINDOW)
     ax.set_xticks(*TICKS)
-    return _along(ax, runs, lambda one: (_shown(one[:, 0]), height(one) / unit))
+    return _along(ax, runs, q, lambda one: (_shown(one[:, 0]), height(one) / unit))
 
 
-def _surface(ax, model, point, runs):
+def _surface(ax, model, point, runs, q):
     """Draw lines of equal V over both angles."""
     height = _potential(model, point)
     angle = np.linspace(*WINDOW, 121)
@@ -192,15 +164,16 @@ def _surface(ax, model, point, runs):
     ax.set_title("lines of equal V", loc="right", fontsize=8.5)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_ticks(*TICKS)
-    return _along(ax, runs, lambda one: (_shown(one[:, 0]), _shown(one[:, 1])))
+    return _along(ax, runs, q, lambda one: (_shown(one[:, 0]), _shown(one[:, 1])))
 
 
-def _along(ax, runs, seen):
+def _along(ax, runs, q, seen):
     """Return a function that moves dots with trails on a curve, broken where an angle is periodic."""
     trails, dots = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=7)
+    trail_length = TRAIL * FINER * style.film.get().finer
 
-    def move(q):
-        for trail, dot, one in zip(trails, dots, q, strict=True):
+    def move(k):
+        for trail, dot, one in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):
             x, y = seen(one)
             jumps = 1 + np.flatnonzero((np.abs(np.diff(x)) > math.pi) | (np.abs(np.diff(y)) > math.pi))
             trail.set_data(np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan))

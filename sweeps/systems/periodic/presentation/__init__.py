@@ -6,12 +6,23 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.systems.periodic.presentation.look import COMPARED, LOOK
+from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation, moving
+from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+MARKS = {
+    "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
+    "period_doubling": Mark("unstable, sign changes each period", "2", colors.SERIES_COLORS[4]),
+    "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
+    "perturbation_too_large": Mark("perturbation too large", "n", ""),
+    "no_periodic_motion": Mark("no periodic motion", "o", ""),
+}
+COMPARED = (Compared(("trace",), "trace"), Compared(("growth_rate",), "growth rate"))
+LOOK = Look(marks=MARKS, symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")})
 
 
 class PeriodicPresentation(Presentation):
@@ -37,12 +48,7 @@ class PeriodicPresentation(Presentation):
         curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
         return {
             f"tongues_{name}": partial(
-                figure_tongues.draw,
-                ds,
-                {"equilibrium": name},
-                f"perturbed motion: {name}",
-                LOOK,
-                curves,
+                figure_tongues.draw, ds, {"equilibrium": name}, f"perturbed motion: {name}", LOOK, curves
             )
             for name in ds["equilibrium"].values.tolist()
         } | self.against_theory(ds)

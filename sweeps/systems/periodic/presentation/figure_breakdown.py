@@ -18,13 +18,7 @@ SMALLEST = 1e-16
 
 
 def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
-    """Draw |trace - theory| over max(1, |theory|) against epsilon for points of a map, with fitted exponents.
-
-    Args:
-        ds: a map of multipliers with a dimension epsilon.
-        look: of regimes and parameters.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw |trace - theory| over max(1, |theory|) against epsilon for points of a map, with fitted exponents."""
     part = ds[["trace", "trace_theory", "trace_error", "regime_theory"]].sortby("epsilon")
     varied = [name for name in part["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
     part = part.isel({name: 0 for name in part["trace"].dims if name not in (*varied, "epsilon")}).load()

@@ -3,8 +3,11 @@
 A tree is a number, the name of a symbol, or a list: "+", "*", "^" or the name of a function, and its arguments.
 """
 
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -77,6 +80,24 @@ def picture(system: "System", equations: "Equations") -> list:
         PicturePart("body", ((0, 0),)),
         *(PicturePart("mass", (place,)) for place in places),
     ]
+
+
+def places(equations: "Equations", values: Mapping) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield kind and places, shape (…, points, 2 or 3), of each part of the picture.
+
+    Args:
+        equations: of the system.
+        values: of each state, parameter and `time`, by name: arrays that broadcast together.
+    """
+    import sympy as sp
+
+    system = equations.system
+    symbols = [*equations.states, *(p.symbol for p in system.parameters.values())]
+    arrays = np.broadcast_arrays(*(values[name] for name in (*map(str, symbols), "time")))
+    for kind, points, _ in picture(system, equations):
+        at = sp.lambdify([*symbols, system.time], [x for point in points for x in point], "numpy")
+        numbers = np.stack(np.broadcast_arrays(arrays[-1], *at(*arrays))[1:], axis=-1)
+        yield kind, numbers.reshape(*arrays[-1].shape, len(points), -1)
 
 
 def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:

@@ -7,16 +7,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
-from sweeps.systems.bodies.presentation import on_triangle
-from sweeps.systems.periodic.presentation.look import COMPARED
+from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
+from sweeps.systems.periodic.presentation import COMPARED, MARKS
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.pumped_body.presentation.look import LOOK
+from sweeps.systems.presentation.look import Look, Symbol
 from sweeps.systems.rigid_body.presentation.look import is_of_shapes
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
+
+LOOK = Look(
+    marks=MARKS,
+    symbols=SYMBOLS
+    | {
+        **{f"depth{i}": Symbol(f"$d_{i}$", f"d{s}") for i, s in zip("123", "₁₂₃", strict=True)},
+        "frequency": Symbol(r"$\nu$", "ν"),
+    },
+)
 
 
 class PumpedBodyPresentation(Presentation):
@@ -42,11 +51,10 @@ class PumpedBodyPresentation(Presentation):
             return {"triangle": partial(figure_shapes.draw, ds, LOOK)}
         if ds.sizes["epsilon"] >= figure_breakdown.LEAST_SIZES:
             return {"breakdown": partial(figure_breakdown.draw, ds, LOOK)}
-        from sweeps.systems.pumped_body.presentation.curves import mathieu
 
         def about(axis: int):
             title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
-            curves = lambda one, x, y: mathieu(ds, one, axis, y) if x == "frequency" else None  # noqa: E731
+            curves = lambda one, x, y: figure_shapes.mathieu(ds, one, axis, y) if x == "frequency" else None  # noqa: E731
             return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
 
         tongues = {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}

@@ -30,9 +30,7 @@ NAMES = ("axis", *(f"{name}{i}" for name in ("I", "depth", "lag") for i in (1, 2
 def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
     """Yield the frames of the animation, shape (height, width, 4); none where no intermediate axis is held.
 
-    Args:
-        ds: a map of pumped bodies.
-        inverse: whether 1/I_i is modulated, and not I_i.
+    With `inverse`, 1/I_i is modulated, and not I_i.
     """
     point = held(ds)
     if point is None:
@@ -68,10 +66,7 @@ def held(ds: xr.Dataset) -> dict[str, float] | None:
 def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return moments (times, 3), angular momentum over its size (times, 3) and attitude (times, 3, 3), L along z.
 
-    Args:
-        point: parameters of the body, by `NAMES`.
-        inverse: whether 1/I_i is modulated, and not I_i.
-        times: s.
+    The point has parameters of the body, by `NAMES`; times are in s. With `inverse`, 1/I_i is modulated, and not I_i.
     """
     mean, depth, lag = (np.array([point[f"{name}{i}"] for i in (1, 2, 3)]) for name in ("I", "depth", "lag"))
     k = int(point["axis"]) - 1

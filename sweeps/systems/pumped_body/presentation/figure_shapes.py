@@ -1,15 +1,17 @@
-"""The inertia triangle while the moments change: measured regimes in colours, under the exact boundary of stability."""
+"""The inertia triangle while the moments change: measured regimes under the exact boundary; and Mathieu's curves."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from scipy.interpolate import CubicSpline
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
+from sweeps.reading.definitions import mapping_of
 from sweeps.systems.bodies.presentation import triangle
-from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST
+from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, Curves, characteristic, ends
 from sweeps.systems.presentation.look import Look
 from sweeps.systems.presentation.regimes import MISSING, Regimes
 from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
@@ -18,13 +20,7 @@ NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theo
 
 
 def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
-    """Draw a panel for each axis of a map over a grid of shapes.
-
-    Args:
-        ds: a map of pumped bodies.
-        look: of regimes and parameters.
-        ax: where; left out, on a figure of its own.
-    """
+    """Draw a panel for each axis of a map over a grid of shapes."""
     at = fixed_at(ds)
     fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
     words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
@@ -42,3 +38,34 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     more = [Patch(facecolor=MISSING, label="physically impossible for a part of the period")]
     regimes.explain(figure, places, "growth per period", more)
     return figure
+
+
+def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
+    """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
+
+    With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
+    ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
+    """
+    others = [i for i in (1, 2, 3) if i != axis]
+    modulated = {f"depth{i}" for i in (1, 2, 3) if one[f"depth{i}"].values.any()}
+    inverse = mapping_of(ds.attrs["definition"]).get("modulation") == "inverse"
+    if not inverse or modulated != {depth} or depth == f"depth{axis}":
+        return None
+    j = int(depth[-1])
+    (i,) = set(others) - {j}
+    if any(one[name].size > 1 for name in ("I1", "I2", "I3", "omega0")):
+        return None
+    Ii, Ij, Ik, spin = (float(one[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
+    scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
+    curves = []
+    for sign in (1.0, -1.0):
+        few, many = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000)
+        q = sign * many
+        for a in CubicSpline(np.log(few), characteristic(few), axis=1)(np.log(many)):
+            with np.errstate(invalid="ignore", divide="ignore"):
+                square = scale * mean / a
+                frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
+            curves.append((np.where(square > 0.0, frequency, np.nan), at))
+    low, high = ends(one, depth)
+    inside = [(f, d, (d >= low) & (d <= high)) for f, d in curves]
+    return EXACT, [(f, np.where(here, d, np.nan)) for f, d, here in inside if here.any()]
