@@ -10,21 +10,23 @@ from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInf
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
-from sweeps.schema.strict import Strict, key, mapping
 from sweeps.schema.values import (
     TOLERANCE,
     Axis,
     Moment,
     Positive,
     Prose,
+    Strict,
     Tolerance,
     ascending,
     choice,
     converted,
     finite,
     in_unit,
+    key,
     line_of_text,
     list_of_different,
+    mapping,
     not_empty,
 )
 from sweeps.systems.bodies import inertia, outline

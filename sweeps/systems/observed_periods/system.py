@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import Strict, key, mapping
+from sweeps.schema.values import Strict, key, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS

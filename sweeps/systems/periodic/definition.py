@@ -3,8 +3,7 @@
 from pydantic import Field
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.strict import Strict, mapping
-from sweeps.schema.values import Tolerance
+from sweeps.schema.values import Strict, Tolerance, mapping
 
 
 class OnePeriod(Strict):

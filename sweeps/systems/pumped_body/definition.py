@@ -5,8 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.strict import mapping
-from sweeps.schema.values import choice
+from sweeps.schema.values import choice, mapping
 from sweeps.systems.bodies.body import AXES, Axes
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.periodic.definition import PeriodicDefinition

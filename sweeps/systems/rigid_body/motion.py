@@ -8,8 +8,8 @@ import numpy as np
 
 from kernels import exact
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display
+from sweeps.schema.variables import amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.bodies.variables import MOMENTS

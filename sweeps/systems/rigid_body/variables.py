@@ -1,8 +1,7 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Parameter, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rates import variables as rates

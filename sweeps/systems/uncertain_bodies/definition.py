@@ -8,8 +8,7 @@ from pydantic import BeforeValidator, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict, key, mapping, switch
-from sweeps.schema.values import Positive, choice, converted, finite, number, whole
+from sweeps.schema.values import Positive, Strict, choice, converted, finite, key, mapping, number, switch, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
