@@ -99,4 +99,3 @@ OMEGA0 = Parameter("omega0", bodies.SIGNED_SPIN, "spin rate", description=_SPIN)
 PARAMETERS = (*bodies.PRINCIPAL, OMEGA0, bodies.EPSILON, bodies.PHASE)
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
-COORDINATES = LAYOUT.coordinates

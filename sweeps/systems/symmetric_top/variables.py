@@ -67,7 +67,6 @@ PARAMETERS = (
     Parameter("omega3", SPIN, "spin rate about the figure axis", required=True),
     Parameter("half_angle", HALF_ANGLE, "angle between the angular velocity and the figure axis", required=True),
 )
-ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
-COORDINATES = coordinates_of(PARAMETERS)
-
-LAYOUT = Layout(COORDINATES, VARIABLES, tuple(VARIABLES), {one.name: one.quantity.item for one in PARAMETERS})
+ITEMS = {parameter.name: parameter.quantity.item for parameter in PARAMETERS}
+ARGUMENTS = tuple(ITEMS)
+LAYOUT = Layout(coordinates_of(PARAMETERS), VARIABLES, tuple(VARIABLES), ITEMS)

@@ -55,4 +55,3 @@ PARAMETERS = (
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
-COORDINATES = LAYOUT.coordinates

@@ -59,4 +59,3 @@ PARAMETERS = (
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
-COORDINATES = LAYOUT.coordinates
