@@ -19,19 +19,20 @@ from sweeps.systems.uncertain_bodies import variables as uncertain
 
 ROOT = Path(__file__).parents[1]
 CONTRACT = ROOT / "results" / "README.md"
-TABLES = [  # marker in results/README.md, and the variables of the code    ("coordinates", rigid_body.COORDINATES),
+TABLES = [  # marker in results/README.md, and the variables of the code
+    ("coordinates", rigid_body.LAYOUT.coordinates),
     ("variables", rigid_body.VARIABLES),
     ("terms", rigid_body.TERMS),
     ("certificate", rigid_body.CERTIFICATE),
     ("flips", rigid_body.FLIPS),
     ("in space", rigid_body.IN_SPACE),
-    ("symmetric top, coordinates", symmetric_top.COORDINATES),
+    ("symmetric top, coordinates", symmetric_top.LAYOUT.coordinates),
     ("symmetric top, variables", symmetric_top.VARIABLES),
-    ("twist, coordinates", twist.COORDINATES),
+    ("twist, coordinates", twist.LAYOUT.coordinates),
     ("twist, variables", twist.VARIABLES),
-    ("tumbling, coordinates", tumbling.COORDINATES),
+    ("tumbling, coordinates", tumbling.LAYOUT.coordinates),
     ("tumbling, variables", tumbling.VARIABLES),
-    ("observed periods, coordinates", observed_periods.COORDINATES),
+    ("observed periods, coordinates", observed_periods.LAYOUT.coordinates),
     ("observed periods, variables", observed_periods.VARIABLES),
     ("pumped body, coordinates", pumped_body.COORDINATES),
     ("pumped body, variables", pumped_body.VARIABLES),

@@ -77,7 +77,7 @@ def judged(path):
     """(Why a mesh is refused or "", its principal moments or zeros)."""
     try:
         return "", inertia.solid(path, 1000.0, None, "m").principal.moments
-    except inertia.InertiaError as refused:
+    except (inertia.InertiaError, inertia.MeshError) as refused:
         return f"{refused.wrong}; allowed: {refused.allowed}", (0.0, 0.0, 0.0)
 
 

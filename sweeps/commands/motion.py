@@ -86,8 +86,8 @@ def _of_system(args, is_film: bool):
 
     from sweeps.maps import motion
     from sweeps.pipeline import waiting
-    from sweeps.schema.quantities import amount
     from sweeps.schema.refusals import DefinitionError
+    from sweeps.schema.variables import amount
     from sweeps.systems import trajectories
     from sweeps.systems.motion import LEAST_SAMPLES, MotionError
     from sweeps.systems.presentation import animation

@@ -17,10 +17,8 @@ from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, r
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
-from sweeps.schema.carried import CONTRACT_VERSION, is_readable
-from sweeps.schema.layout import Layout, extremes, wrong
 from sweeps.schema.refusals import MapError, display, shortened
-from sweeps.schema.variables import POINT, Variable
+from sweeps.schema.variables import CONTRACT_VERSION, POINT, Layout, Variable, extremes, is_readable, wrong
 from sweeps.shards import contract
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from sweeps import systems
 from sweeps.maps import parts
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.quantities import amount
+from sweeps.schema.variables import amount
 from sweeps.systems.motion import MotionError, check_finite
 
 FORMATS = (".nc", ".csv")

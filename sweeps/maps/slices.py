@@ -7,10 +7,8 @@ import numpy as np
 from sweeps import systems
 from sweeps.maps.plain import PlainMap
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.carried import is_readable
-from sweeps.schema.layout import Layout
 from sweeps.schema.refusals import RefusedError, shortened
-from sweeps.schema.variables import POINT
+from sweeps.schema.variables import POINT, Layout, is_readable
 
 if TYPE_CHECKING:
     import xarray as xr

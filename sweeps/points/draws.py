@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sweeps.schema.sample import Sample
+from sweeps.schema.definition import Sample
 
 BITS = 30  # of SciPy's Sobol points
 LOW = 16  # binary digits of a number within a block

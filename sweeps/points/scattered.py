@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sweeps.points.ondemand import OnDemand
-from sweeps.schema.definition import Definition
+from sweeps.schema.definition import Definition, ends_alone
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.refusals import UnreadableError, display
-from sweeps.schema.sample import ends_alone
 
 if TYPE_CHECKING:
     from sweeps.points.tables import Table

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from sweeps import systems
 from sweeps.points.grid import Grid
-from sweeps.schema.definition import Definition
-from sweeps.schema.values import MAX_SHARDS
+from sweeps.schema.definition import MAX_SHARDS, Definition
 from sweeps.schema.variables import Variable
 
 SHARD_SECONDS = 10  # a file and a job cost a second or so: a shard is worth ten of work

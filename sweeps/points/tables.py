@@ -24,9 +24,9 @@ from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import refusal
 from sweeps.schema import units
-from sweeps.schema.layout import extremes, wrong
 from sweeps.schema.parameters import GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
+from sweeps.schema.variables import extremes, wrong
 
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
 ROWS = "rows"  # what they are called there

@@ -6,37 +6,45 @@ and allowed values stand in its `key`, and a refusal quotes them. `sweeps.points
 
 import hashlib
 import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, PrivateAttr, model_validator
 
-from sweeps.schema.carried import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range
-from sweeps.schema.refusals import Problem, display, keys_of, refusals
-from sweeps.schema.sample import MOST_SOBOL, Sample
-from sweeps.schema.strict import Strict, key, mapping
-from sweeps.schema.values import (
-    MAX_SAMPLES,
-    MAX_SHARDS,
-    TOLERANCE,
-    Positive,
-    SamplesPerRotation,
-    Tolerance,
-    file_count,
-    line_of_text,
-    place,
-)
+from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
+from sweeps.schema.values import TOLERANCE, Positive, Strict, Tolerance, choice, key, line_of_text, mapping, whole
+from sweeps.schema.variables import DEFAULT_SYSTEM
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 DEFAULT_NAME = "sweep"
+MAX_SHARDS = 10_000
+MAX_SAMPLES = 10**9
+METHODS = ("sobol", "latin", "random")
+MOST_DRAWN, MOST_SOBOL = 2**40, 2**30  # SciPy's Sobol points have 30 binary digits
+
+
+class Sample(Strict):
+    """Points drawn over the ranges of a grid, in place of all their combinations."""
+
+    method: Annotated[str, choice(METHODS)] = key(
+        "sobol (scrambled; most even, best with num a power of two), latin (Latin hypercube) or random", "sobol"
+    )
+    num: Annotated[int, whole(1, MOST_DRAWN, f"a whole number from 1 to {MOST_DRAWN:,}; sobol: {MOST_SOBOL:,}")] = key(
+        "number of points: a whole number ≥ 1", ...
+    )
+    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number ≥ 0")] = key(
+        "seed: a whole number ≥ 0; equal seeds give equal points", 0
+    )
 
 
 class Integration(Strict):
     """How each run is made: its length, its samples, its accuracy."""
 
     rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 4.0)
-    samples_per_rotation: SamplesPerRotation = key(
+    samples_per_rotation: Annotated[int, whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")] = key(
         "samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9", 16
     )
     tolerance: Tolerance = key(f"relative error allowed on the perturbation, {TOLERANCE}", 1e-10)
@@ -54,6 +62,30 @@ class Integration(Strict):
             allowed = f"rotations × samples_per_rotation from 8 to {MAX_SAMPLES:,}"
             raise refusals([Problem(("rotations",), display(self.rotations), wrong, allowed)])
         return self
+
+
+def _file_count(value: Any) -> int | str:
+    """Return a number of files, or "auto"."""
+    allowed = f"auto, or a whole number from 1 to {MAX_SHARDS:,} (each is a file and a job)"
+    if value == "auto":
+        return "auto"
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise refusal("is neither auto nor a whole number", allowed)
+    if not 1 <= value <= MAX_SHARDS:
+        raise refusal("is out of range", allowed)
+    return value
+
+
+def _place(value: Any) -> tuple[tuple[str, float | str], ...]:
+    """Return a mapping from names of coordinates to numbers or words as pairs, which can be hashed."""
+    allowed = "a mapping from coordinates of the map to finite numbers or words"
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) and len(name) <= 200 for name in value):
+        raise refusal("is not a mapping from names", allowed)
+    for name, at in value.items():
+        is_number = isinstance(at, int | float) and not isinstance(at, bool) and abs(at) <= sys.float_info.max
+        if not is_number and not (isinstance(at, str) and len(at) <= 200 and at.isprintable()):
+            raise refusal(f"has no number and no word at {name!r}", allowed)
+    return tuple(value.items())
 
 
 class Definition(Strict):
@@ -80,12 +112,12 @@ class Definition(Strict):
         "definition's, its columns named as the keys of grid"
     )
     start_at: Annotated[
-        tuple[tuple[str, Any], ...], BeforeValidator(place, json_schema_input_type=dict[str, float | str])
+        tuple[tuple[str, Any], ...], BeforeValidator(_place, json_schema_input_type=dict[str, float | str])
     ] = key(
         "where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
         "are used; changes no result"
     )
-    shards: Annotated[int | str, BeforeValidator(file_count)] = key(
+    shards: Annotated[int | str, BeforeValidator(_file_count)] = key(
         f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
     outlines: ClassVar[str] = ""  #: what pictures need of the files that the definition names
@@ -98,30 +130,14 @@ class Definition(Strict):
     _folder: str = PrivateAttr("")
     _reader: Callable[[str, str, str], "Definition"] = PrivateAttr(None)
     _rows: Any = PrivateAttr(None)
+    name = property(attrgetter("_name"), doc="The sweep's name: its file's stem.")
+    text = property(attrgetter("_text"), doc="The YAML as run: the file's own text, or the mapping written as YAML.")
+    folder = property(attrgetter("_folder"), doc="Where paths in it start: its file's folder.")
+    rows = property(attrgetter("_rows"), doc="The rows of its table (see `sweeps.points.tables`); None without one.")
 
     def keep_source(self, text: str, name: str, folder: str, rows: Any, reader: Callable) -> None:
         """Keep text, name, folder, the rows of its table, and the function that reads it again in another process."""
         self._text, self._name, self._folder, self._rows, self._reader = text, name, folder, rows, reader
-
-    @property
-    def rows(self) -> Any:
-        """The rows of its table (see `sweeps.points.tables`); None without one."""
-        return self._rows
-
-    @property
-    def name(self) -> str:
-        """The sweep's name: its file's stem."""
-        return self._name
-
-    @property
-    def text(self) -> str:
-        """The YAML as run: the file's own text, or the mapping written as YAML."""
-        return self._text
-
-    @property
-    def folder(self) -> str:
-        """Where paths in it start: its file's folder."""
-        return self._folder
 
     @property
     def inputs(self) -> str:
@@ -158,7 +174,6 @@ class Definition(Strict):
     def _check_sample(self) -> "Definition":
         if self.sample is None:
             return self
-        value, wrong = display(self.sample), ""
         if getattr(self, "bodies", ()):
             wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
         elif not self.drawn:
@@ -166,10 +181,26 @@ class Definition(Strict):
         elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
             wrong = "requests more points than exist"
             allowed = f"at most {MOST_SOBOL:,} points with sobol; or latin or random"
-        if wrong:
-            raise refusals([Problem(("sample",), value, wrong, allowed)])
-        return self
+        else:
+            return self
+        raise refusals([Problem(("sample",), display(self.sample), wrong, allowed)])
 
     def __reduce__(self):
         """Pickle a definition as its text: the models of a system need not be importable by name."""
         return self._reader, (self._text, self._name, self._folder)
+
+
+def ends_alone(values: Mapping) -> dict:
+    """Return the plain values of a definition with `num` added to the ranges of its grid that lack it."""
+    grid = values.get("grid")
+    if "sample" not in values or not isinstance(grid, dict):
+        return dict(values)
+    return {**values, "grid": {key: _with_num(entry) for key, entry in grid.items()}}
+
+
+def _with_num(entry: Any) -> Any:
+    if not isinstance(entry, dict) or "num" in entry:
+        return entry
+    if "start" not in entry:  # a mapping of ranges
+        return {key: _with_num(item) for key, item in entry.items()}
+    return {**entry, "num": 1 if entry["start"] == entry.get("stop") else 2}

@@ -7,10 +7,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Discriminator, Tag, create_model, model_validator
 
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import TAGS, refusal
-from sweeps.schema.strict import Strict, key
-from sweeps.schema.values import Count, choice, in_unit, list_of_different
+from sweeps.schema.values import Count, Strict, choice, in_unit, key, list_of_different
+from sweeps.schema.variables import Parameter, Quantity
 
 SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.

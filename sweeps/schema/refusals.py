@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is one of these: keys are printable
 
-_TOP = "(top level)"
 _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
 _MOST_LISTED = 100  # names
@@ -77,13 +76,8 @@ def refusals(problems: list[Problem]) -> "PydanticCustomError":
 
 def key_path(where: tuple) -> str:
     """Return the path of a key as in grid.I1[2]."""
-    text = ""
-    for part in where:
-        if isinstance(part, int):
-            text += f"[{part}]"
-        else:
-            text += ("." if text else "") + _plain_or_quoted(part)
-    return text or _TOP
+    parts = (f"[{part}]" if isinstance(part, int) else f".{_plain_or_quoted(part)}" for part in where)
+    return "".join(parts).removeprefix(".") or "(top level)"
 
 
 def _plain_or_quoted(text: str) -> str:
@@ -104,10 +98,10 @@ def _flow(value: Any) -> str:
     if hasattr(value, "model_fields_set"):
         value = {key: item for key, item in value if key in value.model_fields_set}
     if isinstance(value, dict):
-        pairs = (f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in _first(value.items()))
-        return "{" + ", ".join(pairs) + "}"
+        first = islice(value.items(), _SHOWN_CHARACTERS)
+        return "{" + ", ".join(f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in first) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_flow, _first(value))) + "]"
+        return "[" + ", ".join(map(_flow, islice(value, _SHOWN_CHARACTERS))) + "]"
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, int) and value.bit_length() > 1024:  # str() refuses beyond 4,300 digits
@@ -117,10 +111,6 @@ def _flow(value: Any) -> str:
     if isinstance(value, str):
         return repr(value[: 2 * _SHOWN_CHARACTERS])
     return f"<{type(value).__name__}>"
-
-
-def _first(items: Any) -> Iterator:
-    return islice(items, _SHOWN_CHARACTERS)
 
 
 def message(label: str, problems: list[Problem]) -> str:
@@ -191,9 +181,7 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     model, key = root, ""  # the innermost model on the path, and the key in it
-    for part in where:
-        if isinstance(part, int):
-            continue
+    for part in (part for part in where if not isinstance(part, int)):
         if key:
             model = next(models_in(model.model_fields[key].annotation), model)
         key = part

@@ -1,19 +1,41 @@
-"""Checked values: numbers and text that refuse in words what they may not hold."""
+"""Checked values and their models: numbers and text that refuse in words what they may not hold."""
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from sweeps.schema import units
-from sweeps.schema.refusals import display, hint, refusal
+from sweeps.schema.refusals import display, hint, keys_of, refusal
 
-MAX_SHARDS = 10_000
-MAX_SAMPLES = 10**9
-MIN_MOMENT = sys.float_info.min
 MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
+
+
+class Strict(BaseModel):
+    """A frozen model that converts nothing and knows no other keys than its own; made ready when it is first used.
+
+    A default that is a model is given by `model_construct`, which uses none: see `mapping`.
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
+
+
+def key(description: str, default: Any = None) -> Any:
+    """Return the field of a key, with what a refusal says of it; `...` in place of a default makes it required."""
+    return Field(default, description=description)
+
+
+def switch(words: str) -> Any:
+    """Return the field of a key that is true or false; left out, it is false."""
+    return key(f"true or false: whether {words}", False)
+
+
+def mapping(words: str, model: type[Strict], required: bool = False) -> Any:
+    """Return the field of a mapping, whose description lists the keys; left out, it has the model's defaults."""
+    default = ... if required else model.model_construct()
+    return key(f"{words}: a mapping with {keys_of(model)}", default)
 
 
 def finite(value: Any, allowed: str) -> float:
@@ -80,47 +102,20 @@ def choice(options: tuple[str, ...]) -> BeforeValidator:
     return BeforeValidator(check, json_schema_input_type=Literal[options])
 
 
-def line_of_text(most: int) -> AfterValidator:
-    """Return a validator of one line of printable text."""
-    allowed = f"one line of printable text, 1 to {most} characters"
+def printable(most: int, allowed: str, also: str = "") -> AfterValidator:
+    """Return a validator of text that is not empty: printable, but for the characters `also`."""
 
     def check(text: str) -> str:
-        if not text.strip() or len(text) > most or not text.isprintable():
+        if not text.strip() or len(text) > most or not all(c.isprintable() or c in also for c in text):
             raise refusal("is empty, too long or not printable", allowed)
         return text
 
     return AfterValidator(check)
 
 
-def _prose(text: str) -> str:
-    text = text.strip()
-    if not text or len(text) > 4000 or not all(c.isprintable() or c in "\n\t" for c in text):
-        raise refusal("is empty, too long or not printable", "printable text, 1 to 4000 characters")
-    return text
-
-
-def file_count(value: Any) -> int | str:
-    """Return a number of files, or "auto"."""
-    allowed = f"auto, or a whole number from 1 to {MAX_SHARDS:,} (each is a file and a job)"
-    if value == "auto":
-        return "auto"
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise refusal("is neither auto nor a whole number", allowed)
-    if not 1 <= value <= MAX_SHARDS:
-        raise refusal("is out of range", allowed)
-    return value
-
-
-def place(value: Any) -> tuple[tuple[str, float | str], ...]:
-    """Return a mapping from names of coordinates to numbers or words as pairs, which can be hashed."""
-    allowed = "a mapping from coordinates of the map to finite numbers or words"
-    if not isinstance(value, Mapping) or not all(isinstance(name, str) and len(name) <= 200 for name in value):
-        raise refusal("is not a mapping from names", allowed)
-    for name, at in value.items():
-        is_number = isinstance(at, int | float) and not isinstance(at, bool) and abs(at) <= sys.float_info.max
-        if not is_number and not (isinstance(at, str) and len(at) <= 200 and at.isprintable()):
-            raise refusal(f"has no number and no word at {name!r}", allowed)
-    return tuple(value.items())
+def line_of_text(most: int) -> AfterValidator:
+    """Return a validator of one line of printable text."""
+    return printable(most, f"one line of printable text, 1 to {most} characters")
 
 
 def not_empty(values: tuple) -> tuple:
@@ -156,13 +151,12 @@ def spin_rate(name: str) -> Any:
     return Annotated[float, number(lambda x: MIN_SPIN_RATE <= abs(x) <= MAX_SPIN_RATE, allowed)]
 
 
-Moment = Annotated[float, number(lambda x: x >= MIN_MOMENT, "a positive number, a moment in kg m2 or a ratio")]
+Moment = Annotated[float, number(lambda x: x >= sys.float_info.min, "a positive number, a moment in kg m2 or a ratio")]
 Epsilon = Annotated[float, number(lambda x: 0 < x < 1, "a number with 0 < epsilon < 1")]
 Phase = Annotated[float, number(lambda x: True, "any finite number, in rad")]
 Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
 TOLERANCE = "1e-13 to 1e-3: below 1e-13 rounding dominates, above 1e-3 the error hides the measured effect"
-Prose = Annotated[str, AfterValidator(_prose)]
+Prose = Annotated[str, AfterValidator(str.strip), printable(4000, "printable text, 1 to 4000 characters", also="\n\t")]
 Axis = Annotated[int, whole(1, 3, "1, 2 or 3")]
 Count = Annotated[int, whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]
-SamplesPerRotation = Annotated[int, whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")]

@@ -1,10 +1,19 @@
-"""One variable of a map, or one coordinate: name, unit, meaning, type and flags."""
+"""Contents of a map and of a grid: variables, coordinates, parameters, and the layout of a file."""
 
-from collections.abc import Container, Mapping
-from dataclasses import dataclass
+import math
+import re
+from collections.abc import Collection, Container, Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any, get_args
 
 import numpy as np
+
+from sweeps.schema import units
+from sweeps.schema.refusals import DefinitionError, display
+
+CONTRACT_VERSION = "3.0"
+DEFAULT_SYSTEM = "rigid_body"  # of a definition, or a map, that names none
 
 # How a file holds a variable that is deflated. Its bytes stay as they lie: values are mostly those of a neighbour,
 # whole, and shuffled they would take a third more room and twice the time.
@@ -99,3 +108,98 @@ def of_role(variables: Mapping[str, Variable], role: Role) -> str:
 
 
 POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")  # of what is no grid
+
+
+# -- parameters
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A kind of number, which one parameter or several hold."""
+
+    noun: str  #: what one value is called: "moment"
+    units: str  #: UDUNITS text, "1" for none
+    bounds: str  #: what is allowed, in few words
+    item: Any  #: the checked type of one value (see `sweeps.schema.values`)
+    least: float | None = None  #: the least absolute value, where 0 lies between what is allowed; None elsewhere
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One key of a grid."""
+
+    name: str  #: the key, and the coordinate of that name
+    quantity: Quantity  #: what its values are
+    long_name: str  #: what the coordinate means, one line (CF)
+    default: float | None = None  #: its value where the key is left out; None where nothing stands in for it
+    description: str = ""  #: what a refusal says of it; left out, the long name with unit and bounds
+    required: bool = False  #: whether a definition without it is refused at once; False where the system itself looks
+
+
+def amount(where: str, value: Any, unit: str) -> float:
+    """Return a number from a number, or from text with a unit; refuse others."""
+    try:
+        number = float(units.number(value, unit))
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise DefinitionError(f"{where}: {display(value)}; allowed: a finite number, in one of {units.allowed(unit)}")
+    return number
+
+
+def coordinates_of(parameters: Iterable[Parameter]) -> dict[str, Variable]:
+    """Return name → coordinate of each parameter."""
+    return {p.name: Variable(p.name, p.quantity.units, p.long_name) for p in parameters}
+
+
+# -- files
+
+
+def is_readable(version: str) -> bool:
+    """Return whether a map of this version of the contract can be read: one of the same major version."""
+    return bool(re.fullmatch(rf"{CONTRACT_VERSION.split('.')[0]}\.\d+", version))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The one description of a system's maps, which a file is held against."""
+
+    #: name → each coordinate that a map may have; those that may be dimensions in storage order.
+    coordinates: Mapping[str, Variable]
+    variables: Mapping[str, Variable]  #: name → each variable that a map may have
+    needed: tuple[str, ...]  #: names of the variables that a map has unless its own definition chose others
+    #: coordinate that every map has, but for the spare ones → the checked type of its values (see
+    #: `sweeps.schema.values`).
+    values: Mapping[str, Any] = field(default_factory=dict)
+    #: whether a map may have further coordinates and variables, all doubles: parameters whose names only the
+    #: description of its system knows.
+    is_open: bool = False
+    along: str = ""  #: dimension along which coordinates may lie that are no dimensions; "" for none
+    beside: tuple[str, ...] = ()  #: names of the coordinates that a map with that dimension has besides
+    spare: tuple[str, ...] = ()  #: names of the coordinates that only some maps have
+    #: coordinate → the dimensions, in storage order, along some of which it may lie where it is none.
+    over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def required(self, held: Collection[str]) -> set[str]:
+        """Return the names of the coordinates that a map must have, from those that it has."""
+        beside = self.beside if self.along in held else ()
+        return {*self.values, *beside} & {*self.coordinates} - {*self.spare}
+
+
+def wrong(item: Any, value: float | str) -> str:
+    """Return the allowed values of a checked type (see `sweeps.schema.values`) as text, "" for a valid value."""
+    try:
+        for check in get_args(item)[1:]:
+            check.func(value)
+    except ValueError as refused:  # pydantic's own, which is loaded where something is refused
+        return refused.context["allowed"]
+    return ""
+
+
+def extremes(values: np.ndarray) -> list[float | int]:
+    """Return the ends of values, and those nearest to zero on both sides: what holds of these holds of all."""
+    ends = [values.min().item(), values.max().item()] if values.size else []
+    if not ends or ends[0] > 0 or ends[1] < 0:
+        return ends
+    parts = values[values > 0], values[values < 0], values[values == 0]
+    return ends + [end.item() for part in parts if part.size for end in (part.min(), part.max())]

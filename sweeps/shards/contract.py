@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sweeps.schema.carried import CONTRACT_VERSION
-from sweeps.schema.variables import POINT
+from sweeps.schema.variables import CONTRACT_VERSION, POINT
 
 if TYPE_CHECKING:
     from sweeps.points.ondemand import OnDemand

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.carried import DEFAULT_SYSTEM
+from sweeps.schema.variables import DEFAULT_SYSTEM
 from sweeps.systems.system import Dynamics, Kernel
 
 if TYPE_CHECKING:

@@ -21,14 +21,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from sweeps.reading.sandbox import ChildError, parts_from_child
-from sweeps.schema import quantities
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Range, grid_model, spread
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import DescriptionError
-from sweeps.schema.strict import mapping
-from sweeps.schema.values import number
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.values import mapping, number
+from sweeps.schema.variables import Parameter, Quantity, Variable, coordinates_of, table
 from sweeps.systems.system import Dynamics, Kernel, Points
 
 if TYPE_CHECKING:
@@ -161,7 +158,7 @@ class Described(Dynamics):
 
     def coordinates(self, definition: Definition) -> dict[str, Variable]:
         """Return name → coordinate."""
-        return quantities.coordinates(self.parameters) | self.tables.COORDINATES
+        return coordinates_of(self.parameters) | self.tables.COORDINATES
 
     def places(self) -> dict[str, Variable]:
         """Return name → variable of the position of an equilibrium along each coordinate or state."""

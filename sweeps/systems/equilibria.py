@@ -3,11 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Annotated
 
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
-from sweeps.schema.quantities import Parameter
 from sweeps.schema.values import whole
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Layout, Parameter, Variable, coordinates_of, table
 from sweeps.systems.shared_variables import STEPS, status
 
 
@@ -44,7 +41,7 @@ def layout(
     """
     numbers = Annotated[int, whole(1, most, f"whole numbers from 1 to {most}")]
     return Layout(
-        quantities.coordinates(nudge) | table(Variable("equilibrium", None, "equilibrium", "str"), last),
+        coordinates_of(nudge) | table(Variable("equilibrium", None, "equilibrium", "str"), last),
         variables,
         tuple(needed),
         {parameter.name: parameter.quantity.item for parameter in nudge} | {last.name: numbers, "equilibrium": str},

@@ -5,9 +5,8 @@ import textwrap
 from dataclasses import replace
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Epsilon
-from sweeps.schema.variables import Role, Variable
+from sweeps.schema.variables import Parameter, Quantity, Role, Variable
 
 SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
 STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")

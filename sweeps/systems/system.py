@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.layout import Layout
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Layout, Variable
 
 if TYPE_CHECKING:
     from sweeps.schema.definition import Definition, Integration

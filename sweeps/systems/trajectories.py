@@ -8,8 +8,8 @@ import numpy as np
 
 from sweeps.schema import units
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display, hint
+from sweeps.schema.variables import amount
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.reading import files, hdf5, sandbox
-from sweeps.schema.layout import extremes
+from sweeps.schema.variables import extremes
 from sweeps.shards import content
 
 TRIED = 45  # damages of each system's map; `python tests/damages.py` tries them all

@@ -4,8 +4,8 @@ import scipy
 
 from sweeps.points.draws import Draw
 from sweeps.points.loading import read
+from sweeps.schema.definition import METHODS, Sample
 from sweeps.schema.refusals import DefinitionError
-from sweeps.schema.sample import METHODS, Sample
 
 GRID = {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 1.5, "stop": 0.5}, "I3": 1.0}
 SPUN = GRID | {"omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"}}

@@ -100,6 +100,7 @@ def test_shapes_are_drawn_with_sizes():
             "grid.ratios.thickness: 0.0 reaches 0; allowed: thickness above 0",
         ),
         ({"more": {"I1": 1.0}}, "is given beside I1; allowed: ratios (and I3), or moments"),
+        ({"more": {"I3": 10**400}}, "grid.I3: a whole number of 1329 bits is not finite as a double"),
         ({"more": {"I3": [1.0, 2.0]}, "sample": {"num": 3}}, "grid.I3: [1.0, 2.0] is a list beside sample"),
         ({"more": {"I3": -1.0}}, "grid.I3: -1.0"),
         ({"bodies": [{"name": "A", "I1": 1.0, "I2": 1.0, "I3": 1.0}]}, "is given beside bodies"),

@@ -101,7 +101,7 @@ def test_a_mesh_is_its_points_and_triangles(tmp_path, what, recwarn):
     if words is None:
         assert inertia.solid(tmp_path / name, 1.0).volume == pytest.approx(1 / 6)
     else:
-        with pytest.raises(inertia.InertiaError, match=words):
+        with pytest.raises(inertia.MeshError, match=words):
             inertia.solid(tmp_path / name, 1.0)
     assert not [w for w in recwarn if issubclass(w.category, RuntimeWarning)]
 

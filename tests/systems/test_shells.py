@@ -34,7 +34,7 @@ OVERLAPPING = {
 
 @pytest.mark.parametrize("name", OVERLAPPING)
 def test_what_overlaps_is_refused(tmp_path, name):
-    with pytest.raises(inertia.InertiaError, match=r"overlap .*count twice; allowed: "):
+    with pytest.raises(inertia.MeshError, match=r"overlap .*count twice; allowed: "):
         solid(tmp_path, *OVERLAPPING[name])
 
 

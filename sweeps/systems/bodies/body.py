@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -10,21 +11,23 @@ from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInf
 
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
-from sweeps.schema.strict import Strict, key, mapping
 from sweeps.schema.values import (
     TOLERANCE,
     Axis,
     Moment,
     Positive,
     Prose,
+    Strict,
     Tolerance,
     ascending,
     choice,
     converted,
     finite,
     in_unit,
+    key,
     line_of_text,
     list_of_different,
+    mapping,
     not_empty,
 )
 from sweeps.systems.bodies import inertia, outline
@@ -104,7 +107,8 @@ class Body(Strict):
 
     _principal: inertia.Principal | None = PrivateAttr(None)
     _solid: inertia.Solid | None = PrivateAttr(None)
-    _digest: str = PrivateAttr("")
+    principal = property(attrgetter("_principal"), doc="Principal moments and axes, of a tensor or a mesh; else None.")
+    solid = property(attrgetter("_solid"), doc="Mass properties, of a mesh; else None.")
 
     @property
     def moments(self) -> tuple[float, float, float]:
@@ -115,19 +119,9 @@ class Body(Strict):
         return given.I1, given.I2, given.I3
 
     @property
-    def principal(self) -> inertia.Principal | None:
-        """Principal moments and axes, where they come from a tensor or a mesh."""
-        return self._principal
-
-    @property
-    def solid(self) -> inertia.Solid | None:
-        """Mass properties, where they come from a mesh."""
-        return self._solid
-
-    @property
     def input(self) -> str:
         """The mesh's file as the definition names it, with the SHA-256 of its content; empty without a mesh."""
-        return f"{self.mesh.file} {self._digest}" if self.mesh else ""
+        return f"{self.mesh.file} {self.solid.digest}" if self.mesh else ""
 
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
@@ -151,10 +145,9 @@ class Body(Strict):
                 path = Path(folder) / self.mesh.file
                 self._solid = inertia.solid(path, self.mesh.density, self.mesh.mass, self.mesh.unit)
                 self._principal = self._solid.principal
-                self._digest = self._solid.digest
-        except inertia.InertiaError as error:
-            where = ("tensor",) if self.mesh is None else ("mesh", "file")
-            value = error.shown if self.mesh is None else display(self.mesh.file)
+        except (inertia.InertiaError, inertia.MeshError) as error:
+            where = ("mesh", "file") if self.mesh else ("tensor",)
+            value = display(self.mesh.file) if self.mesh else error.shown
             raise refusals([Problem(where, value, error.wrong, error.allowed)]) from None
 
 

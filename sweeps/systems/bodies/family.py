@@ -34,14 +34,12 @@ class FreeBody(Dynamics):
         bodies = definition.bodies
         if not bodies:
             return {}
-        moments = np.array([body.moments for body in bodies]).T
-        columns = dict(zip(MOMENTS, map(np.ascontiguousarray, moments), strict=True))
+        columns = dict(zip(MOMENTS, zip(*(body.moments for body in bodies), strict=True), strict=True))
         for name in filter(definition.is_per_body, definition.shareable):
-            of_bodies = [getattr(body, name) for body in bodies]
-            shared = getattr(definition.grid, name)
-            columns[name] = np.array([shared if value is None else value for value in of_bodies])
-        columns["moments_are_ratios"] = np.array([body.ratios is not None for body in bodies])
-        return {name: ("body", values) for name, values in columns.items()}
+            shared, of_bodies = getattr(definition.grid, name), [getattr(body, name) for body in bodies]
+            columns[name] = [shared if value is None else value for value in of_bodies]
+        columns["moments_are_ratios"] = [body.ratios is not None for body in bodies]
+        return {name: ("body", np.array(values)) for name, values in columns.items()}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others."""
@@ -51,7 +49,12 @@ class FreeBody(Dynamics):
 
 
 class MeasuredOnce(FreeBody):
-    """A free body that is followed once round, or whose closed form alone is computed: EXACT of its `tables`."""
+    """A free body that is followed once round, or whose closed form alone is computed: EXACT of its `tables`.
+
+    A subclass has three methods: `survey(points, integration)` returns the columns of the closed form and, where the
+    motion is followed, the measured ones; `agrees(points, columns)`, where these are the closed form's within their
+    errors; `start(point)`, moments (ascending, kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each.
+    """
 
     closed: str  #: what the closed form is of, for a map's `source`
 
@@ -59,18 +62,6 @@ class MeasuredOnce(FreeBody):
         """Return name → variable: the closed form alone where nothing is integrated."""
         followed = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if followed else self.tables.EXACT
-
-    def survey(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
-        """Return the columns of the closed form and, where the motion is followed, the measured ones."""
-        raise NotImplementedError
-
-    def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where the measured columns are the closed form's within their errors."""
-        raise NotImplementedError
-
-    def start(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
-        """Return moments (ascending, kg m2) and angular velocity at time 0 (rad s-1) of a point, shape (3,) each."""
-        raise NotImplementedError
 
     def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
         """Return the duration, s, that shows a motion best, from the time of one rotation."""

@@ -12,7 +12,7 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +37,7 @@ MESH_ROUNDING = 1e-7  # of the largest moment: coordinates in STL files are sing
 
 
 class InertiaError(ValueError):
-    """A tensor, a mesh or a covariance is refused; `str()` says why."""
+    """A tensor or a covariance is refused; `str()` says why."""
 
     def __init__(self, shown: str, wrong: str, allowed: str):
         super().__init__(f"{shown} {wrong}; allowed: {allowed}")
@@ -147,7 +147,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         Moments that differ by less than 1e-7 of the largest count as equal.
     """
     mesh, notes, digest = _closed(path)
-    notes += _made_separate(mesh, path)
+    notes += _made_separate(mesh)
     scale = UNITS[unit]
     middle = mesh.bounds.mean(axis=0)
     mesh.vertices = (mesh.vertices - middle) * scale  # integrals about a point outside lose digits
@@ -156,28 +156,29 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         notes += ("its faces looked inwards and were turned",)
     volume = float(mesh.volume)
     if not volume > 1e-12 * float(np.prod(mesh.extents)):
-        raise InertiaError(display(str(path)), "encloses no volume", "a mesh of a body with volume")
-    density = mass / volume if density is None else density
-    mesh.density = density
+        raise MeshError("encloses no volume", "a mesh of a body with volume")
+    mesh.density = mass / volume if density is None else density
     inertia = principal(mesh.moment_inertia, MESH_ROUNDING)
-    notes += _doubts(mesh.extents, density, None if mass is None else mass / volume, scale)
-    inertia = Principal(inertia.moments, inertia.axes, notes + inertia.notes)
-    centre = tuple((mesh.center_mass + middle * scale).tolist())
+    notes += _doubts(mesh.extents, None if mass is None else mesh.density, scale)
     along = (np.asarray(mesh.vertices) - mesh.center_mass) @ np.array(inertia.axes).T
-    surface = outline.simplified(along, np.asarray(mesh.faces))
-    extents = tuple(mesh.extents.tolist())
-    return Solid(inertia, density * volume, volume, centre, extents, len(mesh.faces), surface, digest)
+    return Solid(
+        principal=replace(inertia, notes=notes + inertia.notes),
+        mass=mesh.density * volume,
+        volume=volume,
+        centre=tuple((mesh.center_mass + middle * scale).tolist()),
+        extents=tuple(mesh.extents.tolist()),
+        faces=len(mesh.faces),
+        surface=outline.simplified(along, np.asarray(mesh.faces)),
+        digest=digest,
+    )
 
 
-def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: float) -> tuple[str, ...]:
+def _doubts(extents: np.ndarray, implied: float | None, scale: float) -> tuple[str, ...]:
     """Return a note where lengths may be in another unit: by the density `implied` from a mass (kg m-3), or by size."""
     longest = float(np.max(extents))
     if implied is not None and not DENSITIES[0] <= implied <= DENSITIES[1]:
-        doubt = f"its density is {density:.3g} kg/m³"
-        for name in LIKELY:
-            if FITTING[0] <= density * (scale / UNITS[name]) ** 3 <= FITTING[1]:
-                return (f"{doubt}: is it in {name} (--unit {name})?",)
-        return (doubt,)
+        fitting = [n for n in LIKELY if FITTING[0] <= implied * (scale / UNITS[n]) ** 3 <= FITTING[1]]
+        return (f"its density is {implied:.3g} kg/m³" + "".join(f": is it in {n} (--unit {n})?" for n in fitting[:1]),)
     if longest > LARGE and scale == 1.0:
         return (f"it is {longest:.4g} m long: is it in mm (--unit mm)?",)
     return ()
@@ -186,11 +187,8 @@ def _doubts(extents: np.ndarray, density: float, implied: float | None, scale: f
 def _closed(path: str | Path):
     """Return the mesh of a file, with faces that close it, notes, and the file's SHA-256."""
     if wrong := unsupported(path):
-        raise InertiaError(display(str(path)), *wrong)
-    try:
-        vertices, faces, digest = read(path)
-    except MeshError as error:
-        raise InertiaError(display(str(path)), error.wrong, error.allowed) from None
+        raise MeshError(*wrong)
+    vertices, faces, digest = read(path)
     import trimesh.repair
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -200,32 +198,29 @@ def _closed(path: str | Path):
         trimesh.repair.fix_winding(mesh)
         return mesh, ("its faces looked both ways and were turned",), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    open_edges = int(np.count_nonzero(uses != 2))
+    open_edges = np.count_nonzero(uses != 2)
     wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
-    allowed = "a closed surface (repair it in your modeller, or with trimesh)"
     if np.all(uses % 2 == 0):
-        allowed = "solids that share no edge (unite them, or move one aside by a hundredth of its size)"
-    raise InertiaError(display(str(path)), wrong, allowed)
+        raise MeshError(wrong, "solids that share no edge (unite them, or move one aside by a hundredth of its size)")
+    raise MeshError(wrong, "a closed surface (repair it in your modeller, or with trimesh)")
 
 
-def _made_separate(mesh, path: str | Path) -> tuple[str, ...]:
+def _made_separate(mesh) -> tuple[str, ...]:
     """Turn those surfaces of a mesh outwards that look inwards; return notes. None may enclose a place twice."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    import trimesh.graph
 
-    joined = coo_array((np.ones(len(mesh.face_adjacency)), mesh.face_adjacency.T), (len(mesh.faces),) * 2)
-    count, part = connected_components(joined, directed=False)
+    part = trimesh.graph.connected_component_labels(mesh.face_adjacency, len(mesh.faces))
+    count = part.max() + 1
     if count == 1:
         return ()
     if count > shells.MOST_SURFACES:
-        wrong = f"holds {count:,} closed surfaces"
-        raise InertiaError(display(str(path)), wrong, f"at most {shells.MOST_SURFACES:,}")
+        raise MeshError(f"holds {count:,} closed surfaces", f"at most {shells.MOST_SURFACES:,}")
     parts = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
     if parts.twice:
         involved = len({k for pair in parts.twice for k in pair})
         wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
         allowed = "solids apart or united (in your modeller), hollows with their faces turned inwards"
-        raise InertiaError(display(str(path)), wrong, allowed)
+        raise MeshError(wrong, allowed)
     notes = ()
     if any(parts.turned):
         mesh.faces = np.where(np.array(parts.turned)[part][:, None], mesh.faces[:, ::-1], mesh.faces)

@@ -15,6 +15,7 @@ maps the unit square of (x, t) onto the triangle, one to one but for x = 0. Poin
 evenly: x² is drawn evenly, then t.
 """
 
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -24,8 +25,8 @@ from kernels.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, entry, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.schema.strict import Strict, key
-from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
+from sweeps.schema.values import Strict, key
+from sweeps.systems.bodies.variables import LEAST, MOMENTS, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 
@@ -66,8 +67,7 @@ class _Ratios:
         f"{OF_I2}"
     )
     model = Shapes  # of what stands there
-    # the parameters that they give, and what each of these follows from, in the order of dimensions
-    names, over = tuple(SHAPE_OVER), SHAPE_OVER
+    names, over = tuple(SHAPE_OVER), SHAPE_OVER  # the parameters that they give, and what each of these follows from
 
     def completed(self, values: Mapping) -> dict:
         """Return the grid with I3, and I1 and I2 as ranges from end to end."""
@@ -81,19 +81,14 @@ class _Ratios:
         if 1 - most * (1 - low) < LEAST:
             allowed = "thickness above 0 where I1_over_I3 reaches 1: that needle has no I2"
             raise UnreadableError((*where, "thickness"), display(given.get("thickness")), "reaches 0", allowed)
-        for at, entries in ((where, given), (("grid",), {"I3": grid["I3"]})):
-            self._refuse_lists(values, at, entries)
+        for at, one in (*(((*where, name), one) for name, one in given.items()), (("grid", "I3"), grid["I3"])):
+            if "sample" in values and isinstance(one, tuple) and len(one) > 1:
+                allowed = "a number, or a range, over which points are drawn"
+                raise UnreadableError(at, display(one), "is a list beside sample", allowed)
+        smallest, greatest = _ends(grid["I3"], sys.float_info.max, (1.0, 1.0), "kg m2")
         ends = {"I1": (max(least, LEAST), most), "I2": (1 - most * (1 - low), 1 - least * (1 - high))}
-        smallest, greatest = _ends(grid["I3"], np.inf, (1.0, 1.0), "kg m2")
         scaled = {name: (a * smallest, b * greatest) for name, (a, b) in ends.items()}
         return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
-
-    def _refuse_lists(self, values: Mapping, where: tuple[str, ...], entries: Mapping) -> None:
-        """Refuse a list of shapes: shapes are drawn from ranges, or not at all."""
-        many = [name for name, one in entries.items() if isinstance(one, tuple) and len(one) > 1]
-        if "sample" in values and many:
-            allowed = "a number, or a range, over which points are drawn"
-            raise UnreadableError((*where, many[0]), display(entries[many[0]]), "is a list beside sample", allowed)
 
     def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Draw the square of I1/I3 evenly, so that points fill the triangle evenly."""
@@ -108,9 +103,7 @@ class _Ratios:
 
     def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
         """Return where one moment is above the sum of the others."""
-        if not {"I1", "I2", "I3"} <= set(columns):
-            return None
-        return triangle_margin(*(columns[name] for name in ("I1", "I2", "I3"))) < 0
+        return triangle_margin(*(columns[n] for n in MOMENTS)) < 0 if {*MOMENTS} <= set(columns) else None
 
 
 def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1") -> tuple[float, float]:

@@ -3,11 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Annotated
 
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Layout, Parameter, Quantity, Variable, coordinates_of, table
 from sweeps.systems.shared_variables import perturbation, rows
 
 MOMENTS = ("I1", "I2", "I3")
@@ -77,7 +74,7 @@ def layout(
     of the variables that every map has.
     """
     parameters = tuple(parameters)
-    grid_coordinates = SHAPE_COORDINATES | quantities.coordinates(parameters)
+    grid_coordinates = SHAPE_COORDINATES | coordinates_of(parameters)
     coordinates = table(*[BODY] * listed, *[AXIS] * spun) | grid_coordinates | table(*[MOMENTS_ARE_RATIOS] * listed)
     axis = {"axis": Axis} if spun else {}
     return Layout(

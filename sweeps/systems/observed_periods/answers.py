@@ -12,6 +12,7 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.observed_periods.variables import EXCLUDED
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
+NAMES = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
 SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
 LEAST = {"sam": 1.0, "lam": 0.0}  # ratio of periods over all bodies: of flat ones, of needles
 VERDICTS = ("possible", "within_errors", "excluded")
@@ -30,7 +31,7 @@ class TwoPeriods:
     def __post_init__(self):
         if self.unit not in UNITS:
             raise DefinitionError(f"unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
-        for name in ("P_psi", "P_phi", "sigma_psi", "sigma_phi"):
+        for name in NAMES:
             value = units.read(given := getattr(self, name), self.unit)
             least, allowed = (0, "0 or more") if "sigma" in name else (5e-324, "> 0")
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
@@ -41,8 +42,7 @@ class TwoPeriods:
     @property
     def seconds(self) -> dict[str, float]:
         """Name → each period and error, s."""
-        names = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
-        return {name: getattr(self, name) * UNITS[self.unit] for name in names}
+        return {name: getattr(self, name) * UNITS[self.unit] for name in NAMES}
 
     @property
     def definition(self) -> dict:
@@ -70,16 +70,15 @@ def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
     from sweeps.systems.observed_periods.columns import MODES, columns
 
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
-    row_columns = columns({name: np.array([value]) for name, value in point.items()})
+    values = {n: v.item() for n, v in columns({name: np.array([value]) for name, value in point.items()}).items()}
     least = tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"]
     rows = []
     for mode, k in MODES.items():
-        sigma, energy = (float(row_columns[f"{name}_{mode}"][0]) for name in ("exclusion", "energy"))
-        row = {"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": float(least[k, 0])}
+        sigma, energy = values[f"exclusion_{mode}"], values[f"energy_{mode}"]
+        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "least_ratio": float(least[k, 0])})
         if math.isfinite(energy):
-            names = {"energy_stderr": "energy_{}_stderr", "m": "parameter_{}", "omega0": "momentum_rate_{}"}
-            row |= {"energy": energy} | {key: float(row_columns[name.format(mode)][0]) for key, name in names.items()}
-        rows.append(row)
+            rows[-1] |= {"energy": energy, "energy_stderr": values[f"energy_{mode}_stderr"]}
+            rows[-1] |= {"m": values[f"parameter_{mode}"], "omega0": values[f"momentum_rate_{mode}"]}
     return rows
 
 
@@ -105,24 +104,23 @@ def of_all(periods: TwoPeriods, ds) -> list[dict]:
         error = math.hypot(periods.sigma_psi, least * periods.sigma_phi)
         sigma = 0.0 if below < 0 else below / error if error else math.inf
         finite = np.isfinite(energy)
-        some = energy[finite]
-        ends = {"least_energy": float(some.min()), "greatest_energy": float(some.max())} if some.size else {}
         share = float(weights[finite].sum() / weights.sum())
-        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share, **ends})
+        rows.append({"mode": mode, "verdict": verdict(sigma), "sigma": sigma, "shapes": share})
+        if finite.any():
+            rows[-1] |= {"least_energy": float(energy[finite].min())}
+            rows[-1]["greatest_energy"] = float(energy[finite].max())
     return rows
 
 
 def in_words(row: dict, periods: TwoPeriods) -> str:
     """Return one mode's answer in words."""
-    one = "least_ratio" in row
+    one, ratio = "least_ratio" in row, periods.P_psi / periods.P_phi
     if row["verdict"] == "excluded":
-        if one and math.isinf(row["least_ratio"]):
+        least, whose = (row["least_ratio"], "this body") if one else (LEAST[row["mode"]], "any body")
+        if math.isinf(least):
             return "excluded: a symmetric body has no such mode"
-        least = row["least_ratio"] if one else LEAST[row["mode"]]
         sure = "" if math.isinf(row["sigma"]) else f" at {row['sigma']:.2g}σ"
-        whose = "this body" if one else "any body"
-        observed = f"P_psi/P_phi = {periods.P_psi / periods.P_phi:.6g}"
-        return f"excluded{sure}: {observed}, but for {whose} this ratio exceeds {least:.6g}"
+        return f"excluded{sure}: P_psi/P_phi = {ratio:.6g}, but for {whose} this ratio exceeds {least:.6g}"
     if row["verdict"] == "within_errors":
         where = "" if one else " of a flat body"
         return f"possible within the errors: {row['sigma']:.2g}σ from the limit of small wobbles{where}"
@@ -130,7 +128,6 @@ def in_words(row: dict, periods: TwoPeriods) -> str:
         error = f" ± {row['energy_stderr']:.2g}" if row["energy_stderr"] else ""
         return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
     if "least_energy" not in row:
-        ratio = periods.P_psi / periods.P_phi
         needles = f"needles only, I1/I3 below {ratio / (1 + ratio):.3g}"
         return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies only'}"
     between = f"from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"

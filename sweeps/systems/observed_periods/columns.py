@@ -27,8 +27,7 @@ def exclusion(least: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarr
 def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the columns of points; see `sweeps.systems.observed_periods.variables`."""
     moments = np.sort([points[name] for name in ("I1", "I2", "I3")], axis=0)
-    seen = [points[name] for name in ("P_psi", "P_phi", "sigma_psi", "sigma_phi")]
-    P_psi, P_phi, sigma_psi, sigma_phi = seen
+    P_psi, P_phi, sigma_psi, sigma_phi = seen = [points[n] for n in ("P_psi", "P_phi", "sigma_psi", "sigma_phi")]
     ratio = P_psi / P_phi
     spread = ratio * np.hypot(sigma_psi / P_psi, sigma_phi / P_phi)
     solved = tumbling.inverse(*moments, ratio)
@@ -42,7 +41,8 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         apart = np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy))
         result[f"energy_{mode}_stderr"] = np.where(has, apart, np.nan)
         result[f"parameter_{mode}"] = solved["m"][k]
-        back = _closed_form(moments, np.where(has, energy, 1.0))
+        given = {"energy": np.where(has, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
+        back = tumbling.survey(dict(zip(("I1", "I2", "I3"), moments, strict=True)) | given, 1e-10, measured=False)
         result[f"momentum_rate_{mode}"] = np.where(has, back["period_psi_exact"] / P_psi, np.nan)
         again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
         lost |= has & ~(np.abs(again / ratio - 1.0) <= GIVEN_BACK)
@@ -51,9 +51,3 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     result["status"] = np.where(lost, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
     result["triangle_margin"] = triangle.triangle_margin(*moments)
     return result
-
-
-def _closed_form(moments: np.ndarray, energy: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the periods at an energy, in units of I3/L."""
-    points = dict(zip(("I1", "I2", "I3"), moments, strict=True)) | {"energy": energy, "omega0": np.ones_like(energy)}
-    return tumbling.survey(points, 1e-10, measured=False)

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import number
+from sweeps.schema.variables import Parameter, Quantity
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status
@@ -66,4 +66,3 @@ PARAMETERS = (
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, VARIABLES)
-COORDINATES = LAYOUT.coordinates

@@ -1,8 +1,7 @@
 """What a map of small oscillations holds, beside the parameters of the system described."""
 
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Parameter, Quantity, Variable
 from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
 from sweeps.systems.shared_variables import perturbation, regime, rows

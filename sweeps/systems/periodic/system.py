@@ -10,8 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.strict import Strict, mapping
-from sweeps.schema.values import Tolerance
+from sweeps.schema.values import Strict, Tolerance, mapping
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.periodic import variables as tables

@@ -8,8 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import Range, grid_model, spread
-from sweeps.schema.strict import mapping
-from sweeps.schema.values import choice
+from sweeps.schema.values import choice, mapping
 from sweeps.systems import described
 from sweeps.systems.bodies.body import AXES, Axes
 from sweeps.systems.bodies.shapes import RATIOS

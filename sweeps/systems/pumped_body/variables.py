@@ -3,9 +3,8 @@
 from dataclasses import replace
 from typing import Annotated
 
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase, number, whole
-from sweeps.schema.variables import table
+from sweeps.schema.variables import Parameter, Quantity, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.periodic.variables import MULTIPLIER, MULTIPLIERS

@@ -7,8 +7,20 @@ from pydantic import model_validator
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import Problem, display, hint, refusals
-from sweeps.schema.strict import Strict, key, mapping, switch
-from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit, line_of_text, list_of_different
+from sweeps.schema.values import (
+    Axis,
+    Epsilon,
+    Phase,
+    Positive,
+    Strict,
+    choice,
+    in_unit,
+    key,
+    line_of_text,
+    list_of_different,
+    mapping,
+    switch,
+)
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.shapes import RATIOS

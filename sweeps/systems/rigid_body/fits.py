@@ -2,6 +2,7 @@ r"""Numbers behind the pictures: signed rates, the power law of deviations in ε
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -112,15 +113,12 @@ def periods(ds: Dataset) -> list[Period]:
 
     Of several omega0, epsilon and phase, the least epsilon and else the first is taken.
     """
-    observations = [seen for seen in _observations(ds) if seen.axis in ds["axis"].values]
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
     if "epsilon" in ds.dims:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
-    periods_of_bodies = []
-    for seen in observations:
-        at = ds.isel(first).sel(body=seen.body, axis=seen.axis)
-        periods_of_bodies.append(replace(seen, measured_days=float(at["euler_period"]) / SECONDS_PER_DAY))
-    return periods_of_bodies
+    euler = ds["euler_period"].isel({dim: at for dim, at in first.items() if dim in ds["euler_period"].dims})
+    seen = [one for one in _observations(ds) if one.axis in ds["axis"].values]
+    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / SECONDS_PER_DAY) for o in seen]
 
 
 def _observations(ds: Dataset) -> Iterator[Period]:
@@ -134,10 +132,7 @@ def _observations(ds: Dataset) -> Iterator[Period]:
     for body in bodies if isinstance(bodies, tuple) else ():
         given = body if isinstance(body, dict) else {}
         name, axis, note = given.get("name"), given.get("axis"), given.get("note")
-        if not (isinstance(name, str) and name in named and isinstance(axis, int)):
-            continue
-        try:
-            seen = Observed.model_validate(given.get("observed"))
-        except ValidationError:
-            continue
-        yield Period(name, axis, math.nan, seen.period_days, seen.what, note if isinstance(note, str) else "")
+        if isinstance(name, str) and name in named and isinstance(axis, int):
+            with suppress(ValidationError):
+                seen = Observed.model_validate(given.get("observed"))
+                yield Period(name, axis, math.nan, seen.period_days, seen.what, note if isinstance(note, str) else "")

@@ -8,8 +8,8 @@ import numpy as np
 
 from kernels import exact
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.quantities import amount
 from sweeps.schema.refusals import DefinitionError, display
+from sweeps.schema.variables import amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.bodies.variables import MOMENTS
@@ -44,11 +44,7 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> Dataset:
-    """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion`.
-
-    The default duration is two flips or two turns of the perturbation, or four rotations where that takes over 10,000.
-    omega1 … omega3 (rad s-1) and q0 … q3 are those of the closed form, and with _direct step by step.
-    """
+    """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion` and `span_of`."""
     import xarray as xr
 
     moments, omega = start(point)
@@ -60,18 +56,17 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
 def spin_of(start: Any) -> dict[str, Any]:
     """Return the axis, spin rate and perturbation in a start as `sweeps.motion` takes it; {} for angular velocities."""
     given = _given(start)
-    spinning = {name: value for name, value in given.items() if name in SPIN}
-    if set(given) - {*SPIN, *RATES} or (spinning and len(spinning) < len(given)):
+    if not (given.keys() <= {*SPIN} or given.keys() <= {*RATES}):
         raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
-    return spinning
+    return {name: value for name, value in given.items() if name in SPIN}
 
 
 def _given(start: Any) -> dict[str, Any]:
+    if isinstance(start, list | tuple | np.ndarray) and np.shape(start) == (3,):
+        return dict(zip(RATES, start, strict=True))
     if start is None or isinstance(start, Mapping):
         return dict(start or {})
-    if not isinstance(start, list | tuple | np.ndarray) or np.shape(start) != (3,):
-        raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
-    return dict(zip(RATES, start, strict=True))
+    raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
 
 
 def from_start(
@@ -105,7 +100,7 @@ def from_start(
 
 def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarray:
     given, spinning = _given(given), spin_of(given)
-    if len(given) > len(spinning):
+    if given and not spinning:
         omega = np.array([amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])
         if not omega.any():
             raise DefinitionError("start: the body is at rest; allowed: an angular velocity other than 0")

@@ -95,13 +95,6 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
     return abs(float(twist.survey(points, 1e-10, measured=False)["twist_exact"][0]))
 
 
-def _in_space(spin: Spin, duration) -> str:
-    if spin.space_period is None:
-        return ""
-    turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"
-    return f"; precession period about L {duration(spin.space_period)} (inertial frame; {turns})"
-
-
 def in_words(spin: Spin, duration) -> str:
     """Return the outcome of a perturbed spin in one sentence or two; `duration` formats seconds."""
     if spin.regime == "unstable":
@@ -116,7 +109,11 @@ def in_words(spin: Spin, duration) -> str:
         text = f"stable ({end} inertia): wobble period {duration(spin.euler_period)} (body frame)"
         if spin.flip_period is not None:
             return f"{text}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}"
-        return f"{text}, tilt at most {spin.max_tilt:.2g}°{_in_space(spin, duration)}"
+        text += f", tilt at most {spin.max_tilt:.2g}°"
+        if spin.space_period is None:
+            return text
+        turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"
+        return f"{text}; precession period about L {duration(spin.space_period)} (inertial frame; {turns})"
     if spin.regime == "sphere":
         return "neutral (I1 = I2 = I3): perturbations neither grow nor oscillate"
     return "marginal: two moments are equal, and perturbations grow in proportion to time, not exponentially"
@@ -127,10 +124,9 @@ def in_words(spin: Spin, duration) -> str:
 
 def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     """Return name → body of a definition; `path` is used in messages."""
-    listed = definition.bodies if isinstance(definition, NearAxisDefinition) else ()
-    if not listed:
+    if not isinstance(definition, NearAxisDefinition) or not definition.bodies:
         raise DefinitionError(f"{path}: bodies: is missing; allowed: a definition of rigid bodies with bodies")
-    return {body.name: body for body in listed}
+    return {body.name: body for body in definition.bodies}
 
 
 def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
@@ -166,39 +162,38 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     return chosen, setting(requested, chosen)
 
 
-def facts(body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, thrown: bool = False) -> dict:
-    """Return the answer for machines: SI units, angles in rad; see :func:`answer`."""
-    said = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
-    if body.principal is not None:
-        said |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
-    if body.solid is not None:
-        said |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
-    answers = [asdict(s) | {"max_tilt": math.radians(s.max_tilt)} for s in spins(body.moments, **spun, axes=axes)]
-    if thrown:
-        answers = [spin | {"twist_thrown": twist_of(body.moments, spin["axis"], spun)} for spin in answers]
-    return said | {"axes": answers}
-
-
 def answer(
     body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, thrown: bool = False
-) -> tuple[list[str], list[tuple[str, str]], list[str]]:
-    """Return the answer for people: lines about the body, (axis, outcome) of each spin, and what is known.
+) -> tuple[dict, list[str], list[tuple[str, str]], list[str]]:
+    """Return the answer for machines and for people.
 
     With `thrown` the twist of the throw is added, but not about the handle, whose direction then stays near L.
+
+    Returns:
+        Facts in SI units, angles in rad; lines about the body; (axis, outcome) of each spin; and what is known.
     """
-    about_axes, rows = spins(body.moments, **spun, axes=axes), []
-    for one in about_axes:
-        text = in_words(one, wording.duration)
-        if thrown and (twist := twist_of(body.moments, one.axis, spun)) is not None:
-            size, angle = f"ε = {spun['epsilon']:.3g}", f"{math.degrees(twist):.3g}°"
-            text += f"; thrown with {size}, it twists by {angle} per revolution of its handle"
-        rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
+    facts = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
+    if body.principal is not None:
+        facts |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
+    if body.solid is not None:
+        facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
+    facts["axes"], rows = [], []
     turn, size = wording.duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
     rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn})"
     lines = [*_described(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
+    about_axes = spins(body.moments, **spun, axes=axes)
     if any(spin.flip_period is not None for spin in about_axes):
         lines.append(f"flip times are for ε = {size}; larger perturbations flip sooner")
-    return lines, rows, list(_known(body))
+    for one in about_axes:
+        text, twist = in_words(one, wording.duration), twist_of(body.moments, one.axis, spun) if thrown else None
+        facts["axes"].append(asdict(one) | {"max_tilt": math.radians(one.max_tilt)})
+        if thrown:
+            facts["axes"][-1]["twist_thrown"] = twist
+        if twist is not None:
+            angle = f"{math.degrees(twist):.3g}°"
+            text += f"; thrown with ε = {spun['epsilon']:.3g}, it twists by {angle} per revolution of its handle"
+        rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
+    return facts, lines, rows, list(_known(body))
 
 
 def axes_of(value: object) -> Axes:

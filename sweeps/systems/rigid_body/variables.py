@@ -1,8 +1,7 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Parameter, Variable
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rates import variables as rates
@@ -100,4 +99,3 @@ OMEGA0 = Parameter("omega0", bodies.SIGNED_SPIN, "spin rate", description=_SPIN)
 PARAMETERS = (*bodies.PRINCIPAL, OMEGA0, bodies.EPSILON, bodies.PHASE)
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
-COORDINATES = LAYOUT.coordinates

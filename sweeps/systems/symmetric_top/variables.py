@@ -4,10 +4,8 @@ from dataclasses import replace
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema import quantities
-from sweeps.schema.layout import Layout
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import MIN_SPIN_RATE, number, spin_rate
+from sweeps.schema.variables import Layout, Parameter, Quantity, coordinates_of
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.shared_variables import STEPS, rows, status
 
@@ -69,7 +67,6 @@ PARAMETERS = (
     Parameter("omega3", SPIN, "spin rate about the figure axis", required=True),
     Parameter("half_angle", HALF_ANGLE, "angle between the angular velocity and the figure axis", required=True),
 )
-ARGUMENTS = tuple(parameter.name for parameter in PARAMETERS)
-COORDINATES = quantities.coordinates(PARAMETERS)
-
-LAYOUT = Layout(COORDINATES, VARIABLES, tuple(VARIABLES), {one.name: one.quantity.item for one in PARAMETERS})
+ITEMS = {parameter.name: parameter.quantity.item for parameter in PARAMETERS}
+ARGUMENTS = tuple(ITEMS)
+LAYOUT = Layout(coordinates_of(PARAMETERS), VARIABLES, tuple(VARIABLES), ITEMS)

@@ -1,6 +1,7 @@
 """Tumbling bodies: their definition, columns, motion and references."""
 
 from collections.abc import Mapping
+from itertools import permutations
 from typing import ClassVar
 
 import numpy as np
@@ -8,7 +9,7 @@ from pydantic import model_validator
 
 from sweeps.schema.parameters import grid_model, spread
 from sweeps.schema.refusals import Problem, display, refusals
-from sweeps.schema.strict import key, mapping
+from sweeps.schema.values import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
@@ -49,11 +50,9 @@ class TumblingDefinition(FollowedDefinition):
         """Refuse energies that no body of the sweep can have."""
         if self.grid.energy is None:
             return self
-        if self.bodies:
-            most = max(max(body.moments) / min(body.moments) for body in self.bodies)
-        else:
-            ends = np.array([_ends(getattr(self.grid, name)) for name in MOMENTS])
-            most = max(ends[i, 1] / ends[j, 0] for i in range(3) for j in range(3) if i != j)
+        ends = [] if self.bodies else [_ends(getattr(self.grid, name)) for name in MOMENTS]
+        ratios = [greatest / least for (_, greatest), (least, _) in permutations(ends, 2)]
+        most = max(ratios or [max(body.moments) / min(body.moments) for body in self.bodies])
         least, greatest = _ends(self.grid.energy)
         if greatest <= most:
             return self

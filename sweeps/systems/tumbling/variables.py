@@ -3,9 +3,8 @@
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import number
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Parameter, Quantity, Role, Variable, table
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status, with_exact
@@ -56,4 +55,3 @@ PARAMETERS = (
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
-COORDINATES = LAYOUT.coordinates

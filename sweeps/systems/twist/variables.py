@@ -4,8 +4,8 @@ import math
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.values import Phase, number
+from sweeps.schema.variables import Parameter, Quantity
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status, with_exact
@@ -59,4 +59,3 @@ PARAMETERS = (
 )
 
 LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
-COORDINATES = LAYOUT.coordinates

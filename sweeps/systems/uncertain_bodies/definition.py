@@ -8,8 +8,7 @@ from pydantic import BeforeValidator, model_validator
 
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.strict import Strict, key, mapping, switch
-from sweeps.schema.values import Positive, choice, converted, finite, number, whole
+from sweeps.schema.values import Positive, Strict, choice, converted, finite, key, mapping, switch, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
@@ -19,7 +18,6 @@ from sweeps.systems.uncertain_bodies.measuring import BodySampling
 
 SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
-MOST_SEED = 2**63 - 1
 
 
 def share(value: Any) -> float:
@@ -107,8 +105,7 @@ GivenUncertainty = Annotated[
     ),
 ]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
-Seed = Annotated[int, whole(0, MOST_SEED, "a whole number, 0 or more")]
-Turns = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
+Seed = Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")]
 
 
 class UncertainBody(SpunBody):
@@ -137,15 +134,15 @@ class UncertainDefinition(NearAxisDefinition):
     method: Annotated[str, choice(designs.METHODS)] = key(
         "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
     )
-    turns: Turns = key("turns of the spin within which a flip is counted: > 0", 100.0)
+    turns: Positive = key("turns of the spin within which a flip is counted: > 0", 100.0)
     twist: bool = switch("to measure the twist of the draws too, and write its quantiles")
     keep: bool = switch("to write every draw into the map")
 
     @property
     def remarks(self) -> list[tuple[str, str]]:
         """The sampling of the bodies, besides their principal axes."""
-        made = sorted({designs.made(self.sampling(body).draws) for body in self.bodies})
-        counts = f"{made[0]:,}" if len(made) == 1 else f"{made[0]:,} to {made[-1]:,}"
+        made = {designs.made(self.sampling(body).draws) for body in self.bodies}
+        counts = " to ".join(f"{count:,}" for count in sorted({min(made), max(made)}))
         line = f"{counts} draws a body ({self.method}, seed {self.seed}) over {', '.join(self.inputs_of_draws)}"
         return [("draws", line), *super().remarks]
 
@@ -189,16 +186,15 @@ def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distr
     if broken := shapes.violation(body.moments):
         value = ", ".join(f"{moment:.6g}" for moment in moments)
         raise InertiaError(value, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
-    axes = np.array(body.principal.axes) if body.principal is not None else np.eye(3)
-    tensor = None if body.tensor is None else np.array(body.tensor)
     wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)
-    if wants_tensor and tensor is None:
+    if wants_tensor and body.tensor is None:
         allowed = f"uncertainty of its moments, or a tensor of {body.name}"
         raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
-    use_tensor = wants_tensor or (given.inertia is not None and tensor is not None)
-    symmetric = [(tensor[i, j] + tensor[j, i]) / 2 for i, j in distribution.possible.ENTRIES] if use_tensor else moments
-    entries = np.array(symmetric)
-    if use_tensor and given.tensor is not None and len(set(given.tensor)) > 1:
+    entries, frame = moments, np.eye(3)
+    if use_tensor := wants_tensor or (given.inertia is not None and body.tensor is not None):
+        frame, tensor = np.array(body.principal.axes), np.array(body.tensor)
+        entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in distribution.possible.ENTRIES])
+    if given.tensor is not None and len(set(given.tensor)) > 1:
         for name, entry, share in zip(distribution.ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
                 wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
@@ -209,5 +205,4 @@ def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distr
         shares = given.tensor if use_tensor else given.moments
         shares = (given.inertia or 0.0) if shares is None else np.array(shares)
         covariance = distribution.relative(entries, shares)
-    frame = axes if use_tensor else np.eye(3)
     return distribution.Distribution(moments, frame, entries, covariance, given.spin)

@@ -138,17 +138,17 @@ def sobol_indices(
     """
     dimension = sum(map(len, groups))
     both = normals(method, 2 * dimension, draws, seed, stream=1)
-    count, size, _ = both.shape
     A, B = both[..., :dimension].reshape(-1, dimension), both[..., dimension:].reshape(-1, dimension)
     fA, fB, *fM = map(np.asarray, run(function, _saltelli(A, B, groups)))
     centre = (fA.mean(axis=0) + fB.mean(axis=0)) / 2
     fA, fB = fA - centre, fB - centre
-    variance = _by_replicate((fA**2 + fB**2) / 2, count, size)
+    shape = (*both.shape[:2], *fA.shape[1:])
+    variance = ((fA**2 + fB**2) / 2).reshape(shape).mean(axis=1)
     indices = {name: [] for name in ("first", "first_error", "total", "total_error")}
     for values in fM:
         mixed = values - centre
         for name, terms in (("first", fB * (mixed - fA)), ("total", (fA - mixed) ** 2 / 2)):
-            value, error = _ratio(_by_replicate(terms, count, size), variance)
+            value, error = _ratio(terms.reshape(shape).mean(axis=1), variance)
             indices[name].append(value)
             indices[f"{name}_error"].append(error)
     return {name: np.stack(values) for name, values in indices.items()}
@@ -156,16 +156,9 @@ def sobol_indices(
 
 def _saltelli(A: np.ndarray, B: np.ndarray, groups: Groups) -> Iterator[np.ndarray]:
     """Yield A, B, and A with the columns of one group after the other from B."""
-    yield A
-    yield B
+    yield from (A, B)
     for group in groups:
-        mixed = A.copy()
-        mixed[:, group] = B[:, group]
-        yield mixed
-
-
-def _by_replicate(values: np.ndarray, count: int, size: int) -> np.ndarray:
-    return values.reshape(count, size, *values.shape[1:]).mean(axis=1)
+        yield np.where(np.isin(np.arange(A.shape[1]), group), B, A)
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

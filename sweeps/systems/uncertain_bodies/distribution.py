@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -39,17 +40,15 @@ class Distribution:
     @cached_property
     def _blocks(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Of each set of entries that depend on each other: name, their numbers, a factor F of F Fᵀ = covariance."""
-        names = ENTRIES if self.is_tilted else MOMENTS
-        left, blocks = [k for k in range(len(names)) if self.covariance[k, k] > 0], []
-        while left:
-            block = [left[0]]
-            for k in block:
-                block += [j for j in left if self.covariance[k, j] != 0 and j not in block]
-            block.sort()
-            left = [k for k in left if k not in block]
+        from scipy.sparse.csgraph import connected_components
+
+        names, blocks = ENTRIES if self.is_tilted else MOMENTS, []
+        uncertain = np.flatnonzero(np.diag(self.covariance) > 0)
+        _, label = connected_components(self.covariance[np.ix_(uncertain, uncertain)], directed=False)
+        for block in (uncertain[label == k] for k in dict.fromkeys(label)):
             values, vectors = np.linalg.eigh(self.covariance[np.ix_(block, block)])
             factor = vectors * np.sqrt(np.clip(values, 0.0, None))
-            blocks.append(("+".join(names[k] for k in block), np.array(block), factor))
+            blocks.append(("+".join(names[k] for k in block), block, factor))
         return blocks
 
     @property
@@ -60,16 +59,13 @@ class Distribution:
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Columns of standard normals that each input takes."""
-        groups, first = [], 0
-        for width in [len(block) for _, block, _ in self._blocks] + [1] * sum(name in self.spin for name in SPIN):
-            groups.append(tuple(range(first, first + width)))
-            first += width
-        return tuple(groups)
+        widths = [len(block) for _, block, _ in self._blocks] + [1] * sum(name in self.spin for name in SPIN)
+        return tuple(tuple(range(end - width, end)) for width, end in zip(widths, accumulate(widths), strict=True))
 
     @property
     def dimension(self) -> int:
-        """How many standard normals a draw takes."""
-        return sum(map(len, self.groups))
+        """How many standard normals a draw takes, 1 at least."""
+        return max(1, sum(map(len, self.groups)))
 
     @cached_property
     def delta(self) -> float:
@@ -101,14 +97,11 @@ class Distribution:
         z = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}
         rate = np.full(len(normals), omega0) * self._scattered("omega0", z)
         size = np.minimum(np.full(len(normals), epsilon) * self._scattered("epsilon", z), MOST_EPSILON)
-        turned = np.zeros(len(normals))
         if self.spin.get("phase") == ANY:
             from scipy.special import ndtr
 
-            turned = 2 * math.pi * ndtr(z["phase"])
-        elif "phase" in z:
-            turned = self.spin["phase"] * z["phase"]
-        return rate, size, phase + turned
+            return rate, size, phase + 2 * math.pi * ndtr(z["phase"])
+        return rate, size, phase + self.spin.get("phase", 0.0) * z.get("phase", np.zeros(len(normals)))
 
     def _scattered(self, name: str, z: Mapping[str, np.ndarray]) -> np.ndarray | float:
         """Return factors of mean 1 and the requested relative standard deviation, log-normal: they keep their sign."""
@@ -150,9 +143,8 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
         raise InertiaError("(a matrix)", wrong, "no variance below 0 in any direction")
     spread = np.sqrt(np.diag(covariance))
     # what a tensor's off-diagonal entry can be at most is half the sum of the diagonal ones beside it
-    diagonal = np.abs(values[:3])
-    for k in range(3):
-        if spread[k] >= diagonal[k]:
-            wrong = f"makes an uncertainty of {100 * spread[k] / diagonal[k]:.4g} %, entry {k + 1}"
+    for k, most in enumerate(np.abs(values[:3])):
+        if spread[k] >= most:
+            wrong = f"makes an uncertainty of {100 * spread[k] / most:.4g} %, entry {k + 1}"
             raise InertiaError("(a matrix)", wrong, "less than 100 % of each moment")
     return covariance

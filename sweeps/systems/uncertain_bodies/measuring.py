@@ -63,7 +63,7 @@ def measured(
     shape (n,): I1, I2, I3, growth_rate, frequency, regime, flip_period, max_tilt, the last two NaN where a draw was not
     followed.
     """
-    given = sampling.method, max(distribution.dimension, 1), sampling.draws, sampling.seed
+    given = sampling.method, distribution.dimension, sampling.draws, sampling.seed
     normals = designs.normals(*given, threads=threads)
     with ThreadPoolExecutor(threads) as pool:
         body = _Body(distribution, normals, sampling, integration, pool.map if threads > 1 else map)
@@ -72,10 +72,9 @@ def measured(
 
 
 class _Body:
-    """Draws of one body, each measured.
+    """Draws of one body, made of `normals`, shape (replicates, size, dimension), each measured.
 
-    They are made of `normals`, shape (replicates, size, dimension). `run` is `map`, or one that calls a function side
-    by side; where tiles of draws end does not depend on threads.
+    `run` is `map`, or one that calls a function side by side; where tiles of draws end does not depend on threads.
     """
 
     def __init__(self, distribution: Distribution, normals, sampling: BodySampling, integration: Integration, run):
@@ -94,11 +93,9 @@ class _Body:
         thrown = self._points(followed, spin)
         nonlinear = self._flips(thrown, rates["omega_squared_reduced"][followed])
         if self.sampling.twist:
-            nonlinear["twist"] = self._twists(thrown)
-        summary = self._linear_summary(rates, spin)
-        summary |= self._flip_summary(nonlinear, thrown["omega0"])
-        summary |= self._moment_summary(spin.axis)
-        summary |= self._sensitivities(spin)
+            nonlinear["twist"] = self._twists(thrown, spin.axis)
+        summary = self._linear_summary(rates, spin) | self._flip_summary(nonlinear, thrown["omega0"])
+        summary |= self._moment_summary(spin.axis) | self._sensitivities(spin)
         summary["probability_middle_theory"] = self.distribution.middle_theory(spin.axis)
         return summary, self._kept(rates, nonlinear, followed)
 
@@ -143,12 +140,13 @@ class _Body:
         period = np.where(keeps, np.inf, np.where(np.isnan(period), columns["flip_period_exact"], period))
         return {"flip_period": period, "max_tilt": np.where(given_up, tilt_exact, tilt)}
 
-    def _twists(self, points) -> np.ndarray:
+    def _twists(self, points, axis: int) -> np.ndarray:
         """Return the size of the twist of points, rad, measured, each about its own axis of least moment."""
         from kernels import twist
 
         moments = np.stack([points[name] for name in MOMENTS], axis=-1)
-        momentum = moments * _starts(points)
+        across = [points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin)]
+        momentum = moments * np.roll(np.stack([np.ones(len(moments)), *across], axis=-1), axis - 1, axis=1)
         order = np.argsort(moments, axis=1, kind="stable")
         along, second, third = np.take_along_axis(momentum, order, axis=1).T
         angles = {"chi": np.arctan2(third, second), "theta": np.arctan2(np.hypot(second, third), along)}
@@ -251,15 +249,6 @@ def _points(distribution: Distribution, moments, turned, normals, spin: Spun) ->
         phase = np.arctan2(seen[2] / seen[0], seen[1] / seen[0])
     columns = dict(zip(MOMENTS, moments.T, strict=True))
     return columns | {"axis": np.full(len(rate), spin.axis), "omega0": rate, "epsilon": size, "phase": phase}
-
-
-def _starts(points) -> np.ndarray:
-    """Return directions of the angular velocity that points start with, shape (n, 3)."""
-    omega, rows = np.empty((len(points["axis"]), 3)), np.arange(len(points["axis"]))
-    sizes = (1.0, points["epsilon"] * np.cos(points["phase"]), points["epsilon"] * np.sin(points["phase"]))
-    for k, size in enumerate(sizes):
-        omega[rows, (points["axis"] - 1 + k) % 3] = size
-    return omega
 
 
 def _share(name: str, holds: np.ndarray) -> dict:

@@ -13,7 +13,7 @@ from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
-from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
+from sweeps.systems.uncertain_bodies.definition import UncertainBody, UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
 from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
@@ -24,10 +24,9 @@ OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the comman
 class Answer:
     """One body, drawn and measured."""
 
-    body: SpunBody  #: as it was given
+    body: UncertainBody  #: as it was given, and spun
     distribution: Distribution  #: of its moments and its spin
     sampling: measuring.BodySampling  #: how it was sampled
-    spun: Mapping[str, float]  #: spin rate and perturbation
     #: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     axes: dict[int, tuple[dict, dict]]
 
@@ -73,24 +72,21 @@ def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: 
 def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
     """Sample and measure the one body of a definition."""
     body = of_body.bodies[0]
-    spun = {name: getattr(body, name) for name in ("omega0", "epsilon", "phase")}
     distribution, sampling = of_body.distributions[body.name], of_body.sampling(body)
-    spins = [measuring.Spun(axis, **spun) for axis in of_body.axes]
+    spins = [measuring.Spun(axis, body.omega0, body.epsilon, body.phase) for axis in of_body.axes]
     measured = measuring.measured(distribution, spins, sampling, of_body.integration, threads)
-    return Answer(body, distribution, sampling, spun, dict(zip(of_body.axes, measured, strict=True)))
+    return Answer(body, distribution, sampling, dict(zip(of_body.axes, measured, strict=True)))
 
 
 def facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
-    how = {"draws": designs.made(result.sampling.draws), "seed": result.sampling.seed, "method": result.sampling.method}
-    inputs = list(result.distribution.inputs)
-    how |= {"turns": result.sampling.turns, "quantile": list(measuring.QUANTILES), "input": inputs}
-    how["impossible_naive"] = next(iter(result.axes.values()))[0]["impossible_naive"]
-    axes, words = {}, VARIABLES["stability"].flags
+    sampling, axes, words = result.sampling, {}, VARIABLES["stability"].flags
     for axis, (summary, _) in result.axes.items():
         plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
         axes[axis] = plain | {"stability": words[summary["stability"]]}
-    return how | {"axes": axes}
+    how = {"draws": designs.made(sampling.draws), "seed": sampling.seed, "method": sampling.method}
+    how |= {"turns": sampling.turns, "quantile": list(measuring.QUANTILES), "input": list(result.distribution.inputs)}
+    return how | {"impossible_naive": next(iter(axes.values()))["impossible_naive"], "axes": axes}
 
 
 def rows(result: Answer) -> list[tuple[str, str]]:
@@ -103,12 +99,9 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
     text += f"; P(intermediate axis) {_probability(summary, 'middle', summary['draws'])}"
     theory = summary["probability_middle_theory"]
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
-    fast = summary["growth_rate_quantile"]
-    if fast[-1] > 0:
-        for number, chance in ((3, 5), (4, 1)):
-            if fast[number] > 0:
-                time = wording.duration(1 / fast[number])
-                text += f"; with {chance} % probability perturbations grow e-fold in {time} or less"
+    for rate, chance in zip(summary["growth_rate_quantile"][3:], (5, 1), strict=True):
+        if rate > 0:
+            text += f"; with {chance} % probability perturbations grow e-fold in {wording.duration(1 / rate)} or less"
     probability = _probability(summary, "flip", summary["draws_followed"])
     text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
@@ -117,7 +110,7 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
     is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
-        thrown = f"; thrown with ε = {result.spun['epsilon']:.3g}, it twists by {middle:.3g}°"
+        thrown = f"; thrown with ε = {result.body.epsilon:.3g}, it twists by {middle:.3g}°"
         text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
     shares, inputs = np.nan_to_num(summary["sensitivity_total"]), result.distribution.inputs
     if not shares.size or shares.max() <= 0:

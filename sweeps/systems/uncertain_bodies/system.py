@@ -63,23 +63,18 @@ class UncertainBodies(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
-        definition = self._definition
-        size, table, further = points["axis"].size, self.variables(definition), self.further(definition)
-        columns = {}
-        for name, one in table.items():
+        definition, names, columns = self._definition, np.asarray(points["body"]), {}
+        further = self.further(definition)
+        for name, one in self.variables(definition).items():
             missing = np.nan if one.missing_is_nan else one.first_flag
-            columns[name] = np.full((size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
-        spins = zip(points["body"], *(points[name] for name in ARGUMENTS[1:]), strict=True)
-        per_body: dict[str, list[tuple[int, measuring.Spun]]] = {}
-        for number, (name, axis, *spun) in enumerate(spins):
-            spin = measuring.Spun(int(axis), *map(float, spun))
-            per_body.setdefault(str(name), []).append((number, spin))
-        bodies = {body.name: body for body in definition.bodies}
-        for name, numbered in per_body.items():
-            distribution, sampling = definition.distributions[name], definition.sampling(bodies[name])
-            measured = measuring.measured(distribution, (spin for _, spin in numbered), sampling, integration)
-            for (number, _), (summary, draws) in zip(numbered, measured, strict=True):
-                _put(columns, number, summary, draws, [list(further["input"]).index(i) for i in distribution.inputs])
+            columns[name] = np.full((names.size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
+        for body in definition.bodies:
+            numbers, distribution = np.flatnonzero(names == body.name), definition.distributions[body.name]
+            inputs = [list(further["input"]).index(name) for name in distribution.inputs]
+            spins = (measuring.Spun(*(points[name][number].item() for name in ARGUMENTS[1:])) for number in numbers)
+            measured = measuring.measured(distribution, spins, definition.sampling(body), integration)
+            for number, (summary, draws) in zip(numbers, measured, strict=False):  # without numbers none are drawn
+                _put(columns, number, summary, draws, inputs)
         return columns
 
     def method(self, definition: UncertainDefinition) -> str:

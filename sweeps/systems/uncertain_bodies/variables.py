@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.rigid_body.variables import COORDINATES as OF_ANY
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
 from sweeps.systems.shared_variables import rows
@@ -95,7 +94,7 @@ FURTHER = table(
     Variable("input", None, "uncertain input", "str"),
     Variable("draw", "1", "number of the draw", "i4"),
 )
-OF_BODIES = {name: one for name, one in OF_ANY.items() if name not in OF_RIGID_BODIES.spare}
+OF_BODIES = {name: one for name, one in OF_RIGID_BODIES.coordinates.items() if name not in OF_RIGID_BODIES.spare}
 COORDINATES = OF_BODIES | FURTHER
 
 _HELD = {"coordinates": {"body": OF_BODIES["body"], **COORDINATES}, "variables": VARIABLES | TWISTS | KEPT}

@@ -12,14 +12,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from sweeps.schema import quantities
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.layout import Layout
 from sweeps.schema.parameters import grid_model
-from sweeps.schema.quantities import Parameter, Quantity
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
-from sweeps.schema.variables import Role, Variable, table
+from sweeps.schema.variables import Layout, Parameter, Quantity, Role, Variable, coordinates_of, table
 from sweeps.systems.motion import angular_velocity, instants, time
 from sweeps.systems.system import Dynamics, Reference
 
@@ -46,7 +43,7 @@ VARIABLES = table(
     Variable("stray", "1", "largest distance from the closed form, relative", role=Role.CERTIFICATE),
     Variable("quality", None, "whether the measurement can be trusted", "i1", ("ok", "coarse"), role=Role.STATUS),
 )
-LAYOUT = Layout(quantities.coordinates(PARAMETERS), VARIABLES, tuple(VARIABLES))
+LAYOUT = Layout(coordinates_of(PARAMETERS), VARIABLES, tuple(VARIABLES))
 DampedTopGrid = grid_model("DampedTopGrid", PARAMETERS, __name__)
 
 

@@ -74,8 +74,8 @@ def answer(
     if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
     chosen, spun = prediction.body_of(body, source, given, load)
-    of_axes = (chosen, spun, axes := prediction.axes_of(axis), twist)
-    facts, (lines, rows, more) = prediction.facts(*of_axes), prediction.answer(*of_axes)
+    axes = prediction.axes_of(axis)
+    facts, lines, rows, more = prediction.answer(chosen, spun, axes, twist)
     if not is_sampled:
         return BodyAnswer(chosen.name, facts, lines, rows, more)
     from sweeps.systems.uncertain_bodies import prediction as uncertain

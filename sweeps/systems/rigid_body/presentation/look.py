@@ -7,7 +7,7 @@ from sweeps.schema.boxes import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
 from sweeps.systems.presentation.look import Look, Mark, Symbol
-from sweeps.systems.rigid_body.variables import COORDINATES
+from sweeps.systems.rigid_body.variables import LAYOUT
 
 SHAPE = tuple(SHAPE_COORDINATES)
 LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # of each spin axis
@@ -25,7 +25,7 @@ def axis_label(name: str) -> str:
     """Return the symbol of a parameter with its unit, for an axis of a plot."""
     from sweeps.figure import style
 
-    return style.with_unit(LOOK.symbol(name), COORDINATES[name].units, "  ({})")
+    return style.with_unit(LOOK.symbol(name), LAYOUT.coordinates[name].units, "  ({})")
 
 
 def settings(values: Mapping[str, float]) -> str:
@@ -33,7 +33,7 @@ def settings(values: Mapping[str, float]) -> str:
     from sweeps.figure import style
 
     return ",  ".join(
-        style.with_unit(f"{LOOK.symbol(name)} = {style.number(float(value))}", COORDINATES[name].units)
+        style.with_unit(f"{LOOK.symbol(name)} = {style.number(float(value))}", LAYOUT.coordinates[name].units)
         for name, value in values.items()
     )
 

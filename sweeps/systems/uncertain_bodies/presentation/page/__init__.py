@@ -113,7 +113,7 @@ def _again(ds: Dataset, most: int) -> Iterator[tuple]:
     """Yield the same of bodies drawn again from the map's definition, where nothing else is needed to draw them."""
     for number, (distribution, sampling) in _meant(ds).items():
         draws = min(sampling.draws, most)
-        normals = designs.normals(sampling.method, max(distribution.dimension, 1), draws, sampling.seed)
+        normals = designs.normals(sampling.method, distribution.dimension, draws, sampling.seed)
         moments, _, _ = distribution.inertia(normals.reshape(-1, normals.shape[-1])[:most])
         columns = {name: [row] for name, row in zip(MOMENTS, moments.T, strict=True)}
         yield str(ds["body"].values[number]), designs.made(sampling.draws), [], columns
