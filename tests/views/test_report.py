@@ -699,8 +699,9 @@ def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
         """() => {
             const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
             const { plane } = polhode.map;
-            const cells = plane.y.flatMap((Y) => plane.x.map((X) => [xaxis._offset + xaxis.d2p(X), yaxis._offset + yaxis.d2p(Y)]));
-            const names = plane.names.map(({ x, y }) => [xaxis._offset + xaxis.l2p(x), yaxis._offset + yaxis.l2p(y)]);
+            const on = (x, y) => [xaxis._offset + x, yaxis._offset + y];
+            const cells = plane.y.flatMap((Y) => plane.x.map((X) => on(xaxis.d2p(X), yaxis.d2p(Y))));
+            const names = plane.names.map(({ x, y }) => on(xaxis.l2p(x), yaxis.l2p(y)));
             return { cells, names, bottom: yaxis._offset + yaxis._length, left: xaxis._offset };
         }"""
     )
@@ -710,7 +711,8 @@ def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
     assert download.value.suggested_filename == "map.png"
     download.value.save_as(tmp_path / "map.png")
     with Image.open(tmp_path / "map.png") as image:
-        saved = np.asarray(Image.alpha_composite(Image.new("RGBA", image.size, "white"), image.convert("RGBA")))[..., :3]
+        paper = Image.new("RGBA", image.size, "white")
+        saved = np.asarray(Image.alpha_composite(paper, image.convert("RGBA")))[..., :3]
     cells, names = np.array(places["cells"]), np.array(places["names"])
     assert len(names) >= 2
     # hidden by what stands above the cells: the names' boxes, lines of theory, and the hatching of impossible bodies
