@@ -1,8 +1,6 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
-import threading
 import warnings
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -106,8 +104,7 @@ def draw_all(
 ) -> Iterator[Path]:
     """Draw the pictures of a map, and its animations as GIF; or its animations alone, as films.
 
-    Reads only what they show, so a map larger than memory will do. With a worker, which begins at the end of the list,
-    this process begins at its front and draws what the worker has not begun.
+    Reads only what they show, so a map larger than memory will do. A worker, which is ready later, draws every third.
 
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
@@ -133,43 +130,12 @@ def draw_all(
     names = _named([*still, *moving], only)
     with replaced_folder(folder) as temporary:
         how = (temporary, kind, theme, sheet)
-        is_shared = submit and len(names) >= LEAST_SHARED
-        shared = _Shared(names, (lambda name: submit(name, *how)) if is_shared else None)
+        given = names[::-3] if submit and len(names) >= LEAST_SHARED else []  # animations, the last, take longest
+        futures = {name: submit(name, *how) for name in given}
         meanwhile()
-        files = {name: draw_one(ds, name, *how) for name in shared.left_here()}
-        files |= {name: future.result() for name, future in shared.given.items()}
+        files = {name: draw_one(ds, name, *how) for name in names if name not in given}
+        files |= {name: future.result() for name, future in futures.items()}
     yield from (folder / file for name in names for file in files[name])
-
-
-class _Shared:
-    """Names that this process takes from the front and a worker from the end, one when the one before is done.
-
-    No future is cancelled: Python 3.11 prints a traceback where a worker is killed while one is.
-    """
-
-    def __init__(self, names: Sequence[str], submit: Callable[[str], Future] | None):
-        self.given: dict[str, Future] = {}  #: name → future of what the worker was given
-        self._left, self._submit, self._lock = deque(names), submit, threading.RLock()
-        if submit:
-            self._give()
-
-    def _give(self, done: Future | None = None) -> None:
-        if done and (done.cancelled() or done.exception()):
-            return  # which whoever waits for the result is told
-        with self._lock:
-            if self._left:
-                future = self.given[self._left[-1]] = self._submit(self._left[-1])
-                self._left.pop()
-                future.add_done_callback(self._give)
-
-    def left_here(self) -> Iterator[str]:
-        """Yield what the worker has not been given."""
-        while True:
-            with self._lock:
-                if not self._left:
-                    return
-                name = self._left.popleft()
-            yield name
 
 
 def draw_one(

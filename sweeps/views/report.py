@@ -273,6 +273,7 @@ def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"number": _text, "percent": _percent, "words": systems.presentation_of(ds).look.words}
+    environment.filters["long_name"] = lambda name: str(ds[name].attrs.get("long_name", name))
     scripts = _part(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
@@ -306,10 +307,11 @@ def _said(ds, summary: Summary, kept) -> dict:
         "product": [(dim, n) for dim, n in sizes.items() if n > 1],
         "shown": math.prod(len(values) for values in kept.values()),
         "thinned": [(dim, len(kept[dim]), n) for dim, n in sizes.items() if len(kept[dim]) < n],
-        "counts": [(name, _long_name(ds, name), counts) for name, counts in summary.counts.items()],
-        "confusion": [_confusion(ds, summary, pair, table) for pair, table in summary.confusion.items()],
-        "worst": [_worst(ds, summary, name) for name in summary.checks],
-        "agreements": [_deviation(ds, deviation) for deviation in summary.deviations.values() if deviation.total],
+        "counts": summary.counts,
+        "confusion": [_confusion(summary, pair, table) for pair, table in summary.confusion.items()],
+        "checks": [(name, worst, _where(ds, worst.at)) for name, worst in summary.checks.items()],
+        "certificates": [name for name in summary.checks if summary.role(name) == Role.CERTIFICATE],
+        "agreements": [deviation for deviation in summary.deviations.values() if deviation.total],
         "rule": rule(summary),
     }
 
@@ -325,41 +327,20 @@ def _about(definition: str) -> list[str]:
     return [text for text in paragraphs[:2] if "`" not in text]
 
 
-def _long_name(ds, name: str) -> str:
-    return str(ds[name].attrs.get("long_name", name))
+def _where(ds, at: Mapping[str, int]) -> list[tuple]:
+    return [(dim, value) for dim, value in place(ds, at).items() if ds.sizes[dim] > 1]
 
 
-def _confusion(ds, summary: Summary, pair, table: np.ndarray) -> dict:
+def _confusion(summary: Summary, pair, table: np.ndarray) -> dict:
     reference, name = pair
     rows, columns = list(summary.counts[reference]), list(summary.counts[name])
     used = [j for j in range(len(columns)) if table[:, j].any()]
     return {
-        "names": (_long_name(ds, reference), _long_name(ds, name)),
+        "names": pair,
         "columns": [columns[j] for j in used],
         "rows": [(word, [(int(table[i, j]), columns[j] == word) for j in used]) for i, word in enumerate(rows)],
         "agreed": summary.agreed(reference, name),
         "total": int(table.sum()),
-    }
-
-
-def _worst(ds, summary: Summary, name: str) -> dict:
-    worst = summary.checks[name]
-    at = [(dim, value) for dim, value in place(ds, worst.at).items() if ds.sizes[dim] > 1]
-    certifies = summary.role(name) == Role.CERTIFICATE
-    described = {"name": name, "long_name": _long_name(ds, name), "certifies": certifies}
-    return described | {"value": worst.value, "at": at}
-
-
-def _deviation(ds, deviation) -> dict:
-    return {
-        "name": deviation.name,
-        "names": (_long_name(ds, deviation.name), _long_name(ds, deviation.reference)),
-        "over": deviation.scale and deviation.scale.replace("_", " "),
-        "total": deviation.total,
-        "median": deviation.quantile(0.5),
-        "most": deviation.quantile(0.99),
-        "worst": deviation.worst.value,
-        "within": deviation.within / deviation.judged if deviation.judged else None,
     }
 
 

@@ -14,6 +14,7 @@ import mpmath
 import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -688,6 +689,44 @@ def painted(opened):
             return y.flatMap((Y) => x.map((X) => hex(X, Y)));
         }"""
     )
+
+
+def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
+    """The saved picture has each cell's colour where the page shows it, each region's name, and axes about them."""
+    page = opened.page
+    colors = painted(opened)
+    places = page.evaluate(
+        """() => {
+            const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+            const { plane } = polhode.map;
+            const on = (x, y) => [xaxis._offset + x, yaxis._offset + y];
+            const cells = plane.y.flatMap((Y) => plane.x.map((X) => on(xaxis.d2p(X), yaxis.d2p(Y))));
+            const names = plane.names.map(({ x, y }) => on(xaxis.l2p(x), yaxis.l2p(y)));
+            return { cells, names, bottom: yaxis._offset + yaxis._length, left: xaxis._offset };
+        }"""
+    )
+    page.locator("#map").hover()
+    with page.expect_download() as download:
+        page.locator('#map [data-title="Download plot as a PNG"]').click()
+    assert download.value.suggested_filename == "map.png"
+    download.value.save_as(tmp_path / "map.png")
+    with Image.open(tmp_path / "map.png") as image:
+        paper = Image.new("RGBA", image.size, "white")
+        saved = np.asarray(Image.alpha_composite(paper, image.convert("RGBA")))[..., :3]
+    cells, names = np.array(places["cells"]), np.array(places["names"])
+    assert len(names) >= 2
+    # hidden by what stands above the cells: the names' boxes, lines of theory, and the hatching of impossible bodies
+    away = np.abs(cells[:, None] - names).max(axis=2).min(axis=1) > 60
+    at = np.round(cells).astype(int)
+    wanted = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in colors])
+    like = np.abs(saved[at[:, 1], at[:, 0]].astype(int) - wanted).max(axis=1) <= 12  # drawn anew, and smoothed
+    assert like[away].mean() > 0.5
+    assert len(np.unique(wanted[like & away], axis=0)) > 5
+    dark = saved.max(axis=2) < 90
+    assert dark[int(places["bottom"]) + 5 :].sum() > 100  # numbers and name of the x axis
+    assert dark[:, : int(places["left"]) - 5].sum() > 100
+    for x, y in names:
+        assert (saved.max(axis=2) < 130)[int(y) - 16 : int(y) + 16, int(x) - 25 : int(x) + 25].sum() > 20
 
 
 def test_axis_slider_plane_and_color_change_the_map(opened, plane):

@@ -28,6 +28,11 @@ function selectBox(label, options, value, onChoice) {
   return element("label", { className: "control" }, element("span", { textContent: label }), select);
 }
 
+/** Selects an option: the browser would measure all of them even where it is the selected one. */
+function selectOption(select, value) {
+  if (select.value !== value) select.value = value;
+}
+
 function symbolText(name) {
   return theMap.symbols[name] ?? name.replaceAll("_", " ");
 }
@@ -72,7 +77,7 @@ function radioGroup(name, coordinate) {
 function dimensionList(name, coordinate) {
   const options = coordinate.values.map((value, i) => [String(i), coordinateText(name, value)]);
   const control = selectBox(coordinate.longName, options, "0", (i) => choose({ place: placeWith({ [name]: Number(i) }) }));
-  control.show = (i) => (control.querySelector("select").value = i);
+  control.show = (i) => selectOption(control.querySelector("select"), String(i));
   return control;
 }
 
@@ -104,8 +109,8 @@ function buildControls() {
       control.show(state.place[theMap.order.indexOf(name)]);
       control.hidden = (able.length > 0 && (name === state.x || name === state.y)) || (part.hides ?? []).includes(name);
     }
-    for (const side of planeControls) side.querySelector("select").value = state[side.dataset.side];
-    bar.querySelector("[data-color] select").value = state.color;
+    for (const side of planeControls) selectOption(side.querySelector("select"), state[side.dataset.side]);
+    selectOption(bar.querySelector("[data-color] select"), state.color);
   };
   onChange(show);
   show();

@@ -123,6 +123,13 @@ function paintCells() {
   canvas.getContext("2d", { willReadFrequently: true }).putImageData(new ImageData(new Uint8ClampedArray(points.buffer), width), 0, 0);
 }
 
+/** Paints what is not Plotly's: cells, names of regions, and the chosen point. */
+function paintPlane() {
+  paintCells();
+  placeNames();
+  markPoint();
+}
+
 /** Draws the map anew where something but the point in it has changed; then marks the point. */
 function drawPlane() {
   const target = document.getElementById("map");
@@ -135,11 +142,12 @@ function drawPlane() {
     theMap.plane = plane;
     if (state.y) [plane.xEdges, plane.yEdges] = planeEdges(plane, theMap.slant);
     if (state.y) plane.scale = colorScale(plane.column, plane.values, plane.exists);
+    plane.names = state.y ? regionNames(plane) : [];
     const drawn = state.y ? frame(plane) : curve(plane);
     const view = [state.x, state.y].join();
     const touch = matchMedia("(pointer: coarse)").matches;
     const picture = JSON.stringify([look, drawn, drawPlane.key === null]);
-    if (picture === drawPlane.picture) paintCells();
+    if (picture === drawPlane.picture) paintPlane();
     else draw(target, drawn.traces, { ...drawn.layout, width: target.clientWidth, height: mapHeight(target), showlegend: false, hovermode: state.y ? false : "closest", uirevision: view, dragmode: touch ? false : "zoom" }, state.y ? WITH_CELLS : {});
     drawPlane.picture = picture;
     document.getElementById("map-summary").textContent = planeSummary(plane);
@@ -162,13 +170,30 @@ function pointShown() {
   return part.shownAt?.() ?? [across, theMap.slant ? theMap.slant.up(across, up) : up];
 }
 
+/** Puts an element on a pixel of the plot; hides it beside that. */
+function placeOver(target, x, y) {
+  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+  target.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
+  target.style.translate = `${xaxis._offset + x}px ${yaxis._offset + y}px`;
+}
+
+/** Writes the regions' names over the plot: were they Plotly's, it would lay out everything whenever one moves. */
+function placeNames() {
+  const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
+  const labels = theMap.plane.names.map(({ x, y, xanchor, text }) => {
+    const label = element("span", { textContent: text.replace("<br>", "\n"), className: xanchor });
+    placeOver(label, xaxis.l2p(x), yaxis.l2p(y));
+    return label;
+  });
+  document.getElementById("names").replaceChildren(...labels);
+}
+
 /** The ring around the chosen point, with a halo and its name. */
 function markPoint(at = pointShown()) {
   const ring = document.getElementById("ring");
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   const [x, y] = [xaxis.d2p(at[0]), yaxis.d2p(at[1])];
-  ring.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
-  ring.style.transform = `translate(${xaxis._offset + x}px, ${yaxis._offset + y}px)`;
+  placeOver(ring, x, y);
   ring.dataset.name = part.pointName?.() ?? "selected";
   ring.classList.toggle("left", x > 0.75 * xaxis._length);
   ring.classList.toggle("under", y < 24);
@@ -185,7 +210,7 @@ function rangeOf(edges, type) {
   return type === "log" ? ends.map(Math.log10) : ends;
 }
 
-/** What Plotly draws about the cells: axes, hatching, boundaries and names. */
+/** What Plotly draws about the cells: axes, hatching, boundaries and points with names. */
 function frame(plane) {
   const { slant } = theMap;
   const [x, y] = [plane.xEdges, slant ? [0, 1] : plane.yEdges];
@@ -195,18 +220,19 @@ function frame(plane) {
   if (slant) Object.assign(layout.yaxis, { title: { text: slant.label }, range: [0, 1.06] }); // names stand above the uppermost bodies
   const lines = part.boundaries?.(x, y) ?? [];
   const hatched = [...(part.impossible?.(x, y) ?? []), ...cellsApart(plane)];
-  layout.annotations = [...regionNames(plane), ...lines.map((line) => line.label)];
+  layout.annotations = lines.map((line) => line.label);
   return { traces: [...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
 }
 
-/** Plotly's button that saves a picture, with the cells in it. */
+/** Plotly's button that saves a picture, with the cells and their regions' names in it. */
 const SAVE = {
   name: "save",
   title: "Download plot as a PNG",
   get icon() { return Plotly.Icons.camera; },
   click: ({ data, layout }) => {
     const images = [{ source: document.getElementById("cells").toDataURL(), x: 0, y: 1, sizex: 1, sizey: 1, sizing: "stretch", layer: "below" }];
-    Plotly.downloadImage({ data, layout: { ...layout, images } }, { format: "png", filename: "map" });
+    const annotations = [...layout.annotations, ...theMap.plane.names.map((name) => plainly(annotation(name, 0.72)))];
+    Plotly.downloadImage({ data, layout: { ...layout, images, annotations } }, { format: "png", filename: "map" });
   },
 };
 const WITH_CELLS = { modeBarButtonsToAdd: [SAVE], modeBarButtonsToRemove: [...PLOT_CONFIG.modeBarButtonsToRemove, "toImage"] };
@@ -246,11 +272,16 @@ function regionNames(plane) {
     const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
     const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
     const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
-    return { x: log(x, x[i]), y: up, xanchor, text, showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.72)", borderpad: 2 };
+    return { x: log(x, x[i]), y: up, xanchor, text };
   });
 }
 
 regionNames.best = new Map();
+
+/** A text on the picture as Plotly has it. */
+function annotation(at, veil) {
+  return { showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: `rgba(255,255,255,${veil})`, ...at };
+}
 
 /** How many cells away the nearest cell of another value, or the edge, is. */
 function roomOf(values) {
@@ -322,7 +353,7 @@ function hatch(outlines) {
 function boundaryLine(x, y, name, at) {
   const line = (color, width) => ({ type: "scatter", mode: "lines", x, y, name, line: { color, width }, hoverinfo: "skip" });
   const log = (value, side) => (isLogarithmic(theMap.coordinates[state[side]].values) ? Math.log10(value) : value);
-  const label = { x: log(at.x, "x"), y: log(at.y, "y"), text: name, showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: "rgba(255,255,255,0.8)", xanchor: at.above ? "center" : "right", yanchor: at.above ? "top" : "bottom" };
+  const label = annotation({ x: log(at.x, "x"), y: log(at.y, "y"), text: name, xanchor: at.above ? "center" : "right", yanchor: at.above ? "top" : "bottom" }, 0.8);
   return { traces: [line("#ffffff", 4), line("#1a1a1a", 1.8)], label };
 }
 
@@ -491,11 +522,8 @@ function buildPlane() {
   const target = document.getElementById("map");
   target.before(element("canvas", { id: "cells", "aria-hidden": "true" }));
   drawPlane();
-  paintCells();
-  for (const event of ["plotly_relayout", "plotly_relayouting", "plotly_afterplot"]) target.on(event, () => {
-    paintCells();
-    markPoint();
-  });
+  paintPlane();
+  for (const event of ["plotly_relayout", "plotly_relayouting", "plotly_afterplot"]) target.on(event, paintPlane);
   listenForTaps(target);
   onArrows(target, moveInPlane, goToPart);
   onChange(drawPlane);

@@ -96,7 +96,7 @@ function showMotion() {
   const own = ownSurface();
   const option = shape.querySelector("[value=own]");
   option.hidden = option.disabled = !own;
-  if (!shape.dataset.chosen || (shape.value === "own" && !own)) shape.value = own ? "own" : looksLikeRacket(motion.squares) ? "racket" : "box";
+  if (!shape.dataset.chosen || (shape.value === "own" && !own)) selectOption(shape, own ? "own" : looksLikeRacket(motion.squares) ? "racket" : "box");
   motion.faces = bodyFaces(motion.squares, shape.value);
   motion.polhode.show(motion.trajectory, motion.axis);
   motion.herpolhode.show(motion);
@@ -126,7 +126,7 @@ function setSpeed() {
   const speed = document.getElementById("speed");
   if (speed.dataset.chosen) return;
   const wanted = Math.max(0.5, Math.min(5, motion.end / motion.rotation / 30));
-  speed.value = String(SPEEDS.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best)));
+  selectOption(speed, String(SPEEDS.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best))));
 }
 
 function drawTraces() {
