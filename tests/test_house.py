@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from sweeps import systems
-from sweeps.schema.variables import DEFAULT_SYSTEM
+from sweeps.schema import DEFAULT_SYSTEM
 
 ROOT = Path(__file__).parents[1]
 
@@ -185,7 +185,7 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     found[ROOT / "sweeps/commands/__init__.py"] -= {"body"}  # the command of that name
     found[ROOT / "sweeps/commands/parser.py"] -= {"I1", "I2", "I3"}  # --moments I1 I2 I3
     found[ROOT / "sweeps/points/sources.py"] -= {"axis"}  # `axes` of a definition, in a Dataset
-    found[ROOT / "sweeps/schema/variables.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
+    found[ROOT / "sweeps/schema/__init__.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
     found[ROOT / "sweeps/systems/__init__.py"] -= of_systems - {DEFAULT_SYSTEM}  # those that describe many
     found[ROOT / "sweeps/schema/refusals.py"] -= {"input"}  # a word of pydantic's
     found[ROOT / "sweeps/views/page/controls.js"] -= {"input"}  # a word of browsers

@@ -13,7 +13,7 @@ from pathlib import Path
 from sweeps.handbook import evidence
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.schema.variables import DEFAULT_SYSTEM
+from sweeps.schema import DEFAULT_SYSTEM
 
 MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes
 MANY = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}  # of systems whose points cost little

@@ -21,10 +21,11 @@ from sweeps.maps import admission, dataset, storage
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
+from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.boxes import runs
 from sweeps.schema.definition import DEFAULT_NAME, Definition
 from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
-from sweeps.schema.variables import DEFAULT_SYSTEM, Role, of_role
+from sweeps.schema.variables import Role, of_role
 from sweeps.shards import content, contract
 from sweeps.systems.system import Reference
 

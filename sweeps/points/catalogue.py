@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.refusals import DefinitionError, hint
-from sweeps.schema.variables import DEFAULT_SYSTEM
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep

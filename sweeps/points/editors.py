@@ -6,8 +6,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from sweeps import systems
+from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.schema.variables import DEFAULT_SYSTEM
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

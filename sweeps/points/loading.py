@@ -15,6 +15,7 @@ from sweeps import systems
 from sweeps.points import scattered
 from sweeps.points.sweep import Sweep, of
 from sweeps.reading.definitions import as_yaml, file_text, plain, read_text
+from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.definition import DEFAULT_NAME, NAME_PATTERN, Definition
 from sweeps.schema.refusals import (
     DefinitionError,
@@ -26,7 +27,6 @@ from sweeps.schema.refusals import (
     message,
     validation_problems,
 )
-from sweeps.schema.variables import DEFAULT_SYSTEM
 
 
 class _InvalidError(Exception):

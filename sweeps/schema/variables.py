@@ -13,7 +13,6 @@ from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError, display
 
 CONTRACT_VERSION = "3.0"
-DEFAULT_SYSTEM = "rigid_body"  # of a definition, or a map, that names none
 
 # How a file holds a variable that is deflated. Its bytes stay as they lie: values are mostly those of a neighbour,
 # whole, and shuffled they would take a third more room and twice the time.

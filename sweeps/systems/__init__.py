@@ -13,8 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.variables import DEFAULT_SYSTEM
 from sweeps.systems.system import Dynamics, Kernel
 
 if TYPE_CHECKING:
