@@ -225,9 +225,9 @@ def motion(
     is_name = isinstance(system, str) and not trajectories.is_described(system)
     names = prediction.bodies(catalogue.load("bodies"), "bodies") if is_name else ()
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
-        return trajectories.trajectories(
-            system, start or {}, [] if times is None else times, parameters or {}, tolerance
-        )
+        start, parameters = ({} if given is None else given for given in (start, parameters))
+        times = [] if times is None else times
+        return trajectories.trajectories(system, start, times, parameters, tolerance)
     chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load)
     return from_start(chosen_body, spun, start, times, tolerance)
 

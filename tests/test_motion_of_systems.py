@@ -2,6 +2,7 @@
 
 import mpmath
 import numpy as np
+import pandas as pd
 import pytest
 import sympy as sp
 from PIL import Image
@@ -13,6 +14,7 @@ from sweeps.__main__ import main
 from sweeps.mechanics import System
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import trajectories
+from sweeps.systems.motion import MotionError
 from sweeps.systems.presentation.moving import equations
 
 TIMES = np.linspace(0.0, 20.0, 41)
@@ -167,6 +169,13 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
         ({"start": {}}, "start: theta is missing"),
         ({"start": {"theta": 0.1, "phi": 1}}, "start: phi is unknown; allowed: theta, theta_dot"),
         ({"start": {"theta": np.nan}}, "start: theta: nan"),
+        ({"start": np.ones(2)}, "start: <ndarray>; allowed: a mapping with theta, theta_dot"),
+        ({"start": {None: 1.0, 3: 1.0}}, "start: 3 is unknown"),
+        ({"start": {"theta": 1j}}, "start: theta: <complex>"),
+        ({"start": {"theta": np.zeros((2, 2))}}, "start: theta: <ndarray>"),
+        ({"start": {"theta": [1, 2], "theta_dot": [1, 2, 3]}}, "start, parameters: lists of different lengths"),
+        ({"times": np.array([0, 1], dtype="m8[ms]")}, "times: allowed: two"),
+        ({"times": np.ma.masked_greater([0.0, 1.0, 2.0], 1.5)}, "times: allowed: two"),
         ({"times": [0.0]}, "times: allowed: two"),
         ({"times": [0.0, -1.0]}, "times: allowed: two"),
         ({"parameters": {"length": -1.0}}, "length: -1.0; allowed: a finite number and > 0"),
@@ -213,6 +222,8 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
     [
         ([0.0, 0.0, 0.0], None, "at rest"),
         ({"axis": 4}, None, "start.axis: 4; allowed: 1, 2 or 3"),
+        ({"axis": np.array([1, 2])}, None, "start.axis: <ndarray>; allowed: 1, 2 or 3"),
+        ([10**400, 0, 1], None, "start.omega1: a whole number of 1329 bits"),
         ([1.0], None, "allowed: three angular velocities"),
         ([1.0, 2.0, 3.0, 4.0], None, "allowed: three angular velocities"),
         (b"fast", None, "allowed: three angular velocities"),
@@ -226,3 +237,15 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
 def test_a_wrong_start_of_a_body_is_named(start, times, wrong):
     with pytest.raises(DefinitionError, match=wrong):
         sweeps.motion([1.0, 2.0, 2.6], start, times)
+
+
+def test_a_table_gives_a_run_in_each_row():
+    table = pd.DataFrame({"theta": ["10 deg", "20 deg"], "theta_dot": [0.0, 1.0]})
+    ours = sweeps.motion("pendulum", table, [0.0, 1.0])
+    assert ours.identical(sweeps.motion("pendulum", table.to_dict("list"), [0.0, 1.0]))
+
+
+def test_a_body_that_rotates_too_often_to_be_integrated_is_refused():
+    """Ten million years step by step: once for ever."""
+    with pytest.raises(MotionError, match=r"times: the body rotates 3.18e.14 times; allowed: 1e.06 times"):
+        sweeps.motion([1.0, 2.0, 2.6], [1.0, 0.0, 0.2], "2e15 s")

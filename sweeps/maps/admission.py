@@ -30,6 +30,7 @@ DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's 
 MOST_WORDS = 200  # characters of these, and of a name
 MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
 MOST_WHOLE = 2**20  # values of a coordinate beside the dimensions' own that are read at once
+PACKING = ("scale_factor", "add_offset", "_FillValue", "missing_value")  # of them netCDF makes other numbers
 SMALL = 2**26  # bytes that may be swollen as they like
 
 
@@ -255,6 +256,9 @@ def _check_type(name: str, held: StoredVariable, spec: Variable) -> None:
         value = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
         raise _UnlikeError(f"{name}: is of type {value}; allowed: {np.dtype(spec.dtype)}")
     attributes = held.attributes
+    for key in PACKING if np.dtype(spec.dtype).kind == "f" else ():
+        if isinstance(number := attributes.get(key), list) and np.isfinite(number).any():
+            raise _UnlikeError(f"{name}: has the {key} {_shown(number)}; allowed: numbers as they are, NaN for missing")
     if spec.flags:
         same = attributes.get("flag_values", _flag_values(spec)) == _flag_values(spec)
         if not same or _said(attributes.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):

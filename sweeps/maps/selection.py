@@ -81,7 +81,7 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
 
 def _along(ds: "xr.Dataset", name: str) -> str:
     """Return the dimensions of a coordinate that is none itself, in words."""
-    dims = ds[name].dims
+    dims = ds[name].dims or ("no dimension",)
     return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
 
 

@@ -139,7 +139,7 @@ def amount(where: str, value: Any, unit: str) -> float:
     """Return a number from a number, or from text with a unit; refuse others."""
     try:
         number = float(units.number(value, unit))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise DefinitionError(f"{where}: {display(value)}; allowed: a finite number, in one of {units.allowed(unit)}")

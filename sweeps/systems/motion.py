@@ -8,6 +8,7 @@ import numpy as np
 from sweeps.schema.refusals import DefinitionError, RefusedError, display
 
 MOST_ROTATIONS = 10_000
+MOST_STEPPED = 1e6  # rotations: nearly a minute step by step
 SAMPLES_PER_ROTATION = 32
 LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
 TOLERANCES = (1e-13, 1e-3)
@@ -33,7 +34,8 @@ def instants(duration: float, samples: int | None, rotation: float) -> np.ndarra
 def ascending(times) -> np.ndarray:
     """Return times, s, ascending; refuse others."""
     try:
-        times = np.asarray(times, dtype=np.float64)
+        is_known = np.asarray(times).dtype.kind not in "mM" and not np.ma.is_masked(times)  # dates have their own unit
+        times = np.asarray(times if is_known else (), dtype=np.float64)
     except (TypeError, ValueError):
         times = np.empty(0)
     if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():

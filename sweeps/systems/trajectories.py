@@ -1,12 +1,11 @@
 """Motions of described systems from any start, for the library: integrated, not measured."""
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema import units
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display, hint
 from sweeps.schema.variables import amount
@@ -37,9 +36,12 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
     if np.ndim(times) == 0:
         times = np.linspace(0.0, amount("times", times, "s"), LEAST_SAMPLES + 1)
-    times, shape = ascending(times), np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
-    if len(shape) > 1:
-        raise DefinitionError(f"start: has {len(shape)} dimensions; allowed: numbers, or lists of one number a run")
+    times = ascending(times)
+    try:
+        shape = np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
+    except ValueError:
+        wrong = "start, parameters: lists of different lengths"
+        raise DefinitionError(f"{wrong}; allowed: numbers, or lists of one number a run") from None
     check_tolerance(tolerance)
     runs = shape[0] if shape else 1
     x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
@@ -101,25 +103,18 @@ def _description(system) -> "mechanics.System":
 
 def _given(where, values, defaults, unit_of):
     """Return values in the order of their defaults; None is a value that must be given."""
-    if not isinstance(values, Mapping):
+    if not hasattr(values, "keys"):
         raise DefinitionError(f"{where}: {display(values)}; allowed: a mapping with {', '.join(defaults) or 'nothing'}")
-    if unknown := sorted(set(values) - set(defaults)):
+    values = dict(values)
+    if unknown := sorted(map(str, set(values) - set(defaults))):
         raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
     if missing := [name for name, default in defaults.items() if default is None and name not in values]:
         raise DefinitionError(f"{where}: {missing[0]} is missing; allowed: a number, or a list of one number a run")
     arrays = {}
     for name, default in defaults.items():
-        try:
-            value, unit = values.get(name, default), unit_of[name]
-            numbers = (
-                [units.number(v, unit) for v in value] if isinstance(value, list | tuple) else units.number(value, unit)
-            )
-            arrays[name] = np.asarray(numbers, dtype=np.float64)
-        except ValueError:
-            allowed = f"a number, or one with a unit: {units.allowed(unit_of[name])}"
-            raise DefinitionError(f"{where}: {name}: {display(values[name])}; allowed: {allowed}") from None
-        if not np.isfinite(arrays[name]).all():
-            raise DefinitionError(f"{where}: {name}: {arrays[name]}; allowed: finite numbers")
+        value, read = values.get(name, default), partial(amount, f"{where}: {name}", unit=unit_of[name])
+        is_list = isinstance(value, list | tuple) or np.ndim(value) > 0
+        arrays[name] = np.array([read(v) for v in value] if is_list else read(value))
     return arrays
 
 

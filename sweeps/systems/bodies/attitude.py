@@ -3,7 +3,7 @@
 import numpy as np
 
 from kernels import direct, exact
-from sweeps.systems.motion import angular_velocity
+from sweeps.systems.motion import MOST_STEPPED, MotionError, angular_velocity
 
 PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
 LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
@@ -27,6 +27,9 @@ def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
     """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
     moments = np.asarray(moments)
+    rotations = np.abs(omega).max() * np.abs(times).max() / (2 * np.pi)
+    if rotations > MOST_STEPPED:
+        raise MotionError(f"times: the body rotates {rotations:.3g} times; allowed: {MOST_STEPPED:g} times")
     way = exact.rotation(moments, omega, times), exact.attitude(moments, omega, times)
     step = direct.rotation(moments, omega, times, tolerance), direct.attitude(moments, omega, times, tolerance)
     return described(*way, "closed form") | described(*step, "direct integration", "_direct")

@@ -62,10 +62,10 @@ def spin_of(start: Any) -> dict[str, Any]:
 
 
 def _given(start: Any) -> dict[str, Any]:
+    if start is None or hasattr(start, "keys"):
+        return {} if start is None else dict(start)
     if isinstance(start, list | tuple | np.ndarray) and np.shape(start) == (3,):
         return dict(zip(RATES, start, strict=True))
-    if start is None or isinstance(start, Mapping):
-        return dict(start or {})
     raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
 
 
@@ -106,6 +106,6 @@ def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarra
             raise DefinitionError("start: the body is at rest; allowed: an angular velocity other than 0")
         return omega
     axis = spinning.get("axis", body.axis or int(np.argsort(body.moments, kind="stable")[1]) + 1)
-    if axis not in (1, 2, 3):
+    if np.ndim(axis) or axis not in (1, 2, 3):
         raise DefinitionError(f"start.axis: {display(axis)}; allowed: 1, 2 or 3")
     return start(dict(zip(MOMENTS, body.moments, strict=True)) | spun | {"axis": axis})[1]
