@@ -32,16 +32,13 @@ def rows_of(count):
 def cut(keys, levels):
     """Return the order of the points and the starts of blocks: points of one kind, sorted by key, W at a time.
 
-    A counting sort: equal keys keep the order of their points.
+    A counting sort: equal keys keep the order of their points. The points of block j are order[starts[j]:starts[j +
+    1]].
 
     Args:
         keys (numpy.ndarray of int64, shape (n,)): kind * levels + level, n > 0; not negative, and not much above n, for
             as many numbers are kept.
         levels (int): Points share a block only where key // levels is equal.
-
-    Returns:
-        order (numpy.ndarray of int64, shape (n,)): Numbers of the points.
-        starts (numpy.ndarray of int64, shape (blocks + 1,)): The points of block j are order[starts[j]:starts[j + 1]].
     """
     greatest = 0
     for i in range(keys.size):

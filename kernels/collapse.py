@@ -37,10 +37,7 @@ def _hash(x, y, z, u, v):
 
 @njit(nogil=True, **OPTIONS)
 def distinct(points):
-    """Return the distinct motions, and the motion of each point; one that is no number has a motion of its own.
-
-    Args:
-        points (kernels.rigid_body.Spins): Perturbed spins, n of them.
+    """Return the distinct motions of Spins and the motion of each point; what is no number has one of its own.
 
     Returns:
         first (numpy.ndarray of int64, shape (m,)): The first point of each motion, in ascending order.

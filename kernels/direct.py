@@ -94,7 +94,9 @@ def is_nearest(x, size, samples, tolerance):
 
 @njit(**OPTIONS)
 def choose(x, size, coefficients, samples, tolerance):
-    """Return order, and number of steps in a sample interval, that keep the tolerance with the least work.
+    """Return the number of a step in :data:`kernels.taylor.STEPS`, and how many a sample take the least work.
+
+    They keep the tolerance; at most MOST_STEPS, which the certificate then shows to be too few.
 
     Args:
         x (float): max|c_i| times the sample spacing in radians of spin.
@@ -102,10 +104,6 @@ def choose(x, size, coefficients, samples, tolerance):
         coefficients (tuple of 3 floats): :func:`truncation` at each of ORDERS, for that size.
         samples (int): Number of sample intervals over which errors add up.
         tolerance (float): Relative error allowed at the end, relative to the perturbation.
-
-    Returns:
-        number, steps (int): Of the step, in :data:`kernels.taylor.STEPS`; of steps, between 1 and MOST_STEPS (which the
-            certificate then shows to be too few).
     """
     near = is_near(x, size, samples, tolerance)
     # x <= 1/2, so all the terms after the first one left out add less than x/(10 - x) of it

@@ -161,11 +161,7 @@ def jacobi_short(u, m):
 def K(m, m1):
     """Return the complete integral of the first kind, the quarter period: ``K = pi/(2 agm(1, sqrt(m1)))``.
 
-    Args:
-        m, m1 (float): Parameter in [0, 1] and its complement ``1 - m``.
-
-    Returns:
-        float: Relative error below 3e-16; infinite at m1 = 0.  Source: DLMF 19.8.5.
+    Relative error below 3e-16; infinite at m1 = 0.  Source: DLMF 19.8.5.
     """
     if m1 <= 0.0:
         return np.inf

@@ -330,8 +330,7 @@ def fill(S, work, reduced, number, rounded, tolerance):
         S (numpy.ndarray, shape (ROWS * W,)): Scratch after :func:`kernels.lanes.follow`, with the row spin_rate filled.
             Column k of lane l goes to ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
         work, reduced, number: As of :func:`kernels.lanes.follow`.
-        rounded (bool): Whether the moments are ratios that were rounded once each.
-        tolerance (float): That the certificate may reach.
+        rounded, tolerance: As of :class:`kernels.survey.RunSettings`.
     """
     certified, invariants, logged, _, rated = work
     if _squares(S, reduced != lanes.NONE):

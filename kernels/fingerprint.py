@@ -28,12 +28,8 @@ IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\(
 def fingerprint(*modules: str) -> str:
     """Return a hash of sources in ``kernels/``, of versions and settings of Numba and LLVM, and the processor.
 
-    Args:
-        modules (str): Names of modules of ``kernels``: they count, and whatever they import from ``kernels``. With
-            none, every file.
-
-    Returns:
-        str: 64 hexadecimal digits (SHA-256). Equal fingerprints on one machine mean equal bits in every result.
+    Modules named count, and whatever they import from ``kernels``; with none, every file. 64 hexadecimal digits
+    (SHA-256): equal ones on one machine mean equal bits in every result.
     """
     digest = hashlib.sha256(machine().encode())
     _add(digest, sources(*modules))

@@ -143,12 +143,8 @@ def largest(M):
 def residuals(M, determinant=1.0):
     """Return how far det M is from what it should be, and a Hamiltonian's characteristic polynomial from a palindrome.
 
-    Each is relative to the product of the rows' lengths, which bounds the terms of a determinant.
-
-    Args:
-        M (numpy.ndarray, shape (n, d, d)): Monodromy matrices.
-        determinant (float or numpy.ndarray, shape (n,)): Exponential of the integral of the trace of the equations over
-            the period (Liouville).
+    Each is relative to the product of the rows' lengths, which bounds the terms of a determinant. ``determinant``, one
+    or one of each point: exponential of the integral of the trace of the equations over the period (Liouville).
     """
     lengths = np.linalg.norm(M, axis=2)
     scale = lengths.prod(axis=1)

@@ -228,21 +228,12 @@ def status(raw, quantities, n, intervals, tolerance, runs, spacing):
 
 
 def is_too_wide(raw, quantities, n, scale, paired):
-    """Return whether the amplitude leaves no error of the eigenvalues that can be relied on.
+    """Return whether the amplitude leaves no error of the eigenvalues that can be relied on; ``raw`` as of :func:`run`.
 
     Errors are carried from the samples to the eigenvalues in first order. That holds while what the amplitude can do to
     all samples together is small beside their least singular value; where it is not, or the fit contradicts what holds
     for every motion of the equations (no rate above ``scale``; odd coefficients of the characteristic polynomial vanish
-    where eigenvalues come in pairs ±μ), nothing is known.
-
-    Args:
-        raw (numpy.ndarray): As of :func:`run`.
-        quantities, n (int): Numbers of conserved quantities and of eigenvalues.
-        scale (numpy.ndarray): As of :func:`run`.
-        paired (numpy.ndarray of bool): Where the equations make eigenvalues come in pairs ±μ.
-
-    Returns:
-        numpy.ndarray of bool.
+    where eigenvalues come in pairs ±μ, as ``paired`` says), nothing is known.
     """
     fit = raw[:, FIRST + quantities :]
     re, im, re_error, im_error = (fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4))

@@ -244,15 +244,10 @@ def wandering(Ia, Ib, Ic, b, c):
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """Return the columns of IN_SPACE of points, in units.
+    """Return the columns of IN_SPACE of points, in units; arguments as for :func:`kernels.survey.measured`.
 
-    Args:
-        points (mapping of str to array_like, shape (n,)): As for :func:`kernels.survey.measured`.
-        rotations, samples_per_rotation, tolerance: As there; the tolerance is of the attitude, rad.
-
-    Returns:
-        dict of str to numpy.ndarray, shape (n,): attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact (rad
-            s-1), geometric_phase_residual (rad).
+    The tolerance is of the attitude, rad. Columns, shape (n,): attitude_error (rad), psi_rate, psi_rate_error,
+    space_rate_exact (rad s-1), geometric_phase_residual (rad).
     """
     points = rigid_body.points_of(points)
     out = np.full((len(IN_SPACE), points.I1.size), np.nan)

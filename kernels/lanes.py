@@ -396,11 +396,8 @@ _exact_sample_alone, _exact_samples = (_exact_samples_of(count) for count in (1,
 def sample(S, k, reduced):
     """Take sample k of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
 
-    A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence
-    takes part from the third sample on.
-
-    Returns:
-        bool: Whether any lane's window is open.
+    A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence takes
+    part from the third sample on. Returns whether any lane's window is open.
     """
     if reduced == WHOLE:
         return _sample_whole(S, k >= 2)

@@ -84,12 +84,8 @@ def omega_squared(I1, I2, I3, omega0, axis):
 def regime(I1, I2, I3, axis):
     """Return the regime of linear theory, from the signs of the differences of the moments alone.
 
-    Args:
-        I1, I2, I3, axis (array_like): As for :func:`omega_squared`.
-
-    Returns:
-        numpy.ndarray of int8: STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between),
-            MARGINAL (equal to one other: Ω² = 0) or SPHERE (all equal).
+    As int8: STABLE_MINOR (a is the least moment), STABLE_MAJOR (the greatest), UNSTABLE (between), MARGINAL (equal to
+    one other: Ω² = 0) or SPHERE (all equal). Arguments as for :func:`omega_squared`.
     """
     Ia, Ib, Ic = seen_from(I1, I2, I3, axis)
     below_b, below_c = Ia < Ib, Ia < Ic

@@ -80,14 +80,9 @@ def leftover(now, before, earlier, guess):
 
 @njit(**OPTIONS)
 def rate_squared(D, spacing):
-    """Return the signed rate² and its derivative by D, for D = 1 - cos(Omega h) or 1 - cosh(lambda h).
+    """Return the signed rate² (s-2) and its derivative by D, which is positive, 2/h² at D = 0.
 
-    Args:
-        D (float): Dimensionless, at most 2.
-        spacing (float): h, in s (or in any unit of time).
-
-    Returns:
-        rate_squared, slope (float): In s-2; the slope is positive, 2/h² at D = 0.
+    D, at most 2, is 1 - cos(Omega h) or 1 - cosh(lambda h) of samples h = ``spacing`` apart, in s or any unit of time.
     """
     s = math.sqrt(abs(0.5 * D))
     if s < 1e-9:

@@ -356,13 +356,7 @@ def is_too_wide(raw, scale, spacing):
 
     Where the motion saturates within its window at all three sizes of the perturbation, their rates² agree with one
     another and not with that of zero amplitude. Residuals of the samples extrapolated twice then are no small part of
-    the rate² (or of 1/T², T the window's length, where the rate² is smaller).
-
-    Args:
-        raw, scale, spacing: As of :func:`errors`.
-
-    Returns:
-        numpy.ndarray of bool.
+    the rate² (or of 1/T², T the window's length, where the rate² is smaller). Arguments as of :func:`errors`.
     """
     S2 = scale * scale
     with np.errstate(all="ignore"):
@@ -373,13 +367,6 @@ def is_too_wide(raw, scale, spacing):
 
 
 def regime(rate_squared, error):
-    """Return the regime of measured points: MARGINAL where the rate² is not above its error.
-
-    Args:
-        rate_squared, error (numpy.ndarray): In s-2.
-
-    Returns:
-        numpy.ndarray of int8: STABLE, UNSTABLE or MARGINAL.
-    """
+    """Return the regime of rates² with errors (s-2), int8: MARGINAL where the rate² is not above its error."""
     marginal = ~(np.abs(rate_squared) > error)
     return np.select([marginal, rate_squared < 0.0], [MARGINAL, UNSTABLE], STABLE).astype(np.int8)

@@ -62,17 +62,13 @@ def weierstrass(e1, e2, e3):
 
 @formula
 def constants(moments, epsilon, start, h):
-    """Return the constants of the recurrence, and the first differences of its first step.
+    """Return what the first step adds to each component (da, db, dc), and the recurrence's ga, gb, gc and q.
 
     Args:
         moments (tuple of 3 float): Moments in cyclic order, of the spin axis first, in any common unit near one.
         epsilon (float): The nudge; transverse components count in units of it.
         start (tuple of 3 float): Start, in units of the spin (a = 1 or -1).
         h (float): Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
-
-    Returns:
-        da, db, dc (float): What the first step adds to each component.
-        ga, gb, gc, q (float): The recurrence's g of each component, and q.
     """
     (a, b, c), (ca, cb, cc) = start, coefficients(*moments)
     e2, h2 = epsilon * epsilon, h * h

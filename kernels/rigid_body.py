@@ -49,13 +49,7 @@ def points_of(points):
 
 
 def cyclic(axis):
-    """Relabel the axes so that the spin axis comes first: (a, b, c) cyclic, counted from 0.
-
-    Args:
-        axis (int or integer array): Spin axis, 1, 2 or 3.
-
-    Returns:
-        tuple of three arrays: Indices of a, b and c into (I1, I2, I3).
+    """Return the indices of (I_a, I_b, I_c) in (I1, I2, I3), cyclic from the spin axis, 1, 2 or 3 (an array's), on.
 
     Raises:
         ValueError: If an axis is none of 1, 2, 3.
@@ -79,13 +73,9 @@ def relabel(x1, x2, x3, axis):
 
 @formula
 def euler_coefficients(Ia, Ib, Ic):
-    r"""Return c_i = (I_j - I_k)/I_i of Euler's equations, the difference formed before the ratio.
+    """Return c_i = (I_j - I_k)/I_i of Euler's equations, of moments in cyclic order in any common unit.
 
-    Args:
-        Ia, Ib, Ic (float): Moments of inertia in cyclic order, in any common unit (kg m2).
-
-    Returns:
-        ca, cb, cc (float): Dimensionless; the sign of each is exact, down to moments one ulp apart.
+    The difference is formed before the ratio: the sign of each is exact, down to moments one ulp apart.
     """
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
 
@@ -120,12 +110,7 @@ def perturbation_invariant(wb, wc, cb, cc):
 def shape(I1, I2, I3):
     """Return the symmetry class: ASYMMETRIC, OBLATE (two least equal), PROLATE (two greatest equal) or SPHERE.
 
-    Args:
-        I1, I2, I3 (array_like): Moments of inertia in a common unit; broadcast together. Equality is exact equality of
-            floats.
-
-    Returns:
-        numpy.ndarray of int8
+    As int8, of moments in a common unit, which are broadcast. Equality is exact equality of floats.
     """
     least, middle, greatest = ascending(I1, I2, I3)
     oblate, prolate = least == middle, middle == greatest

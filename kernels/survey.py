@@ -322,12 +322,8 @@ def _nonlinear(points, measured, tolerance):
 def theory(points):
     """Return the columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
 
-    Args:
-        points (mapping of str to array_like, shape (n,)): As for :func:`measured`.
-
-    Returns:
-        dict of str to numpy.ndarray, shape (n,): omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory
-            (rad s-1), growing_fraction, triangle_margin (1), regime_theory, shape, encircles (int8).
+    omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory (rad s-1), growing_fraction, triangle_margin
+    (1), regime_theory, shape, encircles (int8), shape (n,), of points as for :func:`measured`.
     """
     return linear.columns_of(rigid_body.points_of(points))
 

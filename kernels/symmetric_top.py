@@ -81,30 +81,19 @@ RAW = numbers(
 
 
 def precession_rate(ratio, omega3):
-    r"""Return Omega = (I3/I1 - 1) omega3, at which omega and L turn about the figure axis in the body frame.
+    """Return Omega = (I3/I1 - 1) omega3, at which omega and L turn about the figure axis in the body frame.
 
-    Args:
-        ratio (array_like): I3/I1, dimensionless, > 0.
-        omega3 (array_like): Spin about the figure axis, rad s-1, of either sign; broadcast with the ratio.
-
-    Returns:
-        numpy.ndarray or float: Signed, rad s-1: positive turns from axis 1 towards axis 2 (Landau and Lifshitz,
-            Mechanics, equation 36.7).
+    In rad s-1, as omega3 is: positive from axis 1 towards axis 2 (Landau and Lifshitz, Mechanics, equation 36.7). The
+    ratio is I3/I1; both are broadcast.
     """
     return (np.asarray(ratio) - 1.0) * np.asarray(omega3)
 
 
 def cones(ratio, half_angle):
-    r"""Return the half-angles of the cone of L about the figure axis and of the space cone (omega about L).
+    """Return the half-angles of the cone of L about the figure axis and of the space cone (omega about L), rad.
 
-    Args:
-        ratio (array_like): I3/I1, dimensionless, > 0.
-        half_angle (array_like): Angle of omega to the figure axis (half-angle of the body cone), rad, between 0 and
-            pi/2.
-
-    Returns:
-        momentum_cone, space_cone (numpy.ndarray or float): rad: arctan(tan(theta)/r) and arctan(|r - 1| tan(theta)/(r +
-            tan(theta)^2)).
+    arctan(tan(theta)/r) and arctan(|r - 1| tan(theta)/(r + tan(theta)^2)), of r = I3/I1 > 0 and of theta, that of the
+    body cone, between 0 and pi/2; both are broadcast.
     """
     ratio, tangent = np.asarray(ratio), np.tan(half_angle)
     space = np.abs(ratio - 1.0) * (tangent / (ratio + tangent * tangent))
@@ -352,19 +341,15 @@ def _point_arrays(points):
 
 
 def run(points, rotations, samples_per_rotation, tolerance):
-    """Integrate and measure points; the raw result before anything is named.
+    """Integrate and measure points; the raw result before anything is named, shape (n, len(RAW)), dimensionless or rad.
 
     Args:
         points (mapping of str to array_like, shape (n,)): ratio (I3/I1 > 0), omega3 (rad s-1, not 0), half_angle
-            (degrees, between 0 and 90).
+            (degrees, between 0 and 90); nothing is checked and nothing raised.
         rotations (float): Length of the run, in 2 pi/|omega3|.
         samples_per_rotation (int): Samples in 2 pi/|omega3|; the spacing shrinks where max(1, |r - 1|) h would exceed
             1/2.
         tolerance (float): Error of the transverse part allowed over the run, relative to its size.
-
-    Returns:
-        numpy.ndarray, shape (n, len(RAW)): Columns of RAW, dimensionless or in rad; nothing is checked and nothing
-            raised.
     """
     ratio, omega3, half_angle = _point_arrays(points)
     intervals = round(rotations * samples_per_rotation)
@@ -416,10 +401,7 @@ def _period(rate):
 
 
 def measured(points, rotations, samples_per_rotation, tolerance):
-    """Return the measured columns of points, in units.
-
-    Args:
-        points, rotations, samples_per_rotation, tolerance: As for :func:`run`.
+    """Return the measured columns of points, in units; arguments as for :func:`run`.
 
     Returns:
         dict of str to numpy.ndarray, shape (n,): precession_rate, momentum_precession_rate, their _stderr and _error

@@ -20,13 +20,8 @@ def ascending(I1, I2, I3):
 def triangle_margin(I1, I2, I3):
     """Return the least of (I_b + I_c - I_a)/(I1 + I2 + I3) over the axes: negative where no body can exist.
 
-    A margin between -FLAT and 0 is that of a flat body whose moments are rounded, and comes out as 0.
-
-    Args:
-        I1, I2, I3 (array_like): Moments of inertia in a common unit; broadcast together.
-
-    Returns:
-        numpy.ndarray of float64: Dimensionless, at most 1/3 (the sphere).
+    At most 1/3 (the sphere). A margin between -FLAT and 0 is that of a flat body whose moments are rounded, and comes
+    out as 0. Moments are in a common unit, and broadcast together.
     """
     least, middle, greatest = ascending(I1, I2, I3)
     # as ratios to the greatest, and the difference first: no overflow, and a plate's zero stays a zero

@@ -404,11 +404,8 @@ def inverse(I1, I2, I3, ratio):
     """Return the one energy in each mode that gives a body its ratio of periods P_psi/P_phi (long axis), or none.
 
     In either mode the ratio grows with the wobble from ``sqrt(I1 I2/((I3 - I1)(I3 - I2)))`` (SAM, at least 1 for a body
-    that can exist) or ``sqrt(I2 I3/((I3 - I1)(I2 - I1))) - 1`` (LAM) to infinity at the separatrix.
-
-    Args:
-        I1, I2, I3 (array_like): Ascending moments in a common unit.
-        ratio (array_like): P_psi/P_phi, > 0; broadcast with the moments.
+    that can exist) or ``sqrt(I2 I3/((I3 - I1)(I2 - I1))) - 1`` (LAM) to infinity at the separatrix. Ascending moments
+    in a common unit and ratios > 0 are broadcast.
 
     Returns:
         dict of str to numpy.ndarray, shape (2, n): energy (2T I3/L^2) and m, rows SAM and LAM, NaN where the ratio is
