@@ -31,16 +31,11 @@ COLUMNS = (
     Column("omega_squared_error_integration", power=2, work=ERRORS),
     Column("omega_squared_error_amplitude", power=2, work=REDUCTION),
     Column("omega_squared_error_rounding", power=2, work=REDUCTION),
-    Column("growth_rate", power=1, work=RATES),
-    Column("growth_rate_stderr", power=1, work=RATES),
-    Column("growth_rate_error", power=1, work=RATES),
-    Column("growth_rate_reduced", power=1, work=RATES),
-    Column("growth_rate_reduced_error", power=1, work=RATES),
-    Column("frequency", power=1, work=RATES),
-    Column("frequency_stderr", power=1, work=RATES),
-    Column("frequency_error", power=1, work=RATES),
-    Column("frequency_reduced", power=1, work=RATES),
-    Column("frequency_reduced_error", power=1, work=RATES),
+    *(
+        Column(rate + part, power=1, work=RATES)
+        for rate in ("growth_rate", "frequency")
+        for part in ("", "_stderr", "_error", "_reduced", "_reduced_error")
+    ),
     Column("growth_rate_logslope", power=1, work=LOG_SLOPE),
     Column("growth_rate_logslope_error", power=1, work=LOG_SLOPE),
     Column("e_folds", power=0, work=LOG_SLOPE),
@@ -236,12 +231,9 @@ def _widen_within_a_turn(S):
 def _rates_of(reduced):
     """Return the rates of the measured Ω², or of the reduced one; decided when it is compiled."""
     square_of, error_of = (MORE.reduced, MORE.left) if reduced else (MORE.rate2, MORE.error)
-    growth, growth_error = (
-        (AT.growth_rate_reduced, AT.growth_rate_reduced_error) if reduced else (AT.growth_rate, AT.growth_rate_error)
-    )
-    turning, turning_error = (
-        (AT.frequency_reduced, AT.frequency_reduced_error) if reduced else (AT.frequency, AT.frequency_error)
-    )
+    names = [rate + ("_reduced" if reduced else "") for rate in ("growth_rate", "frequency")]
+    growth, turning = (getattr(AT, name) for name in names)
+    growth_error, turning_error = (getattr(AT, f"{name}_error") for name in names)
 
     @njit(name="fill_reduced_rates" if reduced else "fill_rates", **OPTIONS)
     def fill_rates(S):
