@@ -19,24 +19,9 @@ class Column(NamedTuple):
     work: str = ""  #: what is done for it alone, and spared where nobody wants it
 
 
-def names(table):
-    """Return the names of a table's columns, in order."""
-    return tuple(column.name for column in table)
-
-
-def numbers(names):
-    """Return a named tuple of the numbers 0, 1, … of names."""
-    return namedtuple("Numbers", names)(*range(len(names)))
-
-
-def powers(*tables):
-    """Return name → power of the spin rate in the unit, of each column of some tables."""
-    return {column.name: column.power for table in tables for column in table}
-
-
-def rows(names, first, width):
-    """Return a named tuple of where the rows of names begin in a scratch array, from row ``first`` on."""
-    return namedtuple("Rows", names)(*(width * (first + k) for k in range(len(names))))
+def numbers(names, first=0, width=1):
+    """Return a named tuple of the numbers 0, 1, … of names, or of where their rows begin, from row ``first`` on."""
+    return namedtuple("Numbers", names)(*(width * (first + k) for k in range(len(names))))
 
 
 def arrays(*values, dtypes=None):

@@ -50,13 +50,13 @@ COLUMNS = (
     Column("perturbation_drift", power=0, work=INVARIANTS),
     Column("propagation_error", power=0, work=CERTIFICATE),
 )
-MEASURED = columns.names(COLUMNS)
+MEASURED = tuple(column.name for column in COLUMNS)
 FIRST = lanes.ROWS  # row of the first column
-AT = columns.rows(MEASURED, FIRST, W)
+AT = columns.numbers(MEASURED, FIRST, W)
 # Besides: |omega0| or NaN (given, s-1), and dimensionless the rates², the standard error, slopes by D, errors of
 # both rates², and the reduced rate with its own.
 BESIDE = ("spin_rate", "rate2", "stderr", "slope", "reduced", "reduced_slope", "error", "left", "rate", "rate_error")
-MORE = columns.rows(BESIDE, FIRST + len(COLUMNS), W)
+MORE = columns.numbers(BESIDE, FIRST + len(COLUMNS), W)
 ROWS = FIRST + len(COLUMNS) + len(BESIDE)
 
 

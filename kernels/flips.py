@@ -42,7 +42,7 @@ COLUMNS = (  # what :func:`fill` writes
     Column("max_tilt_exact", power=0),
     Column("frequency_exact", power=1),
 )
-MEASURED = columns.names(COLUMNS)
+MEASURED = tuple(column.name for column in COLUMNS)
 AT = columns.numbers(MEASURED)
 
 

@@ -32,7 +32,6 @@ from kernels.blocks import LANES, ROWS, W, scratch
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
 from kernels.runs import (
     CHANGE,
-    EPSILON,
     GIVEN,
     LARGER,
     LEAST_SPAN,
@@ -160,13 +159,13 @@ def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
             once, whole = math.sqrt(Q[ONCE, lane]), math.sqrt(Q[WHOLE, lane])
             once *= NEXT + GROWING * (min(15.0 * once / whole, FALLING) if whole > 0.0 else 0.0)
             Q[ONCE, lane] = once / largest
-            rounding = 4.0 * EPSILON * math.sqrt(number) * largest
-            walk = WALK * EPSILON * math.sqrt(number) * (total[lane] / runs) * largest
+            rounding = 4.0 * codes.UNIT * math.sqrt(number) * largest
+            walk = WALK * codes.UNIT * math.sqrt(number) * (total[lane] / runs) * largest
             floor[lane] = (once + walk) / math.sqrt(n * total[lane]) + max(Q[CHANGE, lane] - rounding, 0.0) * count
         if most < count:
             _take_means(Y, weight, runs, count, n, used, Q[SPACING], most)
         for lane in range(W):
-            bend[lane] = BENDING * EPSILON * Q[SCALE, lane] * Q[SPACING, lane]
+            bend[lane] = BENDING * codes.UNIT * Q[SCALE, lane] * Q[SPACING, lane]
         fit_block(Y, weight, runs, most, n, Q[SPACING], floor, bend, TRUST, lanes, part)
         for lane in range(lanes):
             i = order[first + lane]

@@ -44,21 +44,10 @@ import numpy as np
 
 from kernels import measure, reduction
 from kernels.blocks import W
+from kernels.codes import UNIT
 from kernels.columns import numbers
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
-from kernels.runs import (
-    CHANGE,
-    EPSILON,
-    GIVEN,
-    LARGER,
-    LEAST_SPAN,
-    SPACING,
-    TAKEN,
-    Measurement,
-    at_zero,
-    has_converged,
-    refined,
-)
+from kernels.runs import CHANGE, GIVEN, LARGER, LEAST_SPAN, SPACING, TAKEN, Measurement, at_zero, has_converged, refined
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
 STABLE, UNSTABLE, MARGINAL = range(3)
@@ -315,7 +304,7 @@ def errors(raw, scale, spacing, share=1.0):
     Returns:
         numpy.ndarray: measured, and reduced.
     """
-    unit, S2 = 0.5 * EPSILON, scale * scale
+    unit, S2 = 0.5 * UNIT, scale * scale
     with np.errstate(all="ignore"):
         n, square = raw[:, RAW.samples], raw[:, RAW.reduced] / S2
         span = (n - 1.0) * spacing

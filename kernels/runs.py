@@ -25,10 +25,9 @@ import numpy as np
 
 from kernels import direct, measure
 from kernels.blocks import LANES, ROWS, W, cut, rows_of, scratch
-from kernels.codes import ORDER
+from kernels.codes import ORDER, UNIT
 from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
-EPSILON = float(np.finfo(np.float64).eps)
 MOST_HALVINGS = 6
 LONGEST = 0.4  # step, in 1/S: its first term left out is 0.4^13/13! = 1e-15
 LEAST_SPAN = 1.0  # of 1/S: a shorter window shows too little of a motion, and of what its amplitude does
@@ -234,5 +233,5 @@ def refined(integrator, measurement, runs, sampling):
 
 def has_converged(raw, intervals, tolerance):
     """Return True where halving the step changes less than the tolerance plus rounding."""
-    rounding = 8.0 * EPSILON * np.sqrt(raw[:, STEPS])
+    rounding = 8.0 * UNIT * np.sqrt(raw[:, STEPS])
     return (raw[:, HALVING] - rounding) * intervals <= tolerance

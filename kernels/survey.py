@@ -15,23 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels import (
-    circular,
-    collapse,
-    columns,
-    direct,
-    estimates,
-    flips,
-    lanes,
-    linear,
-    measure,
-    reduction,
-    rigid_body,
-    solution,
-)
+from kernels import collapse, direct, estimates, flips, lanes, linear, measure, reduction, rigid_body
 from kernels.blocks import W, cut, scratch
+from kernels.circular import FAR, cosine_sine, within
 from kernels.estimates import COLUMNS, MEASURED
 from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.solution import unit_of
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
@@ -42,7 +31,7 @@ PITCH, GATHERED = TILE + 72, 8
 _A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
 
 TYPES = (np.float64, np.int32, np.int8)
-POWERS = columns.powers(COLUMNS, flips.COLUMNS)
+POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
 LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
 
 
@@ -74,10 +63,10 @@ def _lay_out(T, values):
     _copy(T, np.int64(_PHASE), phase)
     far = 0
     for i in range(phase.size):
-        far |= 0 if abs(phase[i]) <= circular.FAR else 1
+        far |= 0 if abs(phase[i]) <= FAR else 1
     if far > 0:
         for i in range(phase.size):
-            T[_PHASE + i] = circular.within(phase[i])
+            T[_PHASE + i] = within(phase[i])
 
 
 @njit(nogil=True, **OPTIONS)
@@ -95,7 +84,7 @@ def _plan(T, axis, spacing, intervals, keys):
         growth = cb * cc if cb * cc > 0.0 else 0.0
         level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
         keys[i] = level + (0 if reduction.is_small(ca, T[_EPSILON + i], point_spacing * intervals) else LEVELS)
-        scale, omega0 = 1.0 / solution.unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
+        scale, omega0 = 1.0 / unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
         T[_A + i], T[_B + i], T[_C + i] = Ia * scale, Ib * scale, Ic * scale
         T[_SPIN + i] = 1.0 if omega0 > 0.0 else -1.0
         T[_RATE + i] = abs(omega0) if (omega0 - omega0 == 0.0) & (omega0 != 0.0) else math.nan
@@ -141,7 +130,7 @@ def _gather(S, T, points, steps):
             S[row * W + lane] = T[np.uint64(row * PITCH) + i]
     for lane in range(W):
         S[estimates.MORE.spin_rate + lane], S[lanes.STEPS + lane] = S[lanes.COSINE + lane], steps
-        S[lanes.COSINE + lane], S[lanes.SINE + lane] = circular.cosine_sine(S[lanes.SINE + lane])
+        S[lanes.COSINE + lane], S[lanes.SINE + lane] = cosine_sine(S[lanes.SINE + lane])
 
 
 @njit(nogil=True, **OPTIONS)

@@ -34,7 +34,7 @@ def test_a_column_without_a_power_cannot_be_written():
 
 
 def test_numbers_are_the_places_in_the_table():
-    assert columns.names(flips.COLUMNS) == flips.AT._fields
+    assert tuple(column.name for column in flips.COLUMNS) == flips.AT._fields
     assert tuple(flips.AT) == tuple(range(len(flips.COLUMNS)))
     assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
 
@@ -56,4 +56,4 @@ def test_arrays_have_the_one_form_that_kernels_are_compiled_for():
 
 
 def test_rows_of_lanes_lie_one_after_the_other():
-    assert columns.rows(("a", "b", "c"), 2, 8)._asdict() == {"a": 16, "b": 24, "c": 32}
+    assert columns.numbers(("a", "b", "c"), 2, 8)._asdict() == {"a": 16, "b": 24, "c": 32}
