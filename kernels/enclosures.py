@@ -169,11 +169,6 @@ def _sine(a, b):
 
 
 @njit(**OPTIONS)
-def _scaled(c, a, b):
-    return _mul(c, c, a, b)
-
-
-@njit(**OPTIONS)
 def _library(code, x):
     """Return a function of the C library at x."""
     if code == codes.EXP:
@@ -220,7 +215,7 @@ def _cosh(a, b):
 def _whole_power(a, b, k):
     f, g, state = _signed_power(a, b, k)
     r, s, _ = _signed_power(a, b, k - 1)
-    d, e = _scaled(float(k), r, s)
+    d, e = _mul(float(k), float(k), r, s)
     return f, g, d, e, state
 
 
@@ -299,7 +294,7 @@ def _error_function(a, b):
     f, g = _rising(codes.ERF, a, b)
     r, s = _power(a, b, 2)
     d, e = _rising(codes.EXP, -s, -r)
-    d, e = _scaled(2.0 / math.sqrt(math.pi), max(d, 0.0), e)
+    d, e = _mul(2.0 / math.sqrt(math.pi), 2.0 / math.sqrt(math.pi), max(d, 0.0), e)
     return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
 
 

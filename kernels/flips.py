@@ -142,16 +142,14 @@ def _note(S, lane, before, turning):
 def _walk(S, turning):
     """Step until no lane is active; each is given up at its own limit."""
     whole_vectors()
-    n = 0
-    limit = _next_limit(S, n)
+    n, limit = 0, _next_limit(S, 0)
     while n < limit:
-        if _stride(S):
-            for lane in range(W):
-                if S[ACTIVE + lane] > 0.0:
-                    _note(S, lane, n * S[H + lane], turning)
-            limit = _next_limit(S, n)
+        has_events = _stride(S)
+        for lane in range(W if has_events else 0):
+            if S[ACTIVE + lane] > 0.0:
+                _note(S, lane, n * S[H + lane], turning)
         n += 1
-        if n >= limit:
+        if has_events or n >= limit:
             limit = _next_limit(S, n)
 
 

@@ -29,6 +29,7 @@ LEVELS = 16  # of growth, by which points of one kind are sorted
 # order of the rows of lanes that it fills, but for |omega0| or NaN in the cosine's place and the phase in the sine's.
 PITCH, GATHERED = TILE + 72, 8
 _A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
+LAID_OUT = (_A, _B, _C, _RATE, _EPSILON, _PHASE)  # I1, I2, I3, omega0, epsilon, phase as they are given
 
 TYPES = (np.float64, np.int32, np.int8)
 POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
@@ -45,23 +46,14 @@ class RunSettings(NamedTuple):
     rounded: bool  #: whether the moments are ratios that were rounded once each
 
 
-@njit(**INLINE)
-def _copy(T, row, values):
-    for i in range(values.size):
-        T[row + i] = values[i]
-
-
 @njit(nogil=True, **OPTIONS)
 def _lay_out(T, values):
     """Write points of a tile side by side into its rows, phases that are far off brought back."""
-    I1, I2, I3, omega0, epsilon, phase = values
-    _copy(T, np.int64(_A), I1)  # no literal, or each row would have a copy of its own
-    _copy(T, np.int64(_B), I2)
-    _copy(T, np.int64(_C), I3)
-    _copy(T, np.int64(_RATE), omega0)
-    _copy(T, np.int64(_EPSILON), epsilon)
-    _copy(T, np.int64(_PHASE), phase)
-    far = 0
+    for k in range(len(LAID_OUT)):
+        row, column = LAID_OUT[k], values[k]
+        for i in range(column.size):
+            T[row + i] = column[i]
+    phase, far = values[5], 0
     for i in range(phase.size):
         far |= 0 if abs(phase[i]) <= FAR else 1
     if far > 0:
