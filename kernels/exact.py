@@ -142,15 +142,9 @@ def short_step_constants(moments, omega, h):
 def step(w1, w2, w3, q1, q2, q3):
     """Return ``w_i + 2 [w_i (A_j + A_k) + q_i w_j w_k (1 + A_i)]/(1 - A_1 - A_2 - A_3 - 2 Q)``, one exact step.
 
-    ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight
-    through.  A loop over lanes that calls it compiles to packed code.
-
-    Args:
-        w1, w2, w3 (float): Angular velocity, rad/s.
-        q1, q2, q3 (float): Coefficients from :func:`short_step_constants`, s.
-
-    Returns:
-        w1, w2, w3 (float): Angular velocity one step later, rad/s.
+    ``A_i = q_j q_k w_i^2``, ``Q = q_1 q_2 q_3 w_1 w_2 w_3``: some 40 operations and one division, straight through.  A
+    loop over lanes that calls it compiles to packed code.  Angular velocity in rad/s, coefficients from
+    :func:`short_step_constants` in s.
     """
     q12, q13 = q1 * w2, q1 * w3
     q21, q23 = q2 * w1, q2 * w3

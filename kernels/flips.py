@@ -197,11 +197,9 @@ def _largest_tilt(S, lane):
 
 @njit(nogil=True, **OPTIONS)
 def fill(points, order, tolerance, out, given_up):
-    """Fill COLUMNS for points taken W at a time in the given order.
+    """Fill COLUMNS for Spins taken W at a time in the given order, which changes no result.
 
     Args:
-        points (kernels.rigid_body.Spins): n spins.
-        order (numpy.ndarray of int64, shape (n,)): In which order points are taken; it changes no result.
         tolerance (float): Relative error allowed in the measured columns.
         out (numpy.ndarray, shape (5, n)): COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
         given_up (numpy.ndarray of bool, shape (n,)): Set where the search reached its bound.

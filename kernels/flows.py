@@ -189,7 +189,6 @@ def run(integrator, points, quantities, sampling):
         integrator (runs.Integrator): What is watched are the conserved quantities' deviations.
         points (runs.Runs): project: P, from the N states' deviations to the n that are measured.
         quantities (int): Number of conserved quantities.
-        sampling (runs.Sampling): How the runs are sampled.
 
     Returns:
         numpy.ndarray, shape (points, FIRST + quantities + codes.HEAD + 4 n): Columns HALVING, STEPS, SAMPLES,

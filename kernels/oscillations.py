@@ -313,7 +313,7 @@ def errors(raw, scale, spacing, share=1.0):
         shift, beyond = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
         falling = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
         alone = np.asarray(share) > ALONE
-        clear = _turned(square, span) & alone
+        clear = (np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi) & alone  # the window holds a whole turn
         sixth = _sixth(raw, square, shift, span, S2, clear)
         scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
@@ -333,11 +333,6 @@ def _sixth(raw, square, shift, span, S2, clear):
     phase = 0.5 * shift * span / rate
     bound = np.hypot(shift, HARMONIC * residual) * (phase * phase / (128.0 * math.sqrt(5.0)))
     return np.where(clear, np.maximum(UNKNOWN * seen, seen - 2.0 * bound), seen)
-
-
-def _turned(square, span):
-    """Return whether the window holds a whole turn."""
-    return np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi
 
 
 def is_too_wide(raw, scale, spacing):

@@ -203,14 +203,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
 
 
 def refined(integrator, measurement, runs, sampling):
-    """Return the raw results of points, of which those that have not converged are run again with twice the steps.
-
-    Args:
-        integrator (Integrator): Of the system.
-        measurement (Measurement): How the samples are measured.
-        runs (Runs): All points.
-        sampling (Sampling): How the runs are sampled.
-    """
+    """Return the raw results of points, of which those that have not converged are run again with twice the steps."""
     steps = planned(runs.size, sampling, measurement.share)
     numbers = np.array([sampling.intervals + 1, integrator.states, *measurement.numbers])
     left, raw = np.arange(steps.size), None

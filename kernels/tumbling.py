@@ -364,7 +364,7 @@ def _limit(I1, I2, I3, short):
     return more / (math.sqrt(1.0 + more) + 1.0)
 
 
-@njit(**OPTIONS)
+@njit(nogil=True, **OPTIONS)
 def _solve(I1, I2, I3, ratio, short):
     """Return the parameter m and the energy of one mode that give the ratio; NaN where it is below the mode's limit.
 
@@ -387,19 +387,6 @@ def _solve(I1, I2, I3, ratio, short):
     return -math.expm1(-high), energy
 
 
-@njit(nogil=True, **OPTIONS)
-def fill_inverse(I1, I2, I3, ratio, out):
-    """Fill energy (rows 0: SAM, 1: LAM) and m (rows 2, 3) that give bodies their ratio of periods; NaN where none.
-
-    Rows 4 and 5 are the least ratio of each mode.
-    """
-    for i in range(I1.size):
-        low, middle = I1[i] / I3[i], I2[i] / I3[i]
-        out[2, i], out[0, i] = _solve(low, middle, 1.0, ratio[i], True)
-        out[3, i], out[1, i] = _solve(low, middle, 1.0, ratio[i], False)
-        out[4, i], out[5, i] = _limit(low, middle, 1.0, True), _limit(low, middle, 1.0, False)
-
-
 def inverse(I1, I2, I3, ratio):
     """Return the one energy in each mode that gives a body its ratio of periods P_psi/P_phi (long axis), or none.
 
@@ -413,9 +400,12 @@ def inverse(I1, I2, I3, ratio):
             mode.
     """
     I1, I2, I3, ratio = arrays(I1, I2, I3, ratio)
-    out = np.empty((6, ratio.size))
-    fill_inverse(I1, I2, I3, ratio, out)
-    return {"energy": out[:2], "m": out[2:4], "least_ratio": out[4:]}
+    out = np.empty((3, 2, ratio.size))
+    for i, (low, middle, wanted) in enumerate(zip(I1 / I3, I2 / I3, ratio, strict=True)):
+        for mode, short in enumerate((True, False)):
+            out[:2, mode, i] = _solve(low, middle, 1.0, wanted, short)
+            out[2, mode, i] = _limit(low, middle, 1.0, short)
+    return dict(zip(("m", "energy", "least_ratio"), out, strict=True))
 
 
 @njit(nogil=True, **OPTIONS)
