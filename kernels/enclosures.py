@@ -212,14 +212,6 @@ def _cosh(a, b):
 
 
 @njit(**OPTIONS)
-def _whole_power(a, b, k):
-    f, g, state = _signed_power(a, b, k)
-    r, s, _ = _signed_power(a, b, k - 1)
-    d, e = _mul(float(k), float(k), r, s)
-    return f, g, d, e, state
-
-
-@njit(**OPTIONS)
 def _any_power(a, b, p, q):
     state = SOUND
     if b < 0.0 or (b == 0.0 and p < 0.0):
@@ -231,37 +223,6 @@ def _any_power(a, b, p, q):
     r, s = _real_power(a, b, m, n)
     d, e = _mul(p, q, r, s)
     return f, g, d, e, state
-
-
-@njit(**OPTIONS)
-def _tangent(a, b):
-    low, high = _cosine(a, b)
-    if low <= 0.0 <= high:
-        return -INF, INF, 1.0, INF, POLE
-    f, g = _rising(codes.TAN, a, b)
-    r, s = _power(f, g, 2)
-    d, e = _add(r, s, 1.0, 1.0)
-    return f, g, d, e, SOUND
-
-
-@njit(**OPTIONS)
-def _logarithm(a, b):
-    if b <= 0.0:
-        return -INF, INF, -INF, INF, OUTSIDE
-    state = SOUND if a > 0.0 else POLE
-    a = max(a, 0.0)
-    f, g = _rising(codes.LOG, a, b)
-    d, e = _inverse(a, b)
-    return f, g, max(d, 0.0), e, state
-
-
-@njit(**OPTIONS)
-def _hyperbolic_tangent(a, b):
-    f, g = _rising(codes.TANH, a, b)
-    r, s = _cosh(a, b)  # 1 - tanh² would lose all where tanh is near 1
-    r, s = _power(r, s, 2)
-    d, e = _inverse(r, s)
-    return max(f, -1.0), min(g, 1.0), max(d, 0.0), min(e, 1.0), SOUND
 
 
 @njit(**OPTIONS)
@@ -290,25 +251,15 @@ def _inverse_function(code, a, b):
 
 
 @njit(**OPTIONS)
-def _error_function(a, b):
-    f, g = _rising(codes.ERF, a, b)
-    r, s = _power(a, b, 2)
-    d, e = _rising(codes.EXP, -s, -r)
-    d, e = _mul(2.0 / math.sqrt(math.pi), 2.0 / math.sqrt(math.pi), max(d, 0.0), e)
-    return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
-
-
-@njit(**OPTIONS)
 def _function(code, a, b, p, q):
     """Enclose f and f′ on [a, b]: four ends, and a state; [p, q] is the exponent of POWER, p the one of WHOLE_POWER."""
     if code == codes.WHOLE_POWER:
-        return _whole_power(a, b, int(p))
+        f, g, state = _signed_power(a, b, int(p))
+        r, s, _ = _signed_power(a, b, int(p) - 1)
+        d, e = _mul(float(int(p)), float(int(p)), r, s)
+        return f, g, d, e, state
     if code == codes.POWER:
         return _any_power(a, b, p, q)
-    if code == codes.EXP:
-        f, g = _rising(codes.EXP, a, b)
-        f = max(f, 0.0)
-        return f, g, f, g, SOUND
     if code in (codes.SIN, codes.COS):
         f, g = _sine(a, b)
         d, e = _cosine(a, b)
@@ -317,15 +268,34 @@ def _function(code, a, b, p, q):
         f, g = _rising(codes.SINH, a, b)
         d, e = _cosh(a, b)
         return (f, g, d, e, SOUND) if code == codes.SINH else (d, e, f, g, SOUND)
-    if code == codes.TAN:
-        return _tangent(a, b)
     if code == codes.LOG:
-        return _logarithm(a, b)
+        if b <= 0.0:
+            return -INF, INF, -INF, INF, OUTSIDE
+        f, g = _rising(codes.LOG, max(a, 0.0), b)
+        d, e = _inverse(max(a, 0.0), b)
+        return f, g, max(d, 0.0), e, SOUND if a > 0.0 else POLE
+    if code not in (codes.EXP, codes.TAN, codes.TANH, codes.ERF):
+        return _inverse_function(code, a, b)
+    f, g = _rising(code, a, b)
+    if code == codes.EXP:
+        f = max(f, 0.0)
+        return f, g, f, g, SOUND
+    if code == codes.TAN:
+        low, high = _cosine(a, b)
+        if low <= 0.0 <= high:
+            return -INF, INF, 1.0, INF, POLE
+        r, s = _power(f, g, 2)
+        d, e = _add(r, s, 1.0, 1.0)
+        return f, g, d, e, SOUND
     if code == codes.TANH:
-        return _hyperbolic_tangent(a, b)
-    if code == codes.ERF:
-        return _error_function(a, b)
-    return _inverse_function(code, a, b)
+        r, s = _cosh(a, b)  # 1 - tanh² would lose all where tanh is near 1
+        r, s = _power(r, s, 2)
+        d, e = _inverse(r, s)
+        return max(f, -1.0), min(g, 1.0), max(d, 0.0), min(e, 1.0), SOUND
+    r, s = _power(a, b, 2)
+    d, e = _rising(codes.EXP, -s, -r)
+    d, e = _mul(2.0 / math.sqrt(math.pi), 2.0 / math.sqrt(math.pi), max(d, 0.0), e)
+    return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
 
 
 @njit(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]), nogil=True, **PASSED)
