@@ -156,14 +156,6 @@ def _follow(state, k, durations, counts, out):
         out[i, 3], out[i, 4], out[i, 5], out[i, 6] = w / size, x / size, y / size, z / size
 
 
-def _three(values, name):
-    """Check a triple of finite numbers and return it as an array."""
-    values = np.asarray(values, dtype=np.float64)
-    if values.shape != (3,) or not np.isfinite(values).all():
-        raise ValueError(f"{name} must be three finite numbers, not {values!r}")
-    return values
-
-
 def rotation(moments, omega_start, times, tolerance=1e-10):
     r"""Return the angular velocity of one free body at given times, by the direct integrator.
 
@@ -208,8 +200,10 @@ def attitude(moments, omega_start, times, tolerance=1e-10):
 
 def _followed(moments, omega_start, times, tolerance, turning):
     """Return angular velocity and attitude at times, shape (n, 7); the tolerance is of the attitude if ``turning``."""
-    moments, omega = _three(moments, "moments"), _three(omega_start, "omega_start")
-    times = np.asarray(times, dtype=np.float64, order="C")
+    moments, omega, times = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start, times))
+    for name, values in (("moments", moments), ("omega_start", omega)):
+        if values.shape != (3,) or not np.isfinite(values).all():
+            raise ValueError(f"{name} must be three finite numbers, not {values!r}")
     if times.ndim != 1 or not np.isfinite(times).all():
         raise ValueError("times must be a one-dimensional array of finite numbers")
     if not (moments > 0).all():
