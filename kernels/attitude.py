@@ -48,7 +48,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels import solution
-from kernels.elliptic import RUNGS, climb, jacobi_short, ladder, separatrix_functions
+from kernels.elliptic import Ladder, climb, jacobi_short, ladder, separatrix_functions
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.rigid_body import relabel
 from kernels.straight import formula
@@ -129,15 +129,6 @@ class Turning(NamedTuple):
     sigma: float  #: +1 where d is the axis of greatest moment, -1 where it is the least
 
 
-class Ladder(NamedTuple):
-    """Means of one modulus, as :func:`kernels.elliptic.ladder` returns them."""
-
-    rungs: np.ndarray
-    n: int
-    ah: float
-    al: float
-
-
 class Frame(NamedTuple):
     """The axes (d, j, k) from which a motion is seen, in cyclic order."""
 
@@ -195,15 +186,10 @@ def middle_shift(turning, sn, cn, dn):
     return (scale * (a * dn) if below > 0.0 else 1.0), scale * (mu_c * mu_s * (sn * cn))
 
 
-@njit(**INLINE)
-def _climb(u, m, means):
-    return climb(u, m, means.rungs, means.n, means.ah, means.al)
-
-
 @njit(**OPTIONS)
 def third_kind(v, top):
     """Return J(v) of the module's docstring for any v."""
-    nu, k1 = top.turning.nu, top.turning.k1
+    nu = top.turning.nu
     if top.motion.m1 <= 0.0:
         if abs(v) > SETTLED_TANH:
             root = math.sqrt(nu)
@@ -211,7 +197,7 @@ def third_kind(v, top):
             return (v - bent) / (1.0 + nu)
         s, c, d = separatrix_functions(v)
         return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
-    s, c, d = _climb(v, k1 * k1, top.second)
+    s, c, d = climb(v, top.second)
     turns = math.floor(v * top.second.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:
         s, c = -s, -c
@@ -250,8 +236,8 @@ def lifted(n, x, y):
 
 
 @njit(**OPTIONS)
-def prepare(moments, start, rungs, rungs1):
-    """Return the :class:`Attitude` of a motion; ``rungs`` and ``rungs1`` (2, RUNGS) are overwritten and kept in it."""
+def prepare(moments, start):
+    """Return the :class:`Attitude` of a motion."""
     I1, I2, I3, _ = solution.scaled(moments[0], moments[1], moments[2])
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])
     top = solution.set_up_near_one(I1, I2, I3, w1, w2, w3)
@@ -266,25 +252,21 @@ def prepare(moments, start, rungs, rungs1):
     g = I_d / turning.L, I_j / turning.L, I_k / turning.L
     motion = solution.Motion(top.p, top.m, top.m1, top.axes, top.c, w, unit)
     frame = Frame(d, turned, on_j, g, (g[0] * w_d, g[1] * w_j, g[2] * w_k))
-    n, ah, al, n1, ah1, al1, whole = 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0
-    if top.m1 > 0.0:  # on the separatrix there are no ladders
-        complement = landen_complement(top.m1)
-        n, ah, al = ladder(top.m, top.m1, rungs)
-        n1, ah1, al1 = ladder(turning.k1 * turning.k1, complement * complement, rungs1)
-        whole = complete(complement, turning.nu)
-    return Attitude(motion, turning, frame, Ladder(rungs, n, ah, al), Ladder(rungs1, n1, ah1, al1), whole)
+    complement = landen_complement(top.m1)
+    second = ladder(turning.k1 * turning.k1, complement * complement)
+    return Attitude(motion, turning, frame, ladder(top.m, top.m1), second, complete(complement, turning.nu))
 
 
 @njit(**OPTIONS)
 def half_turn(t, top):
     """Return half of psi, rad, at the time t (in the motion's own unit)."""
-    p, m, m1, _, c, w, _ = top.motion
+    p, _, m1, _, c, w, _ = top.motion
     turning, g_d = top.turning, top.frame.g[0]
     half, short = 0.5 * p * t, 0.5 * t
     J = third_kind(half / (1.0 + turning.k1), top)
     if m1 <= 0.0 and abs(half) > FAR:
         half, short = math.copysign(FAR, half), short * (FAR / abs(half))
-    sn, cn, dn = _climb(half, m, top.ladder) if m1 > 0.0 else separatrix_functions(half)
+    sn, cn, dn = climb(half, top.ladder)
     zr, zi = middle_shift(turning, sn, cn, dn)
     _, _, x_d = solution.advance(w, c, p, short, sn, cn, dn)
     bend = math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, turning.a + zr)
@@ -294,11 +276,11 @@ def half_turn(t, top):
 @njit(**OPTIONS)
 def at(t, top):
     """Return attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
-    p, m, m1, _, c, w, unit = top.motion
+    p, _, _, _, c, w, unit = top.motion
     d, turned, on_j, g, begin = top.frame
     t *= unit
     angle = half_turn(t, top)
-    sn, cn, dn = _climb(p * t, m, top.ladder) if m1 > 0.0 else separatrix_functions(p * t)
+    sn, cn, dn = climb(p * t, top.ladder)
     x_s, x_c, x_d = solution.advance(w, c, p, t, sn, cn, dn)
     x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
     m_d, m_j, m_k = g[0] * x_d, g[1] * x_j, g[2] * x_k
@@ -312,7 +294,7 @@ def fill(moments, start, times, out):
     if solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), start):
         _fill_steady(start, times, out)
         return
-    top = prepare(moments, start, np.empty((2, RUNGS)), np.empty((2, RUNGS)))
+    top = prepare(moments, start)
     for i in range(times.shape[0]):
         q, _ = at(times[i], top)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q

@@ -18,6 +18,7 @@ double-double and so is ``a_N u``: large arguments lose nothing to the rounding 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,12 +72,22 @@ def double_sqrt(xh, xl):
     return two_sum(root, ((xh - square) - e + xl) / (2.0 * root))
 
 
-@njit(**OPTIONS)
-def ladder(m, m1, rungs):
-    """Return N and a_N in double-double; fill the means ``a_n = rungs[0, n]``, ``b_n = rungs[1, n]`` for m1 > 0.
+class Ladder(NamedTuple):
+    """The means of one modulus."""
 
-    ``rungs`` is (2, RUNGS) and is overwritten up to column N.
-    """
+    m: float
+    rungs: np.ndarray  #: a_n and b_n, shape (2, RUNGS)
+    n: int  #: N
+    ah: float  #: a_N in double-double; 0 on the separatrix, which has no ladder
+    al: float
+
+
+@njit(**OPTIONS)
+def ladder(m, m1):
+    """Return the :class:`Ladder` of a parameter and its complement."""
+    rungs = np.empty((2, RUNGS))
+    if not m1 > 0.0:
+        return Ladder(m, rungs, 0, 0.0, 0.0)
     ah, al = 1.0, 0.0
     bh, bl = two_sum(1.0, -m) if m <= 0.5 else (m1, 0.0)
     bh, bl = double_sqrt(bh, bl)
@@ -91,17 +102,28 @@ def ladder(m, m1, rungs):
         n += 1
         rungs[0, n] = ah
         rungs[1, n] = bh
-    return n, ah, al
+    return Ladder(m, rungs, n, ah, al)
 
 
 @njit(**OPTIONS)
-def climb(u, m, rungs, n, ah, al):
-    """Return (sn, cn, dn) of ``u`` from a finished ladder: the recurrence of the module's docstring.
+def separatrix_functions(u):
+    """Return (sn, cn, dn) at m = 1: ``(tanh u, sech u, sech u)``, without overflow; cn and dn underflow past 745."""
+    e = math.exp(-abs(u))
+    sech = 2.0 * e / (1.0 + e * e)
+    return math.tanh(u), sech, sech
+
+
+@njit(**OPTIONS)
+def climb(u, means):
+    """Return (sn, cn, dn) of ``u`` from a :class:`Ladder`: the recurrence of the module's docstring.
 
     Absolute error at most 4e-16 (1 + |u|), and in practice a few 1e-16 for any |u| < 1e15.  dn is right to
     1e-15 (1 + min(|u|, K)) of itself, cn to as much of dn, and sn, for |u| < K, to 1e-15 of itself.
     Source: DLMF 22.7(i), 22.20(ii).
     """
+    m, rungs, n, ah, al = means
+    if ah == 0.0:
+        return separatrix_functions(u)
     if abs(u) < TINY_ARGUMENT:
         return u, 1.0 - 0.5 * u * u, 1.0 - 0.5 * m * u * u
     phi, tail = two_product(u, ah)
@@ -118,14 +140,6 @@ def climb(u, m, rungs, n, ah, al):
         dn = (q + rungs[1, i - 1]) / (q + rungs[0, i - 1])
     sn = math.copysign(1.0 / math.sqrt(1.0 + C * C), sine)
     return sn, C * sn, dn
-
-
-@njit(**OPTIONS)
-def separatrix_functions(u):
-    """Return (sn, cn, dn) at m = 1: ``(tanh u, sech u, sech u)``, without overflow; cn and dn underflow past 745."""
-    e = math.exp(-abs(u))
-    sech = 2.0 * e / (1.0 + e * e)
-    return math.tanh(u), sech, sech
 
 
 @formula
@@ -165,5 +179,4 @@ def K(m, m1):
     """
     if m1 <= 0.0:
         return np.inf
-    _, ah, _ = ladder(m, m1, np.empty((2, RUNGS)))
-    return HALF_PI / ah
+    return HALF_PI / ladder(m, m1).ah

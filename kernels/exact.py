@@ -71,7 +71,7 @@ from importlib import import_module
 
 import numpy as np
 
-from kernels.elliptic import RUNGS, K, climb, jacobi_short, ladder, separatrix_functions
+from kernels.elliptic import K, climb, jacobi_short, ladder
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.solution import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
 from kernels.straight import formula
@@ -81,11 +81,10 @@ from kernels.straight import formula
 def fill_rotation(moments, start, times, out):
     """Fill ``out`` (n, 3) with the angular velocity at every one of ``times`` (n,); constants are computed once."""
     p, m, m1, axes, c, w, unit = set_up(moments[0], moments[1], moments[2], start[0], start[1], start[2])
-    rungs = np.empty((2, RUNGS))
-    n, ah, al = ladder(m, m1, rungs) if m1 > 0.0 else (0, 0.0, 0.0)
+    means = ladder(m, m1)
     for i in range(times.shape[0]):
         t = times[i] * unit
-        sn, cn, dn = climb(p * t, m, rungs, n, ah, al) if m1 > 0.0 else separatrix_functions(p * t)
+        sn, cn, dn = climb(p * t, means)
         x1, x2, x3 = by_axis(axes, *advance(w, c, p, t, sn, cn, dn))
         out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
 

@@ -38,7 +38,7 @@ import numpy as np
 
 from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
-from kernels.elliptic import RUNGS, climb, ladder
+from kernels.elliptic import climb, ladder
 from kernels.jit import OPTIONS, njit
 from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
@@ -139,13 +139,12 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
 @njit(**OPTIONS)
 def _quarter_area(a, m, m1, K):
     """Return ``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically over a period."""
-    rungs = np.empty((2, RUNGS))
-    n, ah, al = ladder(m, m1, rungs)
+    means = ladder(m, m1)
     nodes = math.ceil(K / 0.13) + 4
     root = math.sqrt(m1)
     total = 0.5 * (1.0 / (1.0 + a) + root / (1.0 + a * root))
     for i in range(1, nodes):
-        _, _, dn = climb(K * i / nodes, m, rungs, n, ah, al)
+        _, _, dn = climb(K * i / nodes, means)
         total += dn / (1.0 + a * dn)
     return total * K / nodes
 
@@ -411,27 +410,22 @@ def inverse(I1, I2, I3, ratio):
 @njit(nogil=True, **OPTIONS)
 def fill_tilts(I1, I2, I3, energy, out):
     """Fill mean, least and greatest angle of L to the encircled axis, rad: (3, n), NaN where there is none."""
-    rungs = np.empty((2, RUNGS))
     for i in range(I1.size):
         out[0, i], out[1, i], out[2, i] = math.nan, math.nan, math.nan
         least, middle, most = scaled(I1[i], I2[i], I3[i])
         if not possible(least / most, energy[i]):
             continue
-        w1, w2, w3 = start(least, middle, most, energy[i])
-        p, m, m1, s, c, d = solution.constants(least, middle, most, w1, w2, w3)
-        I_s, I_c, I_d = solution.by_role(s, c, d, least, middle, most)
-        w_s, w_c, w_d = solution.by_role(s, c, d, w1, w2, w3)
-        turning = attitude.constants((I_s, I_c, I_d), (w_s, w_c, w_d), p, m, m1)
+        (_, m, m1), _, turning = _constants(least, middle, most, *start(least, middle, most, energy[i]))
         a, mu_c, mu_s = turning.a, turning.mu_c, turning.mu_s
         out[1, i] = math.atan2(mu_c, a)
         out[2, i] = math.atan2(mu_s, a * math.sqrt(m1))
         if m1 > 0.0:
             K = elliptic.K(m, m1)
-            n, ah, al = ladder(m, m1, rungs)
+            means = ladder(m, m1)
             nodes = math.ceil(K / 0.2) + 4
             total = 0.5 * (out[1, i] + out[2, i])
             for k in range(1, nodes):
-                sn, cn, dn = climb(K * k / nodes, m, rungs, n, ah, al)
+                sn, cn, dn = climb(K * k / nodes, means)
                 total += math.atan2(math.hypot(mu_c * cn, mu_s * sn), a * dn)
             out[0, i] = total / nodes
 

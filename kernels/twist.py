@@ -38,7 +38,6 @@ import numpy as np
 from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
 from kernels.columns import arrays
-from kernels.elliptic import RUNGS
 from kernels.jit import OPTIONS, njit, whole_vectors
 from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
@@ -200,7 +199,7 @@ def _bent(m_d, m_j, m_k):
 
 
 @njit(**OPTIONS)
-def exact_turn(moments, begin, chi, rungs, rungs1):
+def exact_turn(moments, begin, chi):
     """Return twist and time of the first full turn of the handle about L, in closed form; NaN along the handle.
 
     phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method. A
@@ -212,10 +211,10 @@ def exact_turn(moments, begin, chi, rungs, rungs1):
         return math.nan, math.nan
     L = math.sqrt(n1 * n1 + square)
     n1, n2, n3 = n1 / L, n2 / L, n3 / L
-    steady = solution.is_stationary(solution.coefficients(moments[0], moments[1], moments[2]), begin)
+    steady = solution.is_stationary(solution.coefficients(*moments), begin)
     if steady:
         return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
-    top = attitude.prepare(moments, begin, rungs, rungs1)
+    top = attitude.prepare(moments, begin)
     half = math.pi * moments[1] / L
     t, phi, last, left = 0.0, 0.0, 0.0, TWO_PI
     stride = TWO_PI * moments[1] / L / 2.0
@@ -295,15 +294,11 @@ def fill_exact(throws, out):
 
     ``throws``: ascending moments, chi and theta, shape (n,).
     """
-    rungs, rungs1 = np.empty((2, RUNGS)), np.empty((2, RUNGS))
-    moments, begin = np.empty(3), np.empty(3)
     I1, I2, I3, chi, theta = throws
     for i in range(I1.size):
-        low, middle, high = scaled(I1[i], I2[i], I3[i])
-        moments[0], moments[1], moments[2] = low, middle, high
-        begin[0], begin[1], begin[2] = start(low, middle, high, chi[i], theta[i])
-        out[0, i], out[1, i] = exact_turn(moments, begin, within(chi[i]), rungs, rungs1)
-        out[2, i] = defect_theory(low, middle, high)
+        moments = scaled(I1[i], I2[i], I3[i])
+        out[0, i], out[1, i] = exact_turn(moments, start(*moments, chi[i], theta[i]), within(chi[i]))
+        out[2, i] = defect_theory(*moments)
 
 
 @njit(nogil=True, **OPTIONS)

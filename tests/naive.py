@@ -12,8 +12,7 @@ from kernels import elliptic, measure
 
 def jacobi(u, m, m1):
     """Jacobi's sn, cn and dn as the closed forms find them: by a ladder of means; hyperbolic functions at m1 = 0."""
-    rungs = np.empty((2, elliptic.RUNGS))
-    return elliptic.climb(u, m, rungs, *elliptic.ladder(m, m1, rungs)) if m1 > 0 else elliptic.separatrix_functions(u)
+    return elliptic.climb(u, elliptic.ladder(m, m1))
 
 
 def coefficients(I1, I2, I3, axis):

@@ -9,7 +9,7 @@ import repeated
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from kernels import attitude, direct, elliptic, exact, rigid_body
+from kernels import attitude, direct, exact, rigid_body
 from kernels import taylor as steps_of
 
 ULP = 2.0**-52
@@ -273,7 +273,7 @@ TURNING = [name for name in CASES if name not in ("sphere", "spin about 1", "spi
 
 def stepped(moments, start, h):
     """Attitudes at 0, h … by the exact step, each from the one before, until rounding has grown."""
-    top = attitude.prepare(moments, start, np.empty((2, elliptic.RUNGS)), np.empty((2, elliptic.RUNGS)))
+    top = attitude.prepare(moments, start)
     d, f = top.frame.d, top.frame.turned
     given = tuple(moments), tuple(start), h
     steps = attitude.short_step_constants(*given)
