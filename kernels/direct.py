@@ -181,17 +181,9 @@ def rotation(moments, omega_start, times, tolerance=1e-10):
 def attitude(moments, omega_start, times, tolerance=1e-10):
     """Return the attitude of one free body since its start at given times, by the direct integrator.
 
-    The quaternion goes through the same Taylor series as the angular velocity (:mod:`kernels.taylor`).
-
-    Args:
-        moments, omega_start, times: As for :func:`rotation`; omega_start must not be zero.
-        tolerance (float): Error allowed at the last time, rad, 1e-13 or more.
-
-    Returns:
-        numpy.ndarray, shape (n, 4): Unit quaternions, scalar first, from body axes to space axes.
-
-    Raises:
-        ValueError: As for :func:`rotation`.
+    Unit quaternions, scalar first, from body axes to space axes, shape (n, 4): they go through the same Taylor series
+    as the angular velocity (:mod:`kernels.taylor`). Arguments and errors as for :func:`rotation`, but that omega_start
+    must not be zero; the tolerance is that of the attitude at the last time, rad.
     """
     if not np.any(omega_start):
         raise ValueError("omega_start must not be zero: nothing turns")

@@ -305,7 +305,6 @@ def enclose(F, low, high, count, R, values):
     Args:
         F (kernels.codes.Formulas): The functions, with the constants of one point.
         low, high (numpy.ndarray, shape (variables,)): Ends of the box.
-        count (int): Number of the variables that derivatives are taken by.
         R (numpy.ndarray, shape (operations, 2 + 2 count or more)): Scratch.
         values (numpy.ndarray, shape (functions, 1 + count or more, 2)): Written: ends of f and of each ∂f/∂x_i.
 

@@ -218,19 +218,15 @@ def _unload(S, lane, spin, out, i):
 def wandering(Ia, Ib, Ic, b, c):
     r"""Return by how much psi' and the spin change over a whole wobble, in units of the spin at the start.
 
-    The spin w is least and greatest where one transverse component vanishes: from 2T and L²,
-    :math:`w^2 = 1 + b^2 I_b(I_b - I_c)/[I_a(I_a - I_c)]` for the one and that with b and c exchanged for the other.
-    As :math:`\psi' = (2T/L + w)/(1 + m_a)` with :math:`m_a = I_aw/L`, its values at both differ by
-    :math:`(w_1 - w_2)(1 - 2T I_a/L^2)/[(1 + m_{a1})(1 + m_{a2})]`, and no mean of psi' by more. The wobble is linear in
-    the clock of w, so that its frequency is that of zero amplitude times a mean of w, which lies between w_1 and w_2.
+    The spin w is least and greatest where one transverse component vanishes: from 2T and L², :math:`w^2 = 1 + b^2
+    I_b(I_b - I_c)/[I_a(I_a - I_c)]` for the one and that with b and c exchanged for the other. As :math:`\psi' = (2T/L
+    + w)/(1 + m_a)` with :math:`m_a = I_aw/L`, its values at both differ by :math:`(w_1 - w_2)(1 - 2T I_a/L^2)/[(1 +
+    m_{a1})(1 + m_{a2})]`, and no mean of psi' by more. The wobble is linear in the clock of w, so that its frequency is
+    that of zero amplitude times a mean of w, which lies between w_1 and w_2.
 
-    Args:
-        Ia, Ib, Ic (array_like): Moments in any unit, the spin's first.
-        b, c (array_like): Transverse angular velocity at the start, in units of the spin.
-
-    Returns:
-        psi_spread, spin_spread (numpy.ndarray): Difference of the extremes of psi'; largest distance of w from 1. NaN
-            where the motion does not encircle the axis.
+    Moments are in any unit, the spin's first; b and c the transverse angular velocity at the start, in units of the
+    spin. The difference of the extremes of psi' and the largest distance of w from 1 are NaN where the axis is not
+    encircled.
     """
     with np.errstate(all="ignore"):
         Ib, Ic, gap_b, gap_c, gap = Ib / Ia, Ic / Ia, (Ib - Ia) / Ia, (Ic - Ia) / Ia, (Ib - Ic) / Ia

@@ -53,12 +53,8 @@ def _roots(G):
 def scales(terms, sizes):
     """Return a bound S on every rate, and the states' sizes, from the Jacobians' terms and the stated sizes.
 
-    Args:
-        terms (numpy.ndarray, shape (points, n, n)): Absolute values, s-1 in units of the states.
-        sizes (numpy.ndarray, shape (points, n)): In these units.
-
-    Returns:
-        S (numpy.ndarray, shape (points,)), s-1, at least the root, by Collatz and Wielandt; sizes.
+    Terms are absolute values, shape (points, n, n), in s-1 and units of the states, as the sizes are, shape (points,
+    n). S, shape (points,), in s-1, is at least the root, by Collatz and Wielandt.
     """
     n = terms.shape[1]
     G = np.ascontiguousarray(np.moveaxis(terms * sizes[:, None, :] / sizes[:, :, None], 0, -1))

@@ -97,12 +97,9 @@ def regime(I1, I2, I3, axis):
 
 @njit(nogil=True, **OPTIONS)
 def fill(points, cosine, sine, reals, kinds):
-    """Fill the columns of points.
+    """Fill REALS (float64) and KINDS (int8), shape (columns, n), of n Spins.
 
-    Args:
-        points (kernels.rigid_body.Spins): Perturbed spins, n of them.
-        cosine, sine (numpy.ndarray, shape (n,) or (1,)): Of the nudge's direction; one where all points share theirs.
-        reals, kinds (numpy.ndarray, shapes (len(REALS), n) and (len(KINDS), n)): The result, float64 and int8.
+    Cosine and sine are those of the nudge's direction, shape (n,), or (1,) where all points share theirs.
     """
     I1, I2, I3, axis, omega0, epsilon, _ = points
     shared = cosine.size == 1

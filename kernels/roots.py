@@ -434,12 +434,8 @@ def _cut(box, within, floor, stack, top):
 def search(enclose, functions, where, limits, boxes_found):
     """Find all zeros of points, one after the other, until the records are full; return the number of records.
 
-    Args:
-        enclose (function): :func:`kernels.enclosures.enclose`.
-        functions (kernels.codes.Formulas): With the constants of all points; as many functions as variables.
-        where (Where): Bounds and starts of each point.
-        limits (Limits): When a search ends.
-        boxes_found (Boxes): Written.
+    ``enclose`` is :func:`kernels.enclosures.enclose`; functions hold the constants of all points, and are as many as
+    the variables; ``boxes_found`` is written.
     """
     records, boxes, progress = boxes_found
     n, count, room = functions.outputs.size, 0, 0

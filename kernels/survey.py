@@ -273,11 +273,9 @@ def _leave_out_unrepresentable(result, omega0):
 
 
 def flipped(points, tolerance=1e-10):
-    """Return the columns of :mod:`kernels.flips` alone, points in the given order: name → values, shape (n,).
+    """Return the columns of :mod:`kernels.flips` alone, name → values, shape (n,), of points as for :func:`measured`.
 
-    Args:
-        points (mapping): As for :func:`survey`.
-        tolerance (float): Relative error allowed in the measured columns.
+    The tolerance is the relative error allowed in the measured columns.
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
