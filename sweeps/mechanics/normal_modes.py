@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import measure, statuses
+from kernels import codes, measure, statuses
 from kernels import oscillations as kernel
 from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics import modes
@@ -222,7 +222,7 @@ def _columns(model, points, theory, measured):
         uncertain = theory["uncertain"] * S * S
         error, left = (x + uncertain for x in kernel.errors(raw, S, measured["spacing"], measured["share"]))
         regime = kernel.regime(reduced, left)
-        predicted = kernel.regime(theory["omega_squared"], 32.0 * kernel.EPSILON * S * S + uncertain)
+        predicted = kernel.regime(theory["omega_squared"], 32.0 * codes.UNIT * S * S + uncertain)
     regime = np.where(is_measured, regime, -1).astype(np.int8)
     predicted = np.where(np.isfinite(theory["omega_squared"]), predicted, -1).astype(np.int8)
     columns = {
