@@ -50,6 +50,7 @@ from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
 
+NAMES = ("ratio", "omega3", "half_angle")  # of points
 EPSILON = float(np.finfo(np.float64).eps)
 PHASE = 0.6  # where the transverse part starts, rad from axis 1: by symmetry no result depends on it
 ORDER = 10  # of the integrator's step
@@ -335,11 +336,6 @@ def _run_blocks(tops, order, starts, intervals, raw):
             _unload(S, lane, intervals, tops.spacing[i], n, raw[i])
 
 
-def _point_arrays(points):
-    """Return arrays of one length for ratio, omega3 and half_angle."""
-    return arrays(*(points[name] for name in ("ratio", "omega3", "half_angle")))
-
-
 def run(points, rotations, samples_per_rotation, tolerance):
     """Integrate and measure points; the raw result before anything is named, shape (n, len(RAW)), dimensionless or rad.
 
@@ -351,7 +347,7 @@ def run(points, rotations, samples_per_rotation, tolerance):
             1/2.
         tolerance (float): Error of the transverse part allowed over the run, relative to its size.
     """
-    ratio, omega3, half_angle = _point_arrays(points)
+    ratio, omega3, half_angle = arrays(*(points[name] for name in NAMES))
     intervals = round(rotations * samples_per_rotation)
     spacings, steps = np.empty(ratio.size), np.empty(ratio.size, dtype=np.int64)
     tops = Tops(ratio, omega3, np.tan(np.radians(half_angle)), spacings, steps)
@@ -410,7 +406,7 @@ def measured(points, rotations, samples_per_rotation, tolerance):
             where missing.
     """
     raw = run(points, rotations, samples_per_rotation, tolerance)
-    _, omega3, _ = _point_arrays(points)
+    _, omega3, _ = arrays(*(points[name] for name in NAMES))
     spin = np.abs(omega3)
     intervals = round(rotations * samples_per_rotation)
     rates, columns = {}, {}
@@ -445,7 +441,7 @@ def theory(points):
     precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
     triangle_margin (1), shape (int8).
     """
-    ratio, omega3, half_angle = _point_arrays(points)
+    ratio, omega3, half_angle = arrays(*(points[name] for name in NAMES))
     momentum, space = cones(ratio, np.radians(half_angle))
     one = np.ones_like(ratio)
     return {
