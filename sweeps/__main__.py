@@ -1,6 +1,6 @@
 """The command line, `polhode …` or `python -m sweeps …`.
 
-Each command is a module of `sweeps.commands`: it reads, calls one function and writes.
+Each command, of `sweeps.commands`, reads, calls one function and writes.
 """
 
 import atexit
@@ -8,45 +8,15 @@ import gc
 import os
 import signal
 import sys
-from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 from threading import Timer, current_thread, main_thread
 from typing import Any, NoReturn
 
-import sweeps
 from sweeps.process import startup
-
-DESCRIPTION = """\
-Stability maps of rotating rigid bodies, measured from integrated motion.
-
-A DEFINITION is the name of a shipped sweep (see `check --list`) or the path of a YAML file. A MAP is the file that
-`run` writes, results/<sweep>/stability_map.nc.
-"""
-
-EPILOG = """\
-your own sweep:
-  polhode check my.yaml                      validate it, and predict its size and time
-  polhode run my.yaml                        write its map, figures and report to results/my
-  polhode show results/my/stability_map.nc   summarise the map
-  polhode verify results/my                  compare the map with its definition
-the same with the workflow:
-  snakemake --cores 2 --config definition=my.yaml
-and by hand:
-  polhode compile                            compile the kernels, once per machine
-  polhode shard my.yaml 1 2 -o a.nc          first half of the points
-  polhode shard my.yaml 2 2 -o b.nc          second half
-  polhode merge my.yaml a.nc b.nc -o map.nc
-  polhode figures map.nc -o figures
-  polhode report map.nc -o report.html
-
-exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written);
-130 interrupted; 1 anything else (of `verify`: the map differs)
-"""
-
 
 FIRST = """\
 Polhode measures which motions of rigid bodies and other mechanical systems are stable. To begin:
@@ -62,30 +32,6 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
 MOMENT = 0.005  # s, in which an object is disposed of
 MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
-
-
-class _Version(Action):
-    """Says the version, which is looked up where it is asked for."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Print the error and exit."""
-        print(f"Polhode {sweeps.__version__}")
-        parser.exit()
-
-
-def _parser(first: str = "") -> ArgumentParser:
-    """Return the parser of all commands, or of one where its name is the first word."""
-    from sweeps.commands import NAMES, completion
-    from sweeps.commands.parser import Parser
-
-    words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
-    parser = Parser(prog="polhode", allow_abbrev=False, **words)
-    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
-    completion.add(parser)
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name in (first,) if first in NAMES else NAMES:
-        import_module(f"sweeps.commands.{name}").add(commands)
-    return parser
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -104,7 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
                 print(FIRST, end="")
                 return 0
             words = [*words[1:2], "--help"] if words[0] == "help" else words
-            parser = _parser(*words[:1])
+            from sweeps.commands import program
+
+            parser, _ = program.build()
             answer(hear)
             return _answered(parser.parse_args(words))
         except BaseException as error:

@@ -182,7 +182,7 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     assert {"rigid_body", "oscillator", "pendulum", "gyrostat"} <= of_systems
     assert {"axis", "I1", "body", "omega0", "half_angle", "energy"} <= of_coordinates
     found = {path: asked_for(path) & (of_systems | of_coordinates) for path in outside_of_systems()}
-    found[ROOT / "sweeps/commands/__init__.py"] -= {"body"}  # the command of that name
+    found[ROOT / "sweeps/commands/bodies.py"] -= {"body"}  # the command of that name
     found[ROOT / "sweeps/commands/parser.py"] -= {"I1", "I2", "I3"}  # --moments I1 I2 I3
     found[ROOT / "sweeps/points/sources.py"] -= {"axis"}  # `axes` of a definition, in a Dataset
     found[ROOT / "sweeps/schema/carried.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once

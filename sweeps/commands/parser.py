@@ -55,12 +55,13 @@ class Parser(argparse.ArgumentParser):
         return others + arguments, coordinates
 
 
-def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:
-    """Add a command that calls `run` with its arguments, and return its parser."""
+def add(commands, name: str, help_text: str, run, epilog: str | None = None, coordinates: bool = False) -> Parser:
+    """Add a command that calls `run` with its arguments, and return its parser; for `coordinates` see `Parser`."""
     texts = {"help": help_text, "description": help_text[0].upper() + help_text[1:] + ".", "epilog": epilog}
     raw = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, formatter_class=raw, allow_abbrev=False, **texts)
     parser.set_defaults(run=run, options=parser._option_string_actions)
+    parser.takes_coordinates = coordinates
     return parser
 
 
@@ -100,6 +101,11 @@ def add_digest(parser: Parser) -> None:
 def add_map(parser: Parser) -> None:
     """Add the argument MAP."""
     parser.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")
+
+
+def add_output(parser: Parser, text: str, required: bool = True) -> None:
+    """Add the option -o or --output FILE."""
+    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=text)
 
 
 def add_json(parser: Parser) -> None:

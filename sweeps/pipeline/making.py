@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from sweeps.pipeline import finished, waiting
+from sweeps.pipeline import finished
 from sweeps.points import catalogue
 from sweeps.process import processors, progress
 from sweeps.schema.refusals import DefinitionError
@@ -36,7 +36,7 @@ def make(
     if not again and (made := finished.found(path, basis, results)):
         yield from made
         return
-    with waiting.said(f"{path}: deriving its equations"):
+    with progress.waiting(f"{path}: deriving its equations"):
         planned = catalogue.plan(path, results, check=False)
     progress.say(_intention(planned, Path(results)))
     from sweeps.pipeline import steps

@@ -1,10 +1,11 @@
 """Progress of long work: a bar on a terminal, lines in a log."""
 
+import contextvars
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 
 from rich.console import Console
 from rich.progress import (
@@ -18,7 +19,8 @@ from rich.progress import (
 )
 
 SECONDS_BETWEEN_LINES = 10.0
-_is_silent: ContextVar[bool] = ContextVar("is_silent", default=False)
+SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0  # before `waiting` says anything
+_is_silent: contextvars.ContextVar[bool] = contextvars.ContextVar("is_silent", default=False)
 
 
 @contextmanager
@@ -35,6 +37,20 @@ def say(text: str) -> None:
     """Print a line on the error stream."""
     if not _is_silent.get():
         print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten."""
+    seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
+    timer = threading.Timer(seconds, contextvars.copy_context().run, (say, f"{what} …"))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()  # a process without threads can be copied
 
 
 class _Speed(ProgressColumn):
