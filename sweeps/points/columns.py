@@ -1,6 +1,6 @@
 """Points in, columns out: the one way to a measured value. A column is one variable's values, one a point.
 
-A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `part`.
+A shard under Snakemake, a chunk under Dask and a call in a notebook all come here.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -27,14 +27,9 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
     """
     if threads == 1:
         compile.ensure(sweep)
-        return _typed([part(points, sweep)], sweep)
+        return _typed([sweep.system.columns(points, sweep.definition.integration)], sweep)
     with measurers(threads) as pool:
         return begun(points, sweep, pool, threads)()
-
-
-def part(points: Mapping[str, np.ndarray], sweep: Sweep) -> dict[str, np.ndarray]:
-    """Measure points in this thread and return the columns of the system."""
-    return sweep.system.columns(points, sweep.definition.integration)
 
 
 @contextmanager
@@ -55,7 +50,7 @@ def begun(points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecut
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
     cut = ({name: values[low:high] for name, values in points.items()} for low, high in bounds)
-    futures = [pool.submit(part, one, sweep) for one in cut]
+    futures = [pool.submit(sweep.system.columns, one, sweep.definition.integration) for one in cut]
     return lambda: _typed([future.result() for future in futures], sweep)
 
 

@@ -9,7 +9,7 @@ from sweeps.schema.sample import METHODS, Sample
 
 GRID = {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 1.5, "stop": 0.5}, "I3": 1.0}
 SPUN = GRID | {"omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"}}
-NUM = 2**16 + 77  # more than a block of Sobol points
+NUM = 2**16 + 77
 
 
 def sampled(grid=SPUN, **sample):
