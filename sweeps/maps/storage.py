@@ -13,13 +13,12 @@ from sweeps import systems
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
 from sweeps.process.files import replaced
-from sweeps.process.processors import cores
+from sweeps.process.machine import cores
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.chunks import chunk_shape
-from sweeps.shards.content import ContentHash, hashed
+from sweeps.shards.content import ContentHash, chunk_shape, hashed
 
 AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sweeps.pipeline import finished
 from sweeps.points import catalogue
-from sweeps.process import processors, progress
+from sweeps.process import machine, progress
 from sweeps.schema.refusals import DefinitionError
 
 
@@ -41,7 +41,7 @@ def make(
     progress.say(_intention(planned, Path(results)))
     from sweeps.pipeline import steps
 
-    yield from steps.make(planned, results, cores or processors.cores(), again, beside)
+    yield from steps.make(planned, results, cores or machine.cores(), again, beside)
     finished.keep(planned.sweep, basis, results)
 
 

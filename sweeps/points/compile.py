@@ -24,7 +24,7 @@ from kernels import jit
 from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
-from sweeps.process import processors, progress
+from sweeps.process import machine, progress
 from sweeps.systems.system import Kernel
 
 ROOT = Path(__file__).parents[2]
@@ -55,7 +55,7 @@ def missing(kernels: Iterable[Kernel]) -> list[Kernel]:
 def seconds(kernels: Iterable[Kernel]) -> float:
     """Return how long it takes to compile those of the kernels that are missing, s, about."""
     taken = sum(kernel.seconds for kernel in missing(kernels))
-    return taken * SHARED if processors.cores() > 1 else taken
+    return taken * SHARED if machine.cores() > 1 else taken
 
 
 def announced(sweep: Sweep) -> str:

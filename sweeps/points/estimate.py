@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from sweeps.points import compile
 from sweeps.points.sweep import Sweep
-from sweeps.process import memory
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
@@ -99,7 +99,7 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
     folder = Path(results_dir).absolute()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     disk = "disk", needed.disk_bytes, shutil.disk_usage(existing).free
-    limits = disk, ("memory", needed.memory_bytes, memory.available())
+    limits = disk, ("memory", needed.memory_bytes, psutil.virtual_memory().available)
     lines = []
     for what, size, free in (limit for limit in limits if limit[1] > limit[2]):
         mostly = what == "memory" and 2 * needed.working_bytes > size

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 from kernels.cache import cache_folder
-from sweeps.process import memory
+from sweeps.process import machine
 from sweeps.process.files import remove_all_leftovers, replaced
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
@@ -141,7 +141,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
 
 def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
-    memory.keep_freed()
+    machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}

@@ -65,15 +65,13 @@ def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
     """Yield a function that takes the number of points just done, and report progress on the error stream."""
     console = Console(stderr=True)
     if console.is_terminal and not _is_silent.get():
-        columns = (TextColumn(label), BarColumn(), TaskProgressColumn(), _Speed(), TimeRemainingColumn())
-        with Progress(*columns, console=console) as bar:
-            task = bar.add_task(label, total=total)
-            yield lambda done: bar.advance(task, done)
+        with _bar(console, total, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
+            yield advance
     else:
-        yield from _lines(total, label)
+        yield _lines(total, label)
 
 
-def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
+def _lines(total: int, label: str) -> Callable[[int], None]:
     begun = said = time.monotonic()
     done = 0
 
@@ -82,13 +80,11 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
         done += points_done
         now = time.monotonic()
         if done >= total or now - said >= SECONDS_BETWEEN_LINES:
-            said = now
-            speed = done / max(now - begun, 1e-9)
+            said, speed = now, done / max(now - begun, 1e-9)
             left = (total - done) / speed
-            text = f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left"
-            say(text)
+            say(f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left")
 
-    yield advance
+    return advance
 
 
 @contextmanager
@@ -98,7 +94,13 @@ def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
     if _is_silent.get() or not (console.is_terminal or console.is_jupyter):
         yield lambda: None
         return
-    columns = (TextColumn(label), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
-    with Progress(*columns, console=console) as bar:
+    columns = TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn()
+    with _bar(console, total, label, *columns) as advance:
+        yield lambda: advance(1)
+
+
+@contextmanager
+def _bar(console: Console, total: int, label: str, *columns: ProgressColumn) -> Iterator[Callable[[int], None]]:
+    with Progress(TextColumn(label), BarColumn(), *columns, console=console) as bar:
         task = bar.add_task(label, total=total)
-        yield lambda: bar.advance(task)
+        yield lambda done: bar.advance(task, done)

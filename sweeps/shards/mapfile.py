@@ -14,8 +14,7 @@ from isal import isal_zlib
 
 from sweeps.process.files import replaced
 from sweeps.schema.variables import DEFLATED, Variable
-from sweeps.shards.chunks import chunk_shape
-from sweeps.shards.content import ContentHash, as_bytes
+from sweeps.shards.content import ContentHash, as_bytes, chunk_shape
 
 
 @contextmanager
@@ -61,7 +60,7 @@ class MapFile:
     """
 
     def __init__(self, path: Path, sizes: Mapping[str, int]):
-        self._path, self._file, self._digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
+        self._path, self._file, self.digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
         for dim, size in sizes.items():
             self._file.createDimension(dim, size)
         self._deflated = set()
@@ -71,13 +70,13 @@ class MapFile:
         kind = str if np.dtype(dtype).kind in "OU" else dtype
         variable = self._file.createVariable(name, kind, dims, **{"fill_value": False} | options)
         variable.setncatts(dict(attributes))
-        self._digest.declare(name, dims, variable.shape, dtype)
+        self.digest.declare(name, dims, variable.shape, dtype)
 
     def add_text(self, name: str, dims: Sequence[str], length: int, attributes: Mapping) -> None:
         """Add text as characters of UTF-8, along one more dimension `string{length}`."""
         variable = self._file.createVariable(name, "S1", (*dims, f"string{length}"), fill_value=False)
         variable.setncatts(dict(attributes) | {"_Encoding": "utf-8"})
-        self._digest.declare(name, dims, variable.shape[:-1], str)
+        self.digest.declare(name, dims, variable.shape[:-1], str)
 
     def add_columns(self, dims: Sequence[str], variables: Mapping[str, Variable], attributes: Mapping = {}) -> None:
         """Add variables that have a value at every point, in dimensions `dims`, and `attributes` beside their own."""
@@ -91,7 +90,7 @@ class MapFile:
     def put(self, name: str, values: np.ndarray) -> None:
         """Write the next values of a variable, in C order."""
         variable = self._file[name]
-        for box, run in self._digest.runs(name, values):
+        for box, run in self.digest.runs(name, values):
             part = run.reshape([one.stop - one.start for one in box])
             if run.dtype.kind in "OU":
                 part = part.astype(object) if variable.dtype is str else _characters(part, variable.shape[-1])
@@ -103,21 +102,17 @@ class MapFile:
             self._reopen(h5py.File, "r+")
         for name, values in columns.items():
             chunks = self._file[name].id
-            for box, run in self._digest.runs(name, values):
+            for box, run in self.digest.runs(name, values):
                 content = as_bytes(_filled(run, box, self._file[name].chunks))
                 content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
                 chunks.write_direct_chunk(tuple(one.start for one in box), content)
-
-    def hexdigest(self) -> str:
-        """Return the hash of what has been written, once that is all."""
-        return self._digest.hexdigest()
 
     def seal(self, attributes: Mapping[str, str]) -> str:
         """Write the global attributes and the hashes of all that has been written; return the content hash."""
         self._reopen(netCDF4.Dataset, "a")
         self._file.setncatts(dict(attributes))
-        self._digest.seal(self._file)
-        return self.hexdigest()
+        self.digest.seal(self._file)
+        return self.digest.hexdigest()
 
     def _reopen(self, library: Callable, mode: str) -> None:
         self.close()

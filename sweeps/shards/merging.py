@@ -25,20 +25,17 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
     Args:
         sweep: the sweep.
-        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point
-            once. A folder stands for the files 1-of-n.nc to n-of-n.nc in it, n the number that the sweep is cut into.
+        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point once. A
+            folder stands for all files in it.
         path: the map to write.
         threads: threads for what is measured again.
-        renew: whether shards of another definition or other kernels are measured again as well: what a run that was
-            killed left behind before an edit.
-
-    Returns:
-        The map's content hash.
+        renew: whether shards of another definition or other kernels, left by a run before, are measured again as well.
 
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
-    shards = [file for shard in shards for file in _files(Path(shard), sweep)]
+    given = map(Path, shards)
+    shards = [file for one in given for file in (files(one, sweep.shards) if one.is_dir() else [one])]
     for _ in range(len(shards) + 1):
         try:
             content_hash = _merge_once(sweep, shards, path)
@@ -65,10 +62,9 @@ def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Pr
         return _sealed(file, sweep, motions)
 
 
-def _files(path: Path, sweep: Sweep) -> list[Path]:
-    if not path.is_dir():
-        return [path]
-    return [path / f"{k}-of-{sweep.shards}.nc" for k in range(1, sweep.shards + 1)]
+def files(folder: Path, count: int) -> list[Path]:
+    """Return the files of `count` shards in a folder."""
+    return [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
 
 
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 from sweeps.points.columns import begun, measurers
 from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
-from sweeps.process import memory
+from sweeps.process import machine
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import Structure, read_structure
 from sweeps.reading.stored_values import StoredValues
@@ -70,7 +70,7 @@ def write_shard(
         motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
         stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
         origin = {name: text for name, text in identity(sweep).items() if text}
-        file.seal(origin | stated | {"seal": _seal(stated.values(), file.hexdigest())})
+        file.seal(origin | stated | {"seal": _seal(stated.values(), file.digest.hexdigest())})
 
 
 def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: Progress = lambda points: None) -> int:
@@ -78,7 +78,7 @@ def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: P
 
     `put` is called with the columns of each block, `progress` with the number of its points after it.
     """
-    memory.keep_freed()
+    machine.keep_freed()
     motions = 0
     with measurers(threads) as pool:
         for size, integrated, columns in _begun(sweep, points, pool, threads):

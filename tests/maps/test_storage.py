@@ -21,7 +21,7 @@ from sweeps.points.loading import read
 from sweeps.process import files
 from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
-from sweeps.shards import chunks, content, mapfile, merging
+from sweeps.shards import content, mapfile, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import variables as rigid_body
 
@@ -92,7 +92,7 @@ def assert_same_bits(left, right):
     ],
 )
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
+    monkeypatch.setattr(content, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
     whole = dataset.survey_grid(definition)
     path = tmp_path / "map.nc"
@@ -104,7 +104,7 @@ def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, 
 
 
 def test_progress_counts_each_point_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)
+    monkeypatch.setattr(content, "CHUNK_POINTS", 50)
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
     done = []
     sharding.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=done.append)
@@ -424,7 +424,7 @@ def test_the_content_hash_does_not_depend_on_the_blocks(small):
 
 
 def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 5)
+    monkeypatch.setattr(content, "CHUNK_POINTS", 5)
     values = np.arange(24.0).reshape(2, 12)  # runs of 4 values: 12 in three even parts
     total = hashlib.sha256()
     for k in range(6):

@@ -17,7 +17,7 @@ from sweeps import systems
 from sweeps.maps import admission, parts, summary
 from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
-from sweeps.shards import chunks
+from sweeps.shards import content
 from sweeps.systems.presentation import agreement
 from sweeps.systems.rigid_body.presentation import figure_flip, figure_stability
 from sweeps.views import figures, report, textmap
@@ -67,10 +67,10 @@ def test_it_holds_what_a_dataset_of_the_file_holds(both):
 
 
 def test_parts_that_lie_across_chunks_are_those_of_a_dataset(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 24)  # two values of I1 and all after them
+    monkeypatch.setattr(content, "CHUNK_POINTS", 24)  # two values of I1 and all after them
     path = write(tmp_path)
     with admission.opened(path) as plain, sweeps.open_map(path) as ds:
-        assert math.prod(chunks.chunk_shape(ds["status"].shape)) == 24
+        assert math.prod(content.chunk_shape(ds["status"].shape)) == 24
         for part in (slice(1, None), slice(None, 0, -1), slice(1, None, 2)):
             box = {dim: part for dim, size in ds["status"].sizes.items() if size > 2}
             for name in ("omega_squared", "status"):
