@@ -63,8 +63,7 @@ def _list(contents: dict, as_json: bool) -> None:
 def _facts(planned) -> dict:
     from dataclasses import asdict
 
-    from sweeps.points.estimate import estimate, lacking
-    from sweeps.points.existence import impossible
+    from sweeps.points.estimate import estimate, impossible, lacking
 
     grid, definition, needs = planned.sweep.grid, planned.sweep.definition, estimate(planned.sweep)
     return {
@@ -80,8 +79,7 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
-    from sweeps.points.estimate import PAGE_BYTES, estimate, in_words, lacking, span
-    from sweeps.points.existence import impossible
+    from sweeps.points.estimate import PAGE_BYTES, estimate, impossible, in_words, lacking, span
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
     needs = estimate(planned.sweep)
@@ -207,10 +205,10 @@ def add_schema(commands) -> None:
 
 
 def _schema(args):
-    from sweeps.points import editors
+    from sweeps.points import loading
     from sweeps.process.files import replaced
 
-    text = json.dumps(editors.schema(args.systems), indent=1)
+    text = json.dumps(loading.json_schema(args.systems), indent=1)
     if not args.output:
         print(text)
         return

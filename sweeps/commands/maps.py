@@ -156,14 +156,15 @@ def add_slice(commands) -> None:
 
 
 def _slice(args):
-    from sweeps.maps import admission, parts, selection, summary
+    from sweeps.maps import admission, selection, summary
+    from sweeps.shards.mapfile import write_part
 
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates)
         dims = selection.left(ds, places)
         _check_plane(args.map, ds, dims)
-        parts.write_part(selection.at(ds, places), args.output, "slice")
+        write_part(selection.at(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
     print(f"{args.output}: {' × '.join(dims)}")

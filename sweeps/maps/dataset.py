@@ -7,8 +7,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps.points.columns import columns
-from sweeps.points.grid import Grid
-from sweeps.points.sweep import Sweep
+from sweeps.points.sweep import Grid, Sweep
 from sweeps.shards import contract
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import parts
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.quantities import amount
+from sweeps.shards.mapfile import write_part
 from sweeps.systems.motion import MotionError, check_finite
 
 FORMATS = (".nc", ".csv")
@@ -71,7 +71,7 @@ def write(motion: xr.Dataset, path: str | Path) -> None:
     """Write a motion as netCDF or as CSV (with its units in the headings), complete or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":
-        parts.write_part(motion, path, "motion")
+        write_part(motion, path, "motion")
         return
     names = ["time", *(name for name in motion.data_vars if motion[name].dims == ("time",))]
     heading = ",".join(f"{name} ({motion[name].attrs['units']})" for name in names)

@@ -46,7 +46,7 @@ class ColumnOf:
 
 @dataclass(frozen=True)
 class Table:
-    """The rows of a table, checked; see `sweeps.points.scattered.Scattered`."""
+    """The rows of a table, checked; see `sweeps.points.scattered`."""
 
     file: str  #: the table's path, as the definition names it
     digest: str  #: SHA-256 of its content

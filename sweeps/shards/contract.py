@@ -14,7 +14,7 @@ from sweeps.schema.carried import CONTRACT_VERSION
 from sweeps.schema.variables import POINT
 
 if TYPE_CHECKING:
-    from sweeps.points.ondemand import OnDemand
+    from sweeps.points.scattered import OnDemand
     from sweeps.points.sweep import Sweep
 
 CONVENTIONS = "CF-1.11"

@@ -1,11 +1,11 @@
-"""netCDF-4 files of maps and shards: written a run of points at a time, and hashed as they are written."""
+"""netCDF-4 files of maps, their parts and shards: written a run of points at a time, and hashed meanwhile."""
 
 import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import netCDF4
@@ -13,8 +13,15 @@ import numpy as np
 from isal import isal_zlib
 
 from sweeps.process.files import replaced
+from sweeps.schema.boxes import runs
 from sweeps.schema.variables import DEFLATED, Variable
+from sweeps.shards import contract
 from sweeps.shards.content import ContentHash, as_bytes, chunk_shape
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PART_VALUES = 2**21  # of a variable of a part of a map, in memory at a time
 
 
 @contextmanager
@@ -123,6 +130,39 @@ class MapFile:
         self._file, file = None, self._file
         if file is not None:
             file.close()
+
+
+def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
+    """Write a part of a map made by `command`, and return its content hash.
+
+    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
+    """
+    lengths = {name: _length(one.values) for name, one in ds.variables.items() if one.dtype.kind in "OU"}
+    with written(path, {**ds.sizes, **{f"string{length}": length for length in lengths.values()}}) as file:
+        for name in (*ds.data_vars, *ds.coords):
+            variable, attributes = ds.variables[name], dict(ds.variables[name].attrs)
+            if name in ds.data_vars and (beside := _beside(ds, variable.dims)):
+                attributes["coordinates"] = beside
+            if name in lengths:
+                file.add_text(name, variable.dims, lengths[name], attributes)
+            else:
+                missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
+                file.add(name, variable.dims, variable.dtype, attributes, fill_value=missing)
+            for box in runs(variable.shape, PART_VALUES):
+                file.put(name, variable[box].values)
+        history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
+        return file.seal(ds.attrs | {"history": history})
+
+
+def _length(texts: np.ndarray) -> int:
+    """Return the number of bytes of the longest text, in UTF-8."""
+    return max(len(str(text).encode()) for text in texts.reshape(-1)) or 1
+
+
+def _beside(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
+    """Return names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
+    names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
+    return " ".join(sorted(names))
 
 
 def _filled(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:

@@ -7,9 +7,8 @@ from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 
-from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
-from sweeps.points.sweep import Sweep
+from sweeps.points.sweep import Grid, Sweep
 from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract

@@ -14,7 +14,7 @@ import repeated
 import xarray as xr
 
 import sweeps
-from sweeps.maps import admission, dataset, parts, storage
+from sweeps.maps import admission, dataset, storage
 from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
@@ -344,7 +344,7 @@ def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
 
 def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
     whole = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
-    told = parts.write_part(whole, tmp_path / "part.nc", "slice")
+    told = mapfile.write_part(whole, tmp_path / "part.nc", "slice")
     with xr.open_dataset(tmp_path / "part.nc") as ds:
         assert ds.equals(whole)
         assert ds["name"].values.tolist() == ["a", "Mond, größer", "é"]
@@ -360,14 +360,14 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_pa
     tiny.drop_encoding().to_netcdf(
         tmp_path / "map.nc", encoding={name: {"chunksizes": (1,) * v.ndim} for name, v in tiny.items() if chunked}
     )
-    monkeypatch.setattr(parts, "PART_VALUES", 3)
+    monkeypatch.setattr(mapfile, "PART_VALUES", 3)
     monkeypatch.setattr(stored_values, "PART_VALUES", 3)
     sizes = []
     box = stored_values.StoredValues._box
     monkeypatch.setattr(stored_values.StoredValues, "_box", lambda *args: sizes.append(box(*args).size) or box(*args))
     with admission.opened(tmp_path / "map.nc") as plain:
         sizes.clear()
-        told = parts.write_part(plain, tmp_path / "part.nc", "slice")
+        told = mapfile.write_part(plain, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
         assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(tiny)

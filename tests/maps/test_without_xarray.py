@@ -14,10 +14,10 @@ from maps import BODIES, TOP, write
 
 import sweeps
 from sweeps import systems
-from sweeps.maps import admission, parts, summary
+from sweeps.maps import admission, summary
 from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
-from sweeps.shards import content
+from sweeps.shards import content, mapfile
 from sweeps.systems.presentation import agreement
 from sweeps.systems.rigid_body.presentation import figure_flip, figure_stability
 from sweeps.views import figures, report, textmap
@@ -117,7 +117,7 @@ def test_a_part_is_written_as_xarray_writes_it(both, tmp_path):
     plain, ds = (summary.pointwise(one) for one in both)
     cut = dict.fromkeys([dim for dim in ds[next(iter(ds.data_vars))].dims][2:], 0)
     part = ds.isel(cut)
-    hashes = {parts.write_part(one, tmp_path / f"{k}.nc", "part") for k, one in enumerate((plain.isel(cut), part))}
+    hashes = {mapfile.write_part(one, tmp_path / f"{k}.nc", "part") for k, one in enumerate((plain.isel(cut), part))}
     assert len(hashes) == 1
     texts = {name: {"dtype": "S1"} for name, variable in part.variables.items() if variable.dtype.kind in "OU"}
     whole = {

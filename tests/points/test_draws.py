@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import scipy
 
-from sweeps.points.draws import Draw
 from sweeps.points.loading import read
+from sweeps.points.scattered import Draw
 from sweeps.schema.refusals import DefinitionError
 from sweeps.schema.sample import METHODS, Sample
 
