@@ -7,9 +7,9 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from sweeps import systems
 from sweeps.points import scattered
@@ -29,9 +29,6 @@ from sweeps.schema.refusals import (
     shortened,
     validation_problems,
 )
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -165,7 +162,7 @@ def json_schema(described: Sequence[str] = ()) -> dict:
     return {"$schema": DIALECT, **whole, "type": "object", "allOf": [*rules, unnamed]}
 
 
-def _model(name: str) -> "type[BaseModel]":
+def _model(name: str) -> type[BaseModel]:
     try:
         return systems.resolve(name).model
     except KeyError:
