@@ -263,7 +263,7 @@ def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_pa
     monkeypatch.chdir(tmp_path)
     with contextlib.suppress(SystemExit):
         main(words)  # what is imported registers its own
-    with (tmp_path / "said").open("w", encoding="ascii") as said:
+    with (tmp_path / "said").open("w", encoding="utf-8") as said:
         monkeypatch.setattr(sys, "stdout", said)
         monkeypatch.setattr(sys, "__stdout__", said)
         before = settings_of_the_process()
