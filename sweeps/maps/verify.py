@@ -17,8 +17,9 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import admission, dataset, storage
+from sweeps.maps import admission, storage
 from sweeps.points import catalogue
+from sweeps.points.columns import columns
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
@@ -274,11 +275,10 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     """Return findings where some points of a sample, measured again, have other bits."""
     part = slice(numbers.start, numbers.stop)
-    arrays = {name: xr.DataArray(values[part], dims="point") for name, values in sample.points.items()}
-    again = dataset.evaluate(arrays, sweep)
+    again = columns({name: values[part] for name, values in sample.points.items()}, sweep)
     findings = []
     for variable, held in sample.columns.items():
-        for i, a, b in zip(numbers, held[part], again[variable].values, strict=True):
+        for i, a, b in zip(numbers, held[part], again[variable], strict=True):
             if a.tobytes() != b.tobytes():
                 findings.append(f"{variable} at {sample.name(i)}: the map holds {_said(a)}, measured again {_said(b)}")
     return findings
@@ -377,14 +377,14 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
-    columns, status = sample.columns, of_role(sweep.variables, Role.STATUS)
-    specs = [s for s in sweep.variables.values() if s.error in columns and s.truth in columns]
+    held, status = sample.columns, of_role(sweep.variables, Role.STATUS)
+    specs = [s for s in sweep.variables.values() if s.error in held and s.truth in held]
     if not status or not specs:
         return
-    sound = columns[status] == 0
+    sound = held[status] == 0
     findings, compared = [], 0
     for spec in specs:
-        value, error, truth = columns[spec.name], columns[spec.error], columns[spec.truth]
+        value, error, truth = held[spec.name], held[spec.error], held[spec.truth]
         sound_values = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
         judged = sound_values & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())
