@@ -13,7 +13,8 @@ from sweeps.shards import contract
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     """Return the map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
-    grid, variables, coordinates = sweep.grid, sweep.variables.values(), grid_coordinates(sweep)
+    grid, variables = sweep.grid, sweep.variables.values()
+    coordinates = {name: xr.Variable(*one) for name, one in contract.coordinates(sweep).items()}
     arrays = [coordinates[name] for name in grid.arguments]
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
@@ -29,9 +30,9 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     )
     data = {}
     for spec, result in zip(variables, results if len(variables) > 1 else (results,), strict=True):
-        variable = xr.Variable(result.dims, result.data, spec.attributes_among(sweep.variables))
-        data[spec.name] = variable.transpose(*grid.dims, *grid.further, missing_dims="ignore")
-    return xr.Dataset(data, {name: one.variable for name, one in coordinates.items()}, contract.provenance(sweep))
+        data[spec.name] = result.transpose(*grid.dims, *grid.further, missing_dims="ignore")
+        data[spec.name].attrs = spec.attributes_among(sweep.variables)
+    return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
 
 def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
@@ -41,16 +42,6 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
     shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
     return shaped if len(shaped) > 1 else shaped[0]  # apply_ufunc takes a single output bare
-
-
-def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Return the coordinates of a whole grid with attributes, each along its dimensions."""
-    coordinates = {}
-    for name, (dims, values, attributes) in contract.coordinates(sweep).items():
-        values = np.asarray(values)
-        index = {name: values} if dims == (name,) else None
-        coordinates[name] = xr.DataArray(values, dims=dims, coords=index, attrs=attributes)
-    return coordinates
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:

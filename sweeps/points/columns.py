@@ -25,9 +25,6 @@ def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) ->
     Returns:
         Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
-    if threads == 1:
-        compile.ensure(sweep)
-        return _typed([sweep.system.columns(points, sweep.definition.integration)], sweep)
     with measurers(threads) as pool:
         return begun(points, sweep, pool, threads)()
 
