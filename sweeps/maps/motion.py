@@ -21,18 +21,13 @@ FORMATS = (".nc", ".csv")
 def of(
     system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
 ) -> xr.Dataset:
-    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`).
-
-    Raises:
-        MotionError: for a system that has none, for a duration or a number of samples out of range, and for a motion
-            that doubles cannot hold.
-    """
+    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`), or refuse with a MotionError."""
     check_length(duration, samples)
     with np.errstate(all="ignore"):
         moved = system.motion(point, duration, samples, tolerance)
     if moved is None:
-        allowed = f"maps of {' and '.join(systems.moving())}"
-        raise MotionError(f"motion: {system.name} has none at its points; allowed: {allowed}")
+        allowed = " and ".join(systems.moving())
+        raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
     check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
     return moved
 

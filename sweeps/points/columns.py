@@ -15,15 +15,12 @@ from sweeps.points.sweep import Sweep
 
 
 def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
-    """Measure points and return their columns.
+    """Measure points, and return each of the sweep's variables → values, in its type.
 
     Args:
         points: each of the system's arguments → values, shape (n,).
         sweep: whose system is measured, and how each run is made; its grid takes no part.
         threads: threads that share the work; they change no bit.
-
-    Returns:
-        Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
     with measurers(threads) as pool:
         return begun(points, sweep, pool, threads)()

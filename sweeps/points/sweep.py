@@ -65,11 +65,7 @@ class Following:
 
 @dataclass(frozen=True)
 class Grid:
-    """The points of a sweep.
-
-    Its system says which dimensions those have, in which order, and the values along them; dimensions of length one
-    are included.
-    """
+    """The points of a sweep; its system says which dimensions they have, in which order, those of length one too."""
 
     definition: Definition
     system: systems.Dynamics
@@ -96,10 +92,7 @@ class Grid:
 
     @cached_property
     def auxiliary(self) -> dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand]]:
-        """Name → (dimensions, values along them) of each coordinate that is no dimension.
-
-        That is what bodies and points have of their own, and what follows from others.
-        """
+        """Name → (dimensions, values) of coordinates of bodies and points, and of those that follow from others."""
         coordinates = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
         columns = scattered.columns(self.scattered) if self.scattered else {}
         follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
@@ -136,15 +129,9 @@ class Grid:
         return points | {dim: values for dim, values in dimensions.items() if dim not in self.scattered.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
-        """Return the coordinates of the points start … stop − 1.
-
-        Returns:
-            Each of `arguments` → its values (int64 or float64; SI units), of shape (stop − start,); memory is
-            proportional to stop − start, whatever the grid's size.
-        """
+        """Return each of `arguments` → its values (SI units) at the points start … stop − 1, shape (stop − start,)."""
         if not 0 <= start <= stop <= self.size:
-            allowed = f"0 ≤ start ≤ stop ≤ {self.size}"
-            raise ValueError(f"points: {start} to {stop} is out of range; allowed: {allowed}")
+            raise ValueError(f"points: {start} to {stop} is out of range; allowed: 0 ≤ start ≤ stop ≤ {self.size}")
         index = self._index(start, stop)
         of_points = self._own(index[POINT]) if POINT in index else {}
         given = {*self.arguments, *self.following.needed} - {*self.following.names}

@@ -52,13 +52,9 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 
 def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
-    """Measure all points of a sweep, write its map without shards, and return its content hash.
-
-    `progress` is called with the number of points after each block.
-    """
+    """Measure all points of a sweep, write its map without shards, and return its content hash."""
     with _begun(sweep, path) as file:
-        motions = measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress)
-        return _sealed(file, sweep, motions)
+        return _sealed(file, sweep, measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress))
 
 
 def files(folder: Path, count: int) -> list[Path]:
