@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.maps import admission
-from sweeps.pipeline import claims, finished
+from sweeps.pipeline import claims
 from sweeps.points import compile
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
@@ -30,13 +30,13 @@ def make(
 ) -> Iterator[Path]:
     """Make the map of a sweep, its figures and its report, and yield each; for `beside` see `making.make`."""
     sweep, folder = planned.sweep, Path(results) / planned.sweep.name
-    path, pictures, page = (folder / name for name in finished.MADE)
+    path = folder / "stability_map.nc"
     with claims.claimed([sweep.name], results):
         is_old = again or not admission.holds_map(path, sweep)
         if is_old:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
-        draws = workers > 1 and (is_old or _is_older(pictures, path))
+        draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
         with beside() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
             if is_old:
                 measure(sweep, path, workers, again)
@@ -44,16 +44,22 @@ def make(
             if (folder / "shards").exists():
                 shutil.rmtree(folder / "shards")
             yield path
-            report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
-            if again or _is_older(pictures, path):
-                _draw(path, pictures, worker, report)
-            else:
-                report()
-            yield from (pictures, page)
+            yield from _shown(path, again, worker)
 
 
 def _is_older(made: Path, path: Path) -> bool:
     return not made.exists() or made.stat().st_mtime < path.stat().st_mtime
+
+
+def _shown(path: Path, again: bool, worker: Executor | None) -> Iterator[Path]:
+    """Make the pictures and the report of a map, side by side where there is a worker."""
+    pictures, page = path.with_name("figures"), path.with_name("report.html")
+    report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
+    if again or _is_older(pictures, path):
+        _draw(path, pictures, worker, report)
+    else:
+        report()
+    yield from (pictures, page)
 
 
 def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:

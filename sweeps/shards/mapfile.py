@@ -72,18 +72,19 @@ class MapFile:
             self._file.createDimension(dim, size)
         self._deflated = set()
 
-    def add(self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, **options: Any) -> None:
-        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`."""
-        kind = str if np.dtype(dtype).kind in "OU" else dtype
-        variable = self._file.createVariable(name, kind, dims, **{"fill_value": False} | options)
-        variable.setncatts(dict(attributes))
-        self.digest.declare(name, dims, variable.shape, dtype)
+    def add(
+        self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, length: int = 0, **options: Any
+    ) -> None:
+        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`.
 
-    def add_text(self, name: str, dims: Sequence[str], length: int, attributes: Mapping) -> None:
-        """Add text as characters of UTF-8, along one more dimension `string{length}`."""
-        variable = self._file.createVariable(name, "S1", (*dims, f"string{length}"), fill_value=False)
-        variable.setncatts(dict(attributes) | {"_Encoding": "utf-8"})
-        self.digest.declare(name, dims, variable.shape[:-1], str)
+        Text with a length becomes characters of UTF-8, along one more dimension `string{length}`.
+        """
+        kind, own, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), (), dict(attributes)
+        if length:
+            kind, own, attributes["_Encoding"] = "S1", (f"string{length}",), "utf-8"
+        variable = self._file.createVariable(name, kind, (*dims, *own), **{"fill_value": False} | options)
+        variable.setncatts(attributes)
+        self.digest.declare(name, dims, variable.shape[: len(dims)], dtype)
 
     def add_columns(self, dims: Sequence[str], variables: Mapping[str, Variable], attributes: Mapping = {}) -> None:
         """Add variables that have a value at every point, in dimensions `dims`, and `attributes` beside their own."""
@@ -143,11 +144,8 @@ def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
             variable, attributes = ds.variables[name], dict(ds.variables[name].attrs)
             if name in ds.data_vars and (beside := _beside(ds, variable.dims)):
                 attributes["coordinates"] = beside
-            if name in lengths:
-                file.add_text(name, variable.dims, lengths[name], attributes)
-            else:
-                missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
-                file.add(name, variable.dims, variable.dtype, attributes, fill_value=missing)
+            missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
+            file.add(name, variable.dims, variable.dtype, attributes, lengths.get(name, 0), fill_value=missing)
             for box in runs(variable.shape, PART_VALUES):
                 file.put(name, variable[box].values)
         history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
@@ -167,12 +165,8 @@ def _beside(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
 
 def _filled(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
     """Return a run as a whole chunk: at the end of a dimension with zeros beyond it."""
-    lengths = tuple(one.stop - one.start for one in box)
-    if lengths == chunk:
-        return run
-    whole = np.zeros(chunk, run.dtype)
-    whole[tuple(map(slice, lengths))] = run.reshape(lengths)
-    return whole
+    lengths = [one.stop - one.start for one in box]
+    return np.pad(run.reshape(lengths), [(0, whole - n) for whole, n in zip(chunk, lengths, strict=True)])
 
 
 def _characters(texts: np.ndarray, length: int) -> np.ndarray:
