@@ -42,7 +42,7 @@ def add_body(commands) -> None:
     command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
     command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
-    parser.add_json(command)
+    parser.share(command, "--json")
 
 
 def _body(args):
@@ -94,7 +94,7 @@ def add_motion(commands) -> None:
     text = "coordinates and velocities of a described system at time 0; velocities left out are 0"
     command.add_argument("--start", help=text, **settings)
     command.add_argument("--parameter", help="parameters of a described system, left out: its defaults", **settings)
-    parser.add_duration(command)
+    parser.share(command, "--duration", "--samples")
     parser.add_output(command, "the file to write")
 
 
@@ -193,7 +193,7 @@ def add_tumbler(commands) -> None:
     command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
     parser.add_output(command, "write the map over all bodies (netCDF)", required=False)
     command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")
-    parser.add_json(command)
+    parser.share(command, "--json")
 
 
 def _tumbler(args):

@@ -25,9 +25,9 @@ For a system described in a Python file, give its name or file: its grid has its
 def add_check(commands) -> None:
     """Add the command `check`."""
     command = parser.add(commands, "check", "validate a definition, and predict memory, disk and time", _check)
-    parser.add_definition(command, nargs="?")
+    parser.share(command, "definition", nargs="?")
     command.add_argument("--list", action="store_true", help="list the shipped sweeps, and stop")
-    parser.add_json(command)
+    parser.share(command, "--json")
 
 
 def _check(args):
@@ -109,7 +109,7 @@ def add_run(commands) -> None:
     """Add the command `run`."""
     words = "write the map, figures and report of a sweep to results/<sweep>"
     command = parser.add(commands, "run", words, _run, RUN)
-    parser.add_definition(command, nargs="?", default="tennis_racket")
+    parser.share(command, "definition", nargs="?", default="tennis_racket")
     text = "number of processors (default all); does not change results"
     command.add_argument("--cores", type=int, metavar="N", help=text)
     command.add_argument("--again", action="store_true", help="compute everything again, finished or not")
@@ -131,7 +131,7 @@ def _run(args):
 def add_compile(commands) -> None:
     """Add the command `compile`."""
     command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _compile)
-    parser.add_definition(command, nargs="?", default=None)
+    parser.share(command, "definition", nargs="?", default=None)
     command.add_argument("--all", action="store_true", help="compile the kernels of every system")
     command.epilog = "Without DEFINITION, those of the default sweep."
 
@@ -148,8 +148,7 @@ def _compile(args):
 def add_shard(commands) -> None:
     """Add the command `shard`."""
     command = parser.add(commands, "shard", "measure one part of the points of a sweep", _shard)
-    parser.add_definition(command)
-    parser.add_digest(command)
+    parser.share(command, "definition", "--digest")
     command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
     command.add_argument("count", type=int, metavar="N", help="number of parts")
     parser.add_output(command, "the shard to write")
@@ -162,7 +161,7 @@ def _shard(args):
     from sweeps.process import progress
     from sweeps.shards import shard as shards
 
-    sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest).sweep
+    sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "").sweep
     points = sweep.grid.size
     if not 1 <= args.count <= points:
         raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")
@@ -178,8 +177,7 @@ def _shard(args):
 def add_merge(commands) -> None:
     """Add the command `merge`."""
     command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _merge)
-    parser.add_definition(command)
-    parser.add_digest(command)
+    parser.share(command, "definition", "--digest")
     command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
     command.add_argument("--renew", action="store_true", help="measure shards of other definitions or kernels again")
     parser.add_output(command, "the map to write")
@@ -191,7 +189,7 @@ def _merge(args):
     from sweeps.points import catalogue
     from sweeps.shards import merging
 
-    planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest)
+    planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "")
     content_hash = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {content_hash}")
 

@@ -19,8 +19,7 @@ def add_show(commands) -> None:
     command = parser.add(
         commands, "show", "summarise a map, with a small map in characters", _show, SHOW, coordinates=True
     )
-    parser.add_map(command)
-    parser.add_json(command)
+    parser.share(command, "map", "--json")
 
 
 def _show(args):
@@ -75,10 +74,9 @@ frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a sy
 def add_point(commands) -> None:
     """Add the command `point`."""
     command = parser.add(commands, "point", "print every variable at one grid point", _point, POINT, coordinates=True)
-    parser.add_map(command)
+    parser.share(command, "map")
     command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point")
-    parser.add_duration(command)
-    parser.add_json(command)
+    parser.share(command, "--duration", "--samples", "--json")
 
 
 def _point(args):
@@ -151,7 +149,7 @@ length one need none. CDO, NCO, ncview and Panoply open the file.
 def add_slice(commands) -> None:
     """Add the command `slice`."""
     command = parser.add(commands, "slice", "cut a map down to two dimensions", _slice, SLICE, coordinates=True)
-    parser.add_map(command)
+    parser.share(command, "map")
     parser.add_output(command, "the netCDF file to write")
 
 
@@ -203,7 +201,7 @@ the file. MP4 and WebM are for animations and need ffmpeg; with the other format
 def add_figures(commands) -> None:
     """Add the command `figures`."""
     command = parser.add(commands, "figures", "draw the figures of a map", _figures, FIGURES, coordinates=True)
-    parser.add_map(command)
+    parser.share(command, "map")
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
     command.add_argument("--format", choices=FORMATS, default="png", help="format of figures; mp4, webm: of animations")
     command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
@@ -259,7 +257,7 @@ def _sheet(text: str | None):
 def add_report(commands) -> None:
     """Add the command `report`."""
     command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _report)
-    parser.add_map(command)
+    parser.share(command, "map")
     parser.add_output(command, "the HTML file to write")
 
 
@@ -280,7 +278,7 @@ def add_verify(commands) -> None:
     """Add the command `verify`."""
     words = "compare a map with its definition, and measure random points again"
     command = parser.add(commands, "verify", words, _verify, VERIFY)
-    parser.add_map(command)
+    parser.share(command, "map")
     command.add_argument("--definition", metavar="DEFINITION", help="the definition that should have made the map")
     command.add_argument("--points", type=int, default=100, metavar="N", help="points to measure again (default 100)")
     command.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the choice of points (default 0)")
