@@ -1,7 +1,4 @@
-"""The program that `sweeps.points.compile` starts: it compiles kernels, in as many processes as there are processors.
-
-It and its processes load little besides Numba, for nothing is compiled before they have.
-"""
+"""The program that `sweeps.points.compile` starts: it compiles kernels, and loads little besides Numba before."""
 
 import gc
 import json

@@ -1,8 +1,4 @@
-"""The contract between a map and its readers: what it says beside its measured values.
-
-Its coordinates, its provenance (which definition, which code, which version), and which of that makes two files the
-same: `identity`. In memory and on disk alike; results/README.md is the contract in words.
-"""
+"""What a map says beside its measured values, in memory and on disk; results/README.md is this contract in words."""
 
 import platform
 from datetime import UTC, datetime
@@ -31,12 +27,12 @@ class MapCoordinate(NamedTuple):
 def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
     """Return name → each coordinate of a map: the dimensions, then the auxiliary ones."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
-    along = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    held = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
-        values = values if is_right else values.astype(table[name].dtype)
-        along[name] = MapCoordinate(dims, values, table[name].attributes)
-    return along | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
+        held[name] = dims, values if is_right else values.astype(table[name].dtype)
+    held |= {dim: ((dim,), values) for dim, values in grid.further.items()}
+    return {name: MapCoordinate(*one, table[name].attributes) for name, one in held.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:
