@@ -3,6 +3,7 @@
 from functools import partial
 from pathlib import Path
 
+import sweeps
 from sweeps.commands import parser
 from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
@@ -50,7 +51,6 @@ def _body(args):
 
     if args.uncertainty is None:
         startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
-    import sweeps
     from sweeps.figure import printing
     from sweeps.systems.bodies.presentation import one_body
     from sweeps.systems.rigid_body import prediction
@@ -205,20 +205,17 @@ def _tumbler(args):
     if args.ratios and (args.output or args.figure):
         wrong = "is given together with --output or --figure, which need all bodies"
         raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
-    rows = (
-        answers.of_body(periods, *args.ratios) if args.ratios else answers.of_all(periods, _all_bodies(args, periods))
-    )
+    rows = answers.of_body(periods, *args.ratios) if args.ratios else _of_all(args, periods)
     if args.json:
         printing.print_json(rows)
         return
-    console = printing.console()
     for row in rows:
-        console.print(f"{WORDS[row['mode']]}: {answers.in_words(row, periods)}")
+        printing.console().print(f"{WORDS[row['mode']]}: {answers.in_words(row, periods)}")
 
 
-def _all_bodies(args, periods):
-    """Return the map over all bodies, written and drawn where that is wanted."""
-    import sweeps
+def _of_all(args, periods) -> list[dict]:
+    """Return the answers for all bodies, whose map is written and drawn where that is wanted."""
+    from sweeps.systems.observed_periods import answers
 
     ds = sweeps.survey(periods.definition)
     if args.output:
@@ -232,4 +229,4 @@ def _all_bodies(args, periods):
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
-    return ds
+    return answers.of_all(periods, ds)

@@ -2,7 +2,7 @@
 
 import platform
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,23 +16,15 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11"
 
 
-class MapCoordinate(NamedTuple):
-    """One coordinate of a map."""
-
-    dims: tuple[str, ...]  #: the dimensions it lies along
-    values: "np.ndarray | OnDemand"  #: its values; what may be many are made where they are asked for
-    attributes: dict  #: its CF attributes
-
-
-def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
-    """Return name → each coordinate of a map: the dimensions, then the auxiliary ones."""
+def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand, dict]]":
+    """Return name → (dimensions, values, CF attributes) of each coordinate of a map, the dimensions first."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
     held = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
         held[name] = dims, values if is_right else values.astype(table[name].dtype)
     held |= {dim: ((dim,), values) for dim, values in grid.further.items()}
-    return {name: MapCoordinate(*one, table[name].attributes) for name, one in held.items()}
+    return {name: (*one, table[name].attributes) for name, one in held.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:
