@@ -111,11 +111,6 @@ def completed(values: Mapping, model: type[Definition], folder: str) -> "tuple[d
     return {**values, "grid": grid | ranges}, table
 
 
-def numbers(num: int) -> OnDemand:
-    """Return the coordinate `point`: 1 … num."""
-    return OnDemand((num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
-
-
 def columns(source: "Drawn | Table") -> dict[str, OnDemand]:
     """Return each parameter at all points; a table's rows are read once for all parameters."""
     last = lru_cache(maxsize=1)(source.rows)

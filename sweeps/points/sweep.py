@@ -125,8 +125,8 @@ class Grid:
         dimensions = {dim: _spelled_out(values, SPELLED_OUT) for dim, values in dimensions.items()}
         if self.scattered is None:
             return dimensions
-        points = {POINT: scattered.numbers(self.scattered.num)}
-        return points | {dim: values for dim, values in dimensions.items() if dim not in self.scattered.names}
+        numbers = OnDemand((self.scattered.num,), "i8", lambda part: np.arange(part.start + 1, part.stop + 1))
+        return {POINT: numbers} | {dim: v for dim, v in dimensions.items() if dim not in self.scattered.names}
 
     def points(self, start: int, stop: int) -> dict[str, np.ndarray]:
         """Return each of `arguments` → its values (SI units) at the points start … stop − 1, shape (stop − start,)."""
