@@ -16,6 +16,7 @@ class FileBytes(io.FileIO):
     """
 
     read, readall = io.RawIOBase.read, io.RawIOBase.readall  # by `readinto`
+    __del__ = io.FileIO.close  # Datasets are often left open: no word of that
 
     def __init__(self, path: str | Path):
         self.path = os.path.abspath(path)
