@@ -5,7 +5,10 @@ from pathlib import Path
 
 import sweeps
 from sweeps.commands import parser
+from sweeps.figure import printing
 from sweeps.points import catalogue
+from sweeps.process import progress, startup
+from sweeps.process.files import replaced
 from sweeps.schema.refusals import DefinitionError
 
 BODY = """\
@@ -47,11 +50,8 @@ def add_body(commands) -> None:
 
 
 def _body(args):
-    from sweeps.process import startup
-
     if args.uncertainty is None:
         startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
-    from sweeps.figure import printing
     from sweeps.systems.bodies.presentation import one_body
     from sweeps.systems.rigid_body import prediction
 
@@ -120,7 +120,6 @@ def _motion(args):
 
 def _of_body(args, _):
     """Return the motion of a body, and the function that draws its frames."""
-    from sweeps.process import progress
     from sweeps.systems.rigid_body import prediction
     from sweeps.systems.rigid_body.motion import RATES, SPIN, from_start, spin_of
     from sweeps.systems.rigid_body.presentation import figure_flip
@@ -144,7 +143,6 @@ def _of_system(args, is_film: bool):
     import numpy as np
 
     from sweeps.maps import motion
-    from sweeps.process import progress
     from sweeps.schema.quantities import amount
     from sweeps.systems import trajectories
     from sweeps.systems.motion import LEAST_SAMPLES, MotionError
@@ -197,7 +195,6 @@ def add_tumbler(commands) -> None:
 
 
 def _tumbler(args):
-    from sweeps.figure import printing
     from sweeps.systems.observed_periods import answers
     from sweeps.systems.observed_periods.variables import WORDS
 
@@ -224,7 +221,6 @@ def _of_all(args, periods) -> list[dict]:
         storage.write_map(ds, args.output)
     if args.figure:
         from sweeps.figure import style
-        from sweeps.process.files import replaced
         from sweeps.systems.observed_periods.presentation import figure_energies
 
         with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:

@@ -5,6 +5,10 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from sweeps.commands import parser
+from sweeps.figure import printing
+from sweeps.points import catalogue
+from sweeps.process import progress
+from sweeps.process.files import replaced
 from sweeps.schema.refusals import DefinitionError
 
 RUN = """\
@@ -31,9 +35,6 @@ def add_check(commands) -> None:
 
 
 def _check(args):
-    from sweeps.points import catalogue
-    from sweeps.process import progress
-
     if args.list:
         _list(catalogue.contents(), args.json)
         return
@@ -49,8 +50,6 @@ def _check(args):
 
 def _list(contents: dict, as_json: bool) -> None:
     """Print name, system, size and title of each shipped sweep; in JSON name and title."""
-    from sweeps.figure import printing
-
     if as_json:
         print(json.dumps({name: one.title for name, one in contents.items()}, indent=1))
         return
@@ -120,7 +119,6 @@ def add_run(commands) -> None:
 
 def _run(args):
     from sweeps.pipeline import making
-    from sweeps.process import progress
     from sweeps.views import drawing
 
     with progress.silenced() if args.quiet else nullcontext():
@@ -138,7 +136,7 @@ def add_compile(commands) -> None:
 
 def _compile(args):
     from sweeps import systems
-    from sweeps.points import catalogue, compile
+    from sweeps.points import compile
     from sweeps.points.loading import read
 
     sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
@@ -157,8 +155,6 @@ def add_shard(commands) -> None:
 
 
 def _shard(args):
-    from sweeps.points import catalogue
-    from sweeps.process import progress
     from sweeps.shards import shard as shards
 
     sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "").sweep
@@ -186,7 +182,6 @@ def add_merge(commands) -> None:
 
 
 def _merge(args):
-    from sweeps.points import catalogue
     from sweeps.shards import merging
 
     planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "")
@@ -204,7 +199,6 @@ def add_schema(commands) -> None:
 
 def _schema(args):
     from sweeps.points import loading
-    from sweeps.process.files import replaced
 
     text = json.dumps(loading.json_schema(args.systems), indent=1)
     if not args.output:

@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.commands import parser
+from sweeps.figure import printing
+from sweeps.process import progress
 from sweeps.schema.refusals import RefusedError, shortened
 
 SHOW = """\
@@ -23,7 +25,6 @@ def add_show(commands) -> None:
 
 
 def _show(args):
-    from sweeps.figure import printing
     from sweeps.maps import admission, selection, summary
     from sweeps.views import text_summary, textmap
 
@@ -81,7 +82,6 @@ def add_point(commands) -> None:
 
 def _point(args):
     from sweeps.maps import motion, selection
-    from sweeps.process import progress
 
     if args.trajectory:
         motion.check_format(args.trajectory)
@@ -94,8 +94,6 @@ def _point(args):
 
 
 def _print(row, places, as_json: bool) -> None:
-    from sweeps.figure import printing
-
     if as_json:
         printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})
         return
@@ -286,7 +284,6 @@ def add_verify(commands) -> None:
 
 
 def _verify(args):
-    from sweeps.figure import printing
     from sweeps.maps import verify
 
     checks = verify.checked(args.map, args.points, args.seed, args.definition, args.any_kernels)
