@@ -13,7 +13,7 @@ from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract
 from sweeps.shards.mapfile import MapFile, written
-from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, Shard, further, measure, write_shard
+from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, further, measure, opened, write_shard
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -65,14 +65,14 @@ def files(folder: Path, count: int) -> list[Path]:
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     shards = []
     for source in paths:
-        with Shard(source, sweep) as shard:
+        with opened(source, sweep) as shard:
             shards.append((shard.first, shard.after, source))
     shards.sort()
     _check_coverage(shards, sweep.grid)
     motions = 0
     with _begun(sweep, path) as file:
         for first, after, source in shards:
-            with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
+            with opened(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
                     raise DamagedError(source, "was changed while it was read")
                 for columns in shard.blocks():
