@@ -92,10 +92,7 @@ def _weight(path: str | Path) -> tuple:
 def _sources() -> Iterator[str | Path]:
     """Yield every source file here, and where the packages begin."""
     root = Path(__file__).parents[2]
-    for part in ("kernels", "sweeps"):
-        for folder, inner, files in os.walk(root / part):
-            inner.sort()
-            yield from (os.path.join(folder, name) for name in sorted(files) if name.endswith(".py"))
+    yield from sorted(path for part in ("kernels", "sweeps") for path in (root / part).rglob("*.py"))
     for name in DECIDING:
         spec = PathFinder.find_spec(name)
         yield (spec.origin if spec else None) or name
