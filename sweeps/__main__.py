@@ -1,6 +1,6 @@
 """The command line, `polhode …` or `python -m sweeps …`.
 
-Each command is a module of `sweeps.commands`: it reads, calls one function and writes.
+Each command, of `sweeps.commands`, reads, calls one function and writes.
 """
 
 import atexit
@@ -8,45 +8,15 @@ import gc
 import os
 import signal
 import sys
-from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import Namespace
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from importlib import import_module
-from io import TextIOWrapper
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Timer, current_thread, main_thread
+from traceback import extract_tb
 from typing import Any, NoReturn
 
-import sweeps
 from sweeps.process import startup
-
-DESCRIPTION = """\
-Stability maps of rotating rigid bodies, measured from integrated motion.
-
-A DEFINITION is the name of a shipped sweep (see `check --list`) or the path of a YAML file. A MAP is the file that
-`run` writes, results/<sweep>/stability_map.nc.
-"""
-
-EPILOG = """\
-your own sweep:
-  polhode check my.yaml                      validate it, and predict its size and time
-  polhode run my.yaml                        write its map, figures and report to results/my
-  polhode show results/my/stability_map.nc   summarise the map
-  polhode verify results/my                  compare the map with its definition
-the same with the workflow:
-  snakemake --cores 2 --config definition=my.yaml
-and by hand:
-  polhode compile                            compile the kernels, once per machine
-  polhode shard my.yaml 1 2 -o a.nc          first half of the points
-  polhode shard my.yaml 2 2 -o b.nc          second half
-  polhode merge my.yaml a.nc b.nc -o map.nc
-  polhode figures map.nc -o figures
-  polhode report map.nc -o report.html
-
-exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written);
-130 interrupted; 1 anything else (of `verify`: the map differs)
-"""
-
 
 FIRST = """\
 Polhode measures which motions of rigid bodies and other mechanical systems are stable. To begin:
@@ -64,30 +34,6 @@ MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 
-class _Version(Action):
-    """Says the version, which is looked up where it is asked for."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Print the error and exit."""
-        print(f"Polhode {sweeps.__version__}")
-        parser.exit()
-
-
-def _parser(first: str = "") -> ArgumentParser:
-    """Return the parser of all commands, or of one where its name is the first word."""
-    from sweeps.commands import NAMES, completion
-    from sweeps.commands.parser import Parser
-
-    words = {"description": DESCRIPTION, "epilog": EPILOG, "formatter_class": RawDescriptionHelpFormatter}
-    parser = Parser(prog="polhode", allow_abbrev=False, **words)
-    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
-    completion.add(parser)
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name in (first,) if first in NAMES else NAMES:
-        import_module(f"sweeps.commands.{name}").add(commands)
-    return parser
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status."""
     heard = []
@@ -97,14 +43,16 @@ def main(arguments: list[str] | None = None) -> int:
         raise KeyboardInterrupt
 
     # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
-    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _without_words_of_h5py(), _heard_again(heard), _writing():
+    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _hooks(heard):
         try:
             words = sys.argv[1:] if arguments is None else arguments
             if not words:
                 print(FIRST, end="")
                 return 0
             words = [*words[1:2], "--help"] if words[0] == "help" else words
-            parser = _parser(*words[:1])
+            from sweeps.commands import program
+
+            parser, _ = program.build()
             answer(hear)
             return _answered(parser.parse_args(words))
         except BaseException as error:
@@ -116,7 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def command() -> NoReturn:
     """Run the command of this process and exit with its status."""
-    _open_closed_streams()
+    _prepare_streams()
     try:
         startup.configure()
         status = main()
@@ -131,13 +79,18 @@ def command() -> NoReturn:
     sys.exit(_flushed(status))
 
 
-def _open_closed_streams() -> None:
-    """Open the null device for each standard stream that the shell closed, so that no file gets its number."""
+def _prepare_streams() -> None:
+    """Open the null device for each standard stream that the shell closed, so that no file gets its number.
+
+    Let characters that the terminal's locale does not know appear as their numbers.
+    """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             stream = open(os.devnull, mode, encoding="utf-8")  # noqa: SIM115
             os.set_inheritable(stream.fileno(), True)
             setattr(sys, name, stream)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")
 
 
 def _flushed(status: int) -> int:
@@ -173,39 +126,28 @@ def _answering(number: int, first: Any) -> Iterator[Callable]:
 
 
 @contextmanager
-def _heard_again(heard: list) -> Iterator[None]:
-    """Raise Ctrl-C again where it comes while Python disposes of an object, which would swallow it."""
-    unraised = sys.unraisablehook
+def _hooks(heard: list) -> Iterator[None]:
+    """Raise Ctrl-C again where it comes while Python disposes of an object, which would swallow it.
+
+    And silence h5py, which on a full disk prints one traceback more for each object that it cannot close.
+    """
+    excepted, unraised = sys.excepthook, sys.unraisablehook
+
+    def except_h5py(kind, value, trace):
+        frames = extract_tb(trace)
+        if not (frames and frames[-1].filename.endswith("_objects.pyx")):
+            excepted(kind, value, trace)
 
     def raise_again(unraisable):
         if not heard:
-            unraised(unraisable)
+            if "h5py" not in str(unraisable.object):
+                unraised(unraisable)
         elif issubclass(unraisable.exc_type, KeyboardInterrupt):  # other errors: of objects that were only half made
             later = Timer(MOMENT, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
             later.daemon = True
             later.start()
 
-    sys.unraisablehook = raise_again
-    try:
-        yield
-    finally:
-        sys.unraisablehook = unraised
-
-
-@contextmanager
-def _without_words_of_h5py() -> Iterator[None]:
-    """Silence h5py, which on a full disk prints one traceback more for each object that it cannot close."""
-    excepted, unraised = sys.excepthook, sys.unraisablehook
-
-    def except_h5py(kind, value, trace):
-        from traceback import extract_tb
-
-        frames = extract_tb(trace)
-        if not (frames and frames[-1].filename.endswith("_objects.pyx")):
-            excepted(kind, value, trace)
-
-    sys.excepthook = except_h5py
-    sys.unraisablehook = lambda unraisable: None if "h5py" in str(unraisable.object) else unraised(unraisable)
+    sys.excepthook, sys.unraisablehook = except_h5py, raise_again
     try:
         yield
     finally:
@@ -224,9 +166,8 @@ def _answered(args: Namespace) -> int:
     except OSError as error:
         return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {MACHINE}")
     except MemoryError:
-        return _refused(
-            "memory: not enough for this sweep; allowed: fewer points or variables, or a machine with more memory"
-        )
+        allowed = "fewer points or variables, or a machine with more memory"
+        return _refused(f"memory: not enough for this sweep; allowed: {allowed}")
     except RuntimeError as error:
         from concurrent.futures import BrokenExecutor
 
@@ -238,20 +179,15 @@ def _answered(args: Namespace) -> int:
             raise
         return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
     except Exception as error:
-        from traceback import extract_tb
-
         if not any(frame.filename.endswith(NUMBAS_SETTINGS) for frame in extract_tb(error.__traceback__)):
             raise
         what = " ".join(str(error).split())
-        return _refused(
-            f"Numba's settings (NUMBA_… or .numba_config.yaml): {what}; allowed: settings that Numba can read"
-        )
+        where = "Numba's settings (NUMBA_… or .numba_config.yaml)"
+        return _refused(f"{where}: {what}; allowed: settings that Numba can read")
 
 
 def _where(error: OSError) -> str:
     """Return the line of this program that an error without a file's name came through."""
-    from traceback import extract_tb
-
     lines = [line for line in extract_tb(error.__traceback__) if "sweeps" in Path(line.filename).parts]
     return f"system (at {Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else "system"
 
@@ -260,20 +196,6 @@ def _refused(message: str) -> int:
     """Print a message in characters that no terminal obeys, and return the exit status 2."""
     print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2
-
-
-@contextmanager
-def _writing() -> Iterator[None]:
-    """Let characters that the terminal's locale does not know appear as their numbers."""
-    streams = [(s, s.errors) for s in (sys.stdout, sys.stderr) if isinstance(s, TextIOWrapper)]
-    for stream, _ in streams:
-        stream.reconfigure(errors="backslashreplace")
-    try:
-        yield
-    finally:
-        for stream, before in streams:
-            with suppress(OSError):  # of what is still to be written: see `_flushed`
-                stream.reconfigure(errors=before)
 
 
 if __name__ == "__main__":

@@ -729,14 +729,14 @@ def bases(folder, definitions=BASES):
 @contextlib.contextmanager
 def light():
     """Make pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
-    from sweeps import __main__
+    from sweeps.commands import program
     from sweeps.figure import style
     from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import drawing
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawing, "worker", contextlib.nullcontext)  # pictures are drawn in this process
-        patch.setattr(__main__, "_parser", cache(__main__._parser))
+        patch.setattr(program, "build", cache(program.build))
         patch.setattr(style, "DPI", 40)
         for key in ("figure.dpi", "savefig.dpi"):
             patch.setitem(style.STYLE, key, 40)

@@ -128,11 +128,7 @@ def test_a_circle_is_seen_however_it_is_hidden(tmp_path, text):
 # A system of equations lives in its own folder: no other room asks for its name, nor for its coordinates'
 
 ROOMS = ("schema", "reading", "points", "shards", "maps", "views", "pipeline", "commands")
-OWN_COMMANDS = {
-    "body.py",
-    "motion.py",
-    "tumbler.py",
-}  # each asks one system alone, named where it imports answers
+OWN_COMMANDS = {"bodies.py"}  # each asks one system alone, named where it imports answers
 DESCRIBED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase")  # of the maps of described systems
 
 
@@ -182,7 +178,6 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     assert {"rigid_body", "oscillator", "pendulum", "gyrostat"} <= of_systems
     assert {"axis", "I1", "body", "omega0", "half_angle", "energy"} <= of_coordinates
     found = {path: asked_for(path) & (of_systems | of_coordinates) for path in outside_of_systems()}
-    found[ROOT / "sweeps/commands/__init__.py"] -= {"body"}  # the command of that name
     found[ROOT / "sweeps/commands/parser.py"] -= {"I1", "I2", "I3"}  # --moments I1 I2 I3
     found[ROOT / "sweeps/points/sources.py"] -= {"axis"}  # `axes` of a definition, in a Dataset
     found[ROOT / "sweeps/schema/__init__.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once

@@ -24,7 +24,6 @@ REASONS = {
     "kernels/cache.py: numba.core.sigutils": "a signature is given as a text or as types",
     "kernels/straight.py: llvmlite.ir": "writes instructions for LLVM: Numba's documented way to extend it",
     "kernels/straight.py: numba.core": "cgutils, the helpers of that way",
-    "sweeps/commands/completion.py: argparse._SubParsersAction": "argparse tells its commands to nobody",
     "sweeps/maps/storage.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
     "sweeps/pipeline/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock in a Snakefile",
     "sweeps/pipeline/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",

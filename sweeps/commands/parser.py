@@ -55,12 +55,13 @@ class Parser(argparse.ArgumentParser):
         return others + arguments, coordinates
 
 
-def add(commands, name: str, help_text: str, run, epilog: str | None = None) -> Parser:
-    """Add a command that calls `run` with its arguments, and return its parser."""
+def add(commands, name: str, help_text: str, run, epilog: str | None = None, coordinates: bool = False) -> Parser:
+    """Add a command that calls `run` with its arguments, and return its parser; for `coordinates` see `Parser`."""
     texts = {"help": help_text, "description": help_text[0].upper() + help_text[1:] + ".", "epilog": epilog}
     raw = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, formatter_class=raw, allow_abbrev=False, **texts)
     parser.set_defaults(run=run, options=parser._option_string_actions)
+    parser.takes_coordinates = coordinates
     return parser
 
 
@@ -79,32 +80,26 @@ def setting(text: str) -> tuple[str, int | float | str]:
     return name, number(value)
 
 
-def add_duration(parser: Parser) -> None:
-    """Add the options --duration and --samples of a motion."""
-    parser.add_argument("--duration", type=number, metavar="T", help='length of the motion, s ("2 min")')
-    parser.add_argument("--samples", type=int, metavar="N", help="number of instants, both ends included")
+# arguments that several commands have
+SHARED = {
+    "definition": {"metavar": "DEFINITION", "help": "name of a shipped sweep, or path of a YAML file"},
+    "map": {"metavar": "MAP", "help": "a map, or the folder it lies in, results/<sweep>"},
+    "--digest": {"metavar": "SHA256", "help": "refuse a definition whose text and files have another SHA-256"},
+    "--duration": {"type": number, "metavar": "T", "help": 'length of the motion, s ("2 min")'},
+    "--samples": {"type": int, "metavar": "N", "help": "number of instants, both ends included"},
+    "--json": {"action": "store_true", "help": "print JSON (a missing number is null)"},
+}
 
 
-def add_definition(parser: Parser, **options) -> None:
-    """Add the argument DEFINITION."""
-    text = "name of a shipped sweep, or path of a YAML file"
-    parser.add_argument("definition", metavar="DEFINITION", help=text, **options)
+def share(parser: Parser, *names: str, **options) -> None:
+    """Add arguments that several commands have."""
+    for name in names:
+        parser.add_argument(name, **SHARED[name] | options)
 
 
-def add_digest(parser: Parser) -> None:
-    """Add the option by which a workflow refuses a definition that is edited while the workflow runs."""
-    text = "refuse a definition whose text and files have another SHA-256"
-    parser.add_argument("--digest", default="", metavar="SHA256", help=text)
-
-
-def add_map(parser: Parser) -> None:
-    """Add the argument MAP."""
-    parser.add_argument("map", metavar="MAP", help="a map, or the folder it lies in, results/<sweep>")
-
-
-def add_json(parser: Parser) -> None:
-    """Add the option --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON (a missing number is null)")
+def add_output(parser: Parser, text: str, required: bool = True) -> None:
+    """Add the option -o or --output FILE."""
+    parser.add_argument("-o", "--output", metavar="FILE", required=required, help=text)
 
 
 def add_body(parser: Parser) -> None:

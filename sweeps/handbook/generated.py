@@ -1,7 +1,5 @@
 """Pages that are written from the code: systems, commands, the gallery, and included parts of other documents."""
 
-import argparse
-import importlib
 import re
 import shutil
 import typing
@@ -101,16 +99,11 @@ def meaning(variable) -> tuple[str, str]:
 
 def _commands() -> str:
     """Return the page of all commands, each with the text of its --help."""
-    from sweeps.commands import NAMES
-    from sweeps.commands.parser import Parser
+    from sweeps.commands import program
 
-    parser = Parser(prog="polhode", formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = parser.add_subparsers()
-    for name in NAMES:
-        importlib.import_module(f"sweeps.commands.{name}").add(commands)
     text = ["# Commands", ""]
     text += ["Exit status of every command: 0 done; 2 invalid input, or not enough memory or disk (see message);"]
     text += ["130 interrupted; 1 anything else (of `verify`: the map differs).", ""]
-    for name in NAMES:
-        text += [f"## `polhode {name}`", "", "```text", commands.choices[name].format_help().rstrip(), "```", ""]
+    for name, command in program.build()[1].items():
+        text += [f"## `polhode {name}`", "", "```text", command.format_help().rstrip(), "```", ""]
     return "\n".join(text)

@@ -55,9 +55,8 @@ def read(path: str | Path, any_flags: bool = False) -> PlainMap:
     try:
         file = FileBytes(path)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        there_is_none = not isinstance(error, PermissionError)
-        wrong = "there is no such file" if there_is_none else f"cannot be opened ({reason})"
+        is_there = isinstance(error, PermissionError)
+        wrong = f"cannot be opened ({error.strerror})" if is_there else "there is no such file"
         raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
     return admitted(path, file, read_structure(file), any_flags)
 
@@ -65,13 +64,7 @@ def read(path: str | Path, any_flags: bool = False) -> PlainMap:
 def opened(path: str | Path) -> PlainMap:
     """Return a map, for what needs no Dataset and should not wait for one; checked as by `sweeps.open_map`."""
     path = map_of(path)
-    ds = read(path)
-    try:
-        check_complete(path, ds)
-    except MapError:
-        ds.close()
-        raise
-    return ds
+    return whole(path, read(path))
 
 
 def holds_map(path: str | Path, sweep: "Sweep") -> bool:
@@ -86,29 +79,25 @@ def holds_map(path: str | Path, sweep: "Sweep") -> bool:
 def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> PlainMap:
     """Return the content of a file that is a map; numbers are read on their first use.
 
-    With `any_flags`, flags without a meaning are read as they are; else they are refused as they are read. Raise a
-    MapError for a file that is unlike the maps of its system, in words.
+    With `any_flags`, flags without a meaning are read as they are, else refused as they are read.
     """
     try:
         attributes = _global(structure.attributes)
-        layout = _layout(attributes, structure.variables)
-        parts = _Parts(layout, structure.variables)
+        parts = _Parts(_layout(attributes, structure.variables), structure.variables)
         _check(parts)
         return _plain(parts, file, attributes, any_flags)
     except _UnlikeError as unlike:
         raise MapError(f"{path}: {unlike}") from None
 
 
-def check_complete(path: str | Path, ds: Any) -> None:
-    """Return True if a map has every variable that its definition chose, or that maps of its system have.
-
-    Raises:
-        MapError: where one is missing.
-    """
+def whole(path: str | Path, ds: Any) -> Any:
+    """Return a map; close and refuse one without a variable that its definition chose, or that its system names."""
     missing = sorted((_promised(ds.attrs) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
     if missing:
-        name = shortened("".join(c if c.isprintable() else "?" for c in missing[0]))
-        raise MapError(f"{path}: {name}: is missing ({len(missing)} in all); allowed: every variable of a map")
+        ds.close()
+        wrong = f"{_shown(missing[0])}: is missing ({len(missing)} in all)"
+        raise MapError(f"{path}: {wrong}; allowed: every variable of a map")
+    return ds
 
 
 def _promised(attributes: Mapping[str, Any]) -> set[str]:
@@ -327,14 +316,12 @@ def _encoding(name: str, held: StoredVariable) -> dict[str, str]:
 
 def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
     """Return a coordinate's text, however it is stored: of any length, of one length, or character by character."""
-    if held.dtype == "str":
-        items, shape = held.texts, held.shape
-    else:
+    items, shape = held.texts, held.shape
+    if held.dtype != "str":
         values = np.ascontiguousarray(StoredValues(file, name, held).whole())
-        shape = held.shape[:-1] if held.dtype == "|S1" and held.dims else held.shape
-        width = values.nbytes // max(math.prod(shape), 1)
-        joined = np.frombuffer(values.tobytes(), f"S{max(width, 1)}")
-        items = [item.decode("utf-8", "replace") for item in joined.tolist()]
+        if held.dtype == "|S1" and held.dims:
+            values = values.view(f"S{shape[-1]}")[..., 0]
+        items, shape = [item.decode("utf-8", "replace") for item in values.ravel().tolist()], values.shape
     texts = np.empty(shape, dtype=object)
     texts.reshape(-1)[:] = items
     return texts

@@ -7,39 +7,32 @@ import numpy as np
 import xarray as xr
 
 from sweeps.points.columns import columns
-from sweeps.points.grid import Grid
-from sweeps.points.sweep import Sweep
+from sweeps.points.sweep import Grid, Sweep
 from sweeps.shards import contract
 
 
-def evaluate(coordinates: Mapping[str, xr.DataArray], sweep: Sweep, threads: int = 1) -> xr.Dataset:
-    """Measure the points of some coordinates and return their Dataset.
-
-    Args:
-        coordinates: a `DataArray` for each of the system's arguments (for the rigid body I1, I2, I3, axis, omega0,
-            epsilon and phase), of any dimensions; they broadcast together by name. Dask arrays stay lazy.
-        sweep: whose system is measured, and how each run is made; its grid takes no part.
-        threads: threads that share the work of one call; they change no bit.
-
-    Returns:
-        A Dataset with the variables of the system over the dimensions of the coordinates.
-    """
-    variables, arrays = sweep.variables.values(), [coordinates[name] for name in sweep.grid.arguments]
-    sizes = {dim: values.size for dim, values in sweep.grid.further.items()}
+def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
+    """Return the map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
+    grid, variables = sweep.grid, sweep.variables.values()
+    coordinates = {name: xr.Variable(*one) for name, one in contract.coordinates(sweep).items()}
+    arrays = [coordinates[name] for name in grid.arguments]
+    if chunks is not None:
+        sizes = _chunk_sizes(grid, chunks)
+        arrays = [array.chunk({d: sizes[d] for d in array.dims}) for array in arrays]
+    further = {dim: values.size for dim, values in grid.further.items()}
     results = xr.apply_ufunc(
         partial(_columns, sweep=sweep, threads=threads),
         *arrays,
         output_core_dims=[list(variable.over) for variable in variables],
         dask="parallelized",
         output_dtypes=[np.dtype(variable.dtype) for variable in variables],
-        dask_gufunc_kwargs={"output_sizes": sizes} if sizes else None,
-        keep_attrs=False,
+        dask_gufunc_kwargs={"output_sizes": further} if further else {},
     )
-    named = zip(variables, results if len(variables) > 1 else (results,), strict=True)
-    return xr.Dataset(
-        {v.name: (result.dims, result.data, v.attributes_among(sweep.variables)) for v, result in named},
-        coords={name: one for array in arrays for name, one in array.coords.items()},
-    )
+    data = {}
+    for spec, result in zip(variables, results if len(variables) > 1 else (results,), strict=True):
+        data[spec.name] = result.transpose(*grid.dims, *grid.further, missing_dims="ignore")
+        data[spec.name].attrs = spec.attributes_among(sweep.variables)
+    return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
 
 def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
@@ -49,29 +42,6 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
     shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
     return shaped if len(shaped) > 1 else shaped[0]  # apply_ufunc takes a single output bare
-
-
-def grid_coordinates(sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Return the coordinates of a whole grid with attributes, each along its dimensions."""
-    coordinates = {}
-    for name, (dims, values, attributes) in contract.coordinates(sweep).items():
-        values = np.asarray(values)
-        index = {name: values} if dims == (name,) else None
-        coordinates[name] = xr.DataArray(values, dims=dims, coords=index, attrs=attributes)
-    return coordinates
-
-
-def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
-    """Return the map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
-    grid = sweep.grid
-    coordinates = grid_coordinates(sweep)
-    arrays = {name: coordinates[name] for name in grid.arguments}
-    if chunks is not None:
-        sizes = _chunk_sizes(grid, chunks)
-        arrays = {name: array.chunk({d: sizes[d] for d in array.dims}) for name, array in arrays.items()}
-    measured = evaluate(arrays, sweep, threads).transpose(*grid.dims, *grid.further)
-    variables = {name: array.variable for name, array in measured.data_vars.items()}
-    return xr.Dataset(variables, {n: array.variable for n, array in coordinates.items()}, contract.provenance(sweep))
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:

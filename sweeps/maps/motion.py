@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import parts
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import amount
+from sweeps.shards.mapfile import write_part
 from sweeps.systems.motion import MotionError, check_finite
 
 FORMATS = (".nc", ".csv")
@@ -21,18 +21,13 @@ FORMATS = (".nc", ".csv")
 def of(
     system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
 ) -> xr.Dataset:
-    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`).
-
-    Raises:
-        MotionError: for a system that has none, for a duration or a number of samples out of range, and for a motion
-            that doubles cannot hold.
-    """
+    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`), or refuse with a MotionError."""
     check_length(duration, samples)
     with np.errstate(all="ignore"):
         moved = system.motion(point, duration, samples, tolerance)
     if moved is None:
-        allowed = f"maps of {' and '.join(systems.moving())}"
-        raise MotionError(f"motion: {system.name} has none at its points; allowed: {allowed}")
+        allowed = " and ".join(systems.moving())
+        raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
     check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
     return moved
 
@@ -71,7 +66,7 @@ def write(motion: xr.Dataset, path: str | Path) -> None:
     """Write a motion as netCDF or as CSV (with its units in the headings), complete or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":
-        parts.write_part(motion, path, "motion")
+        write_part(motion, path, "motion")
         return
     names = ["time", *(name for name in motion.data_vars if motion[name].dims == ("time",))]
     heading = ",".join(f"{name} ({motion[name].attrs['units']})" for name in names)

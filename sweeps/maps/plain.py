@@ -77,8 +77,7 @@ class PlainVariable:
 
 
 def _slice(part: range) -> slice:
-    stop = part.stop if part.step > 0 or part.stop >= 0 else None
-    return slice(part.start, stop, part.step) if part else slice(0, 0)
+    return slice(part.start, part.stop if part.stop >= 0 else None, part.step) if part else slice(0, 0)
 
 
 class PlainMap:

@@ -54,35 +54,24 @@ def in_words(value: float | int | str) -> str:
 
 
 def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
-    """Return the index nearest to the chosen value of each dimension, and that of dimensions of length one.
+    """Return dimension → place nearest to the chosen value, in storage order, and those of dimensions of length one.
 
-    Args:
-        ds: a map.
-        chosen: dimension → value as typed. Numbers need not stand on the grid (nearest by difference; axes must);
-            names of bodies may leave out what is not needed to tell them. Where points have coordinates that are no
-            dimensions, the nearest by these, each in units of the range that all points have.
-
-    Returns:
-        Dimension → place, in storage order; dimensions that are longer than one and not chosen are left out.
+    Values are as typed. Numbers need not stand on the grid (nearest by difference; axes must); names of bodies may
+    leave out what is not needed to tell them. Where points have coordinates that are no dimensions, the nearest by
+    these, each in units of the range that all points have.
     """
     sizes = dimensions(ds)
     scattered = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
     chosen = {name: text for name, text in chosen.items() if name not in scattered}
-    for name in chosen:
-        if name not in sizes:
-            beside = f"is a coordinate along {_along(ds, name)}" if name in ds.coords else ""
-            wrong = beside or "is no dimension of this map"
-            allowed = ", ".join(f"--{dim}" for dim in sizes)
-            raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
+    for name in (name for name in chosen if name not in sizes):
+        wrong, allowed = "is no dimension of this map", ", ".join(f"--{dim}" for dim in sizes)
+        if name in ds.coords:
+            beside = "which is chosen already" if name in placing(ds) else "not a dimension"
+            wrong = f"is a coordinate along {' and '.join(ds[name].dims or ('no dimension',))}, {beside}"
+        raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
     places = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
     places |= _nearest_by(ds, scattered, places) if scattered else {}
     return {dim: places[dim] for dim in sizes if dim in places}
-
-
-def _along(ds: "xr.Dataset", name: str) -> str:
-    """Return the dimensions of a coordinate that is none itself, in words."""
-    dims = ds[name].dims or ("no dimension",)
-    return f"{' and '.join(dims)}, {'which is chosen already' if name in placing(ds) else 'not a dimension'}"
 
 
 def _nearest_by(ds: "xr.Dataset", texts: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
@@ -106,8 +95,7 @@ def assigned(text: str) -> tuple[str, str]:
 
 
 def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
-    values = ds[dim].values
-    units = str(ds[dim].attrs.get("units", ""))
+    values, units = ds[dim].values, str(ds[dim].attrs.get("units", ""))
     if text is None:
         return Place(dim, 0, values[0].item() if values.dtype.kind != "O" else str(values[0]), None, units)
     if values.dtype.kind in "OU":

@@ -13,23 +13,17 @@ from sweeps import systems
 from sweeps.maps import admission
 from sweeps.maps.plain import PlainMap
 from sweeps.process.files import replaced
-from sweeps.process.processors import cores
+from sweeps.process.machine import cores
 from sweeps.reading.stored_values import StoredValues
-from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.chunks import chunk_shape
-from sweeps.shards.content import ContentHash, hashed
+from sweeps.shards.content import ContentHash, chunk_shape, hashed
 
 AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
-    """Write a Dataset from `sweeps.survey` as a map, and return its content hash.
-
-    What is in memory is hashed there. A lazy one is read again from the file for that, so that nothing is computed
-    twice, or held as a whole.
-    """
+    """Write a Dataset of `sweeps.survey` as a map, and return its content hash, for which a lazy one is read again."""
     table = systems.of_map(ds).layout().variables
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
@@ -60,7 +54,8 @@ def _compute(lazy: xr.Dataset, path: Path) -> None:
     from dask import compute
 
     ends = (
-        [(dim, slice(b - n, b)) for n, b in zip(of, accumulate(of), strict=True)] for dim, of in lazy.chunks.items()
+        [(dim, slice(end - n, end)) for n, end in zip(of, accumulate(of), strict=True)]
+        for dim, of in lazy.chunks.items()
     )
     boxes = map(dict, product(*ends))
     with netCDF4.Dataset(path, "a") as file:
@@ -81,7 +76,6 @@ def _processors() -> int:
 
 
 def _sealed(path: Path, digest: ContentHash) -> str:
-    """Seal a finished file, and return the content hash."""
     with netCDF4.Dataset(path, "a") as file:
         digest.seal(file)
     return digest.hexdigest()
@@ -94,8 +88,7 @@ class _Backend(xr.backends.BackendEntrypoint):
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """Return the map at a path; see `open_map`."""
-        ds = as_dataset(admission.read(filename_or_obj, any_flags))
-        return ds.drop_vars(drop_variables or ())
+        return as_dataset(admission.read(filename_or_obj, any_flags)).drop_vars(drop_variables or ())
 
 
 class _Lazy(xr.backends.BackendArray):
@@ -112,9 +105,8 @@ def as_dataset(plain: PlainMap) -> xr.Dataset:
     """Return a plain map as a Dataset."""
 
     def variable(one):
-        if isinstance(one.data, StoredValues):
-            return xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one.data)), one.attrs, one.encoding)
-        return xr.Variable(one.dims, one.data, one.attrs, one.encoding)
+        data = indexing.LazilyIndexedArray(_Lazy(one.data)) if isinstance(one.data, StoredValues) else one.data
+        return xr.Variable(one.dims, data, one.attrs, one.encoding)
 
     variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (plain.data_vars, plain.coords))
     ds = xr.Dataset(variables, coordinates, plain.attrs)
@@ -128,24 +120,11 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
 
     Names, types, dimensions, flags and units are those of the system's own tables, and no attribute of the file
     decides how its numbers are read. The attribute `content_hash` and each variable's `encoding["sha256"]` are those
-    that the file states of its own values; `polhode verify` computes them again.
-
-    Args:
-        path: results/<sweep>/stability_map.nc, its folder, or any file of that contract.
-        options: passed on to `xarray.open_dataset` (say, `chunks={}` for Dask arrays).
-
-    Returns:
-        The Dataset, as results/README.md describes it.
+    that the file states of its own values; `polhode verify` computes them again. For the rest see `sweeps.open_map`.
 
     Raises:
         MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
             that are read are damaged.
     """
     path = admission.map_of(path)
-    ds = xr.open_dataset(path, engine=_Backend, **options)
-    try:
-        admission.check_complete(path, ds)
-    except MapError:
-        ds.close()
-        raise
-    return ds
+    return admission.whole(path, xr.open_dataset(path, engine=_Backend, **options))

@@ -17,7 +17,9 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import admission, dataset, storage
+from sweeps.maps import admission, storage
+from sweeps.points import catalogue
+from sweeps.points.columns import columns
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
@@ -49,7 +51,7 @@ class Check:
 def verify(
     path: str | Path, points: int = 100, seed: int = 0, against: Sweep | None = None, any_kernels: bool = False
 ) -> list[Check]:
-    """Check everything that a map promises.
+    """Return the checks of everything that a map promises, in order; it is whole where none has findings.
 
     Args:
         path: a map, or the folder it lies in.
@@ -57,9 +59,6 @@ def verify(
         seed: of their choice.
         against: a sweep that the map should have been made from; left out, the one in the file is taken.
         any_kernels: whether a map that other kernels, or this code on another machine, made is right.
-
-    Returns:
-        The checks, in order; the map is whole where none has findings.
     """
     with storage.open_map(path, any_flags=True) as ds:
         checks = [_content(ds)]
@@ -75,8 +74,8 @@ def verify(
 
 
 def _shown(findings: list[str]) -> tuple[str, ...]:
-    more = len(findings) - SHOWN
-    return (*findings[:SHOWN], *((f"and {more:,} more",) if more > 0 else ()))
+    more = [f"and {len(findings) - SHOWN:,} more"] if len(findings) > SHOWN else []
+    return (*findings[:SHOWN], *more)
 
 
 # -- what needs the file alone
@@ -133,16 +132,15 @@ def _needs_files(values: dict) -> str | None:
 def _differing(one: Definition, other: Definition) -> list[str]:
     """Return the keys in which two definitions differ, but for the number of shards, which changes no result."""
     ours, theirs = one.model_dump(exclude={"shards"}), other.model_dump(exclude={"shards"})
-    missing = object()
-    return [key for key in {**ours, **theirs} if ours.get(key, missing) != theirs.get(key, missing)]
+    return [key for key in {**ours, **theirs} if ours.get(key, ...) != theirs.get(key, ...)]
 
 
 def _kernels(ds: xr.Dataset, sweep: Sweep, any_kernels: bool) -> Check:
-    covers = "fingerprint of sources, versions and processor"
+    check = Check("kernels", "fingerprint of sources, versions and processor")
     if _same_kernels(ds, sweep):
-        return Check("kernels", covers)
+        return check
     what = "kernel_fingerprint: made by other kernels, or by these on another machine"
-    return Check("kernels", covers, skipped=what) if any_kernels else Check("kernels", covers, (what,))
+    return replace(check, skipped=what) if any_kernels else replace(check, findings=(what,))
 
 
 def _same_kernels(ds: xr.Dataset, sweep: Sweep) -> bool:
@@ -158,14 +156,14 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
     sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.further.items()}
     if dict(ds.sizes) != sizes:
-        return Check("grid", covers, (f"dimensions: {_sizes(dict(ds.sizes))}, by the definition {_sizes(sizes)}",))
+        held, wanted = (
+            " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in of.items()) or "none"
+            for of in (ds.sizes, sizes)
+        )
+        return Check("grid", covers, (f"dimensions: {held}, by the definition {wanted}",))
     # dimensions and types of variables were held against the system's when the map was opened
     missing = [f"{name}: is missing" for name in sweep.variables if name not in ds.variables]
     return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *missing]))
-
-
-def _sizes(sizes: dict) -> str:
-    return " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in sizes.items()) or "none"
 
 
 def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
@@ -187,8 +185,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Return findings where flags have no meaning, or points with status ok hold no numbers."""
-    specs = sweep.variables
-    status = of_role(sweep.variables, Role.STATUS)
+    specs, status = sweep.variables, of_role(sweep.variables, Role.STATUS)
     measured = [name for name, spec in specs.items() if status and spec.role == Role.MEASUREMENT]
     unknown, empty = Counter(), Counter()
     for box in runs(sweep.grid.shape, BLOCK_POINTS):
@@ -278,11 +275,10 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     """Return findings where some points of a sample, measured again, have other bits."""
     part = slice(numbers.start, numbers.stop)
-    arrays = {name: xr.DataArray(values[part], dims="point") for name, values in sample.points.items()}
-    again = dataset.evaluate(arrays, sweep)
+    again = columns({name: values[part] for name, values in sample.points.items()}, sweep)
     findings = []
     for variable, held in sample.columns.items():
-        for i, a, b in zip(numbers, held[part], again[variable].values, strict=True):
+        for i, a, b in zip(numbers, held[part], again[variable], strict=True):
             if a.tobytes() != b.tobytes():
                 findings.append(f"{variable} at {sample.name(i)}: the map holds {_said(a)}, measured again {_said(b)}")
     return findings
@@ -305,9 +301,8 @@ def _while_patient(parts: Sequence) -> Iterator:
 def _by_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
     """Yield findings where SciPy or the closed form differs by more than the definition's tolerance allows."""
     first = sweep.system.reference()
-    for reference in () if first is None else (first, *first.more):
-        for name in reference.ways:
-            yield _by_reference(sweep, sample, reference, name)
+    references = () if first is None else (first, *first.more)
+    yield from (_by_reference(sweep, sample, one, name) for one in references for name in one.ways)
 
 
 def _by_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
@@ -382,15 +377,14 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
     Errors cover 999 of 1,000 points, and none is missed by more than twice: that is what is asked.
     """
-    columns, status = sample.columns, of_role(sweep.variables, Role.STATUS)
-    specs = [s for s in sweep.variables.values() if s.error in columns and s.truth in columns]
+    held, status = sample.columns, of_role(sweep.variables, Role.STATUS)
+    specs = [s for s in sweep.variables.values() if s.error in held and s.truth in held]
     if not status or not specs:
         return
-    sound = columns[status] == 0
+    sound = held[status] == 0
     findings, compared = [], 0
     for spec in specs:
-        beside = spec.truth
-        value, error, truth = columns[spec.name], columns[spec.error], columns[beside]
+        value, error, truth = held[spec.name], held[spec.error], held[spec.truth]
         sound_values = sound.reshape(-1, *(1,) * (value.ndim - 1))  # of all that a variable has at a point
         judged = sound_values & np.isfinite(error) & np.isfinite(truth)
         compared += int(judged.sum())
@@ -399,7 +393,7 @@ def _by_errors(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
         for i in zip(*np.nonzero(missed), strict=True):
             findings.append(
                 f"{spec.name} at {sample.name(i[0])}: the map holds {value[i]:.15g} with an error of {error[i]:.2g}, "
-                f"{beside} is {truth[i]:.15g}"
+                f"{spec.truth} is {truth[i]:.15g}"
             )
     yield Check("errors", f"{compared} errors against closed forms and theory", _shown(findings))
 
@@ -418,8 +412,6 @@ def checked(path: str, points: int, seed: int, definition: str | None, any_kerne
 
 def _expected(path: str, definition: str | None) -> Sweep | None:
     """Return the sweep of a definition; left out, of the one that ships and whose folder the map lies in."""
-    from sweeps.points import catalogue
-
     folder = Path(os.path.realpath(admission.map_of(path))).parent
     shipped = catalogue.shipped() if folder.parent.name == "results" else {}
     source = catalogue.resolve(definition) if definition is not None else shipped.get(folder.name)

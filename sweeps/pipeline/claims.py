@@ -33,13 +33,9 @@ def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[
 
 
 def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
-    """Claim the folders of some sweeps for this process, until it ends or closes them.
+    """Claim the folders of some sweeps until this process ends or closes the files that are returned.
 
-    The system itself gives a claim back when a process dies, so nothing is left to be unlocked by a person. What dead
-    runs have left half-written in the folders is removed.
-
-    Returns:
-        The open files that hold the claims.
+    What dead runs have left half-written in the folders is removed.
 
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
@@ -126,13 +122,9 @@ def _forget_the_future(folder: Path) -> None:
 def replace_locks(workflow) -> None:
     """Let a Snakemake workflow resume after a kill without unlocking; call it where its sweeps are claimed.
 
-    Snakemake's own lock, and its marks at files whose jobs were running, wait for a person once it is killed. A claim
-    ends with its process, and a file of this workflow takes its place when it is whole: it is finished, or not there.
-    Snakemake has no setting for this that a Snakefile can reach.
+    Snakemake's own lock, and its marks at files whose jobs were running, wait for a person once it is killed, and no
+    setting that a Snakefile can reach changes that. Here files are finished or not there.
     """
     prepare = workflow._prepare_dag
 
-    def prepared(**settings):
-        return prepare(**settings | {"nolock": True, "ignore_incomplete": True})
-
-    workflow._prepare_dag = prepared
+    workflow._prepare_dag = lambda **settings: prepare(**settings | {"nolock": True, "ignore_incomplete": True})

@@ -1,9 +1,8 @@
 """Whether all of a sweep is there and nothing has changed since: told from what files weigh, before anything is loaded.
 
-A finished run leaves a note in the sweep's folder: of what it was made, and what it made. What it was made of is the
-definition's bytes, and place, size and date of every source file here, of those packages that decide over bits, and the
-settings and the processor that the kernels' fingerprint covers: where all of these are the same, so is what the long
-way would find. A definition that names files of its own has no note: whatever it names would have to be read.
+A finished run leaves a note in the sweep's folder: what it made, and of what: the definition's bytes, place, size and
+date of every source file here and of the packages that decide over bits, and the settings and the processor that the
+kernels' fingerprint covers. A definition that names files of its own has no note: these would have to be read.
 """
 
 import codecs
@@ -58,10 +57,7 @@ def found(definition: str | Path, basis: str, results: str | Path = "results") -
 
 
 def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:
-    """Note that a sweep is finished, where its definition names no other file.
-
-    Nor where its file was edited between the reading for `basis` and that for the sweep.
-    """
+    """Note that a sweep is finished, unless its definition names other files, or was edited since it was read."""
     from sweeps.process.files import replaced
 
     folder = Path(results) / sweep.name
@@ -74,12 +70,10 @@ def _names_files(sweep: "Sweep") -> bool:
     """Return whether a definition, or its system, depends on more than its own text and the sources here."""
     from sweeps.reading.definitions import definition_of
 
-    ours = type(sweep.system).__module__.startswith("sweeps.") and not sweep.definition.system.endswith(".py")
-    text = sweep.definition.text
-    named = (
-        sweep.definition.inputs or sweep.system.model.needs_files(definition_of({"definition": text})) or "mesh" in text
-    )
-    return bool(named) or not ours
+    definition, system = sweep.definition, sweep.system
+    ours = type(system).__module__.startswith("sweeps.") and not definition.system.endswith(".py")
+    values = definition_of({"definition": definition.text})
+    return bool(not ours or definition.inputs or system.model.needs_files(values) or "mesh" in definition.text)
 
 
 def _note(basis: str, made: Iterable[Path]) -> str:
@@ -98,10 +92,7 @@ def _weight(path: str | Path) -> tuple:
 def _sources() -> Iterator[str | Path]:
     """Yield every source file here, and where the packages begin."""
     root = Path(__file__).parents[2]
-    for part in ("kernels", "sweeps"):
-        for folder, inner, files in os.walk(root / part):
-            inner.sort()
-            yield from (os.path.join(folder, name) for name in sorted(files) if name.endswith(".py"))
+    yield from sorted(path for part in ("kernels", "sweeps") for path in (root / part).rglob("*.py"))
     for name in DECIDING:
         spec = PathFinder.find_spec(name)
         yield (spec.origin if spec else None) or name

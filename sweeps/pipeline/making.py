@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from sweeps.pipeline import finished, waiting
+from sweeps.pipeline import finished
 from sweeps.points import catalogue
-from sweeps.process import processors, progress
+from sweeps.process import machine, progress
 from sweeps.schema.refusals import DefinitionError
 
 
@@ -36,12 +36,12 @@ def make(
     if not again and (made := finished.found(path, basis, results)):
         yield from made
         return
-    with waiting.said(f"{path}: deriving its equations"):
+    with progress.waiting(f"{path}: deriving its equations"):
         planned = catalogue.plan(path, results, check=False)
     progress.say(_intention(planned, Path(results)))
     from sweeps.pipeline import steps
 
-    yield from steps.make(planned, results, cores or processors.cores(), again, beside)
+    yield from steps.make(planned, results, cores or machine.cores(), again, beside)
     finished.keep(planned.sweep, basis, results)
 
 

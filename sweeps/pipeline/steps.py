@@ -17,7 +17,7 @@ from sweeps.pipeline import claims
 from sweeps.points import compile
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
-from sweeps.process import memory, progress
+from sweeps.process import machine, progress
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
@@ -29,25 +29,22 @@ def make(
     planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, beside: Beside = nullcontext
 ) -> Iterator[Path]:
     """Make the map of a sweep, its figures and its report, and yield each; for `beside` see `making.make`."""
-    with claims.claimed([planned.sweep.name], results):
-        yield from _made(planned, Path(results) / planned.sweep.name, workers, again, beside)
-
-
-def _made(planned: Plan, folder: Path, workers: int, again: bool, beside: Callable) -> Iterator[Path]:
+    sweep, folder = planned.sweep, Path(results) / planned.sweep.name
     path = folder / "stability_map.nc"
-    is_old = again or not admission.holds_map(path, planned.sweep)
-    if is_old:
-        compile.ensure(planned.sweep)  # the search for equilibria in the check is compiled, too
-        planned.sweep.system.check(planned.sweep.definition, planned.sweep.grid)
-    draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
-    with beside() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
+    with claims.claimed([sweep.name], results):
+        is_old = again or not admission.holds_map(path, sweep)
         if is_old:
-            measure(planned.sweep, path, workers, again)
-            memory.give_back()
-        if (folder / "shards").exists():
-            shutil.rmtree(folder / "shards")
-        yield path
-        yield from _shown(path, again, worker)
+            compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
+            sweep.system.check(sweep.definition, sweep.grid)
+        draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
+        with beside() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
+            if is_old:
+                measure(sweep, path, workers, again)
+                machine.give_back()
+            if (folder / "shards").exists():
+                shutil.rmtree(folder / "shards")
+            yield path
+            yield from _shown(path, again, worker)
 
 
 def _is_older(made: Path, path: Path) -> bool:
@@ -56,14 +53,13 @@ def _is_older(made: Path, path: Path) -> bool:
 
 def _shown(path: Path, again: bool, worker: Executor | None) -> Iterator[Path]:
     """Make the pictures and the report of a map, side by side where there is a worker."""
-    folder, page = path.parent / "figures", path.parent / "report.html"
+    pictures, page = path.with_name("figures"), path.with_name("report.html")
     report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
-    if again or _is_older(folder, path):
-        _draw(path, folder, worker, report)
+    if again or _is_older(pictures, path):
+        _draw(path, pictures, worker, report)
     else:
         report()
-    yield folder
-    yield page
+    yield from (pictures, page)
 
 
 def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
@@ -91,8 +87,8 @@ def _report(path: Path, file: Path) -> None:
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
     """Write the map, at once or from shards, of which those that an interrupted run has finished are kept."""
-    count, folder = sweep.shards, path.with_name("shards")
-    shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
+    count = sweep.shards
+    shards = merging.files(path.with_name("shards"), count)
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count == len(missing) == 1:
         with progress.points(sweep.grid.size, sweep.name) as advance:

@@ -21,8 +21,7 @@ TAKEN = "handbook"  # what results/ holds beside sweeps
 
 def shipped() -> dict[str, Path]:
     """Return name → file of each definition in sweeps/definitions."""
-    here = Path.cwd()
-    folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here) else FOLDER
+    folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here := Path.cwd()) else FOLDER
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
@@ -98,12 +97,11 @@ def plan(
 ) -> Plan:
     """Check a definition, and that this machine has enough disk and memory for it, unless it is to run `anywhere`.
 
-    The digest is that of the definition that was planned, where that was another process; left out, any will do. With
-    `check` its system also looks beyond the values.
+    The digest is that of the definition that another process planned, "" for any. With `check` its system also looks
+    beyond the values.
 
     Raises:
-        DefinitionError: for a definition that is wrong, too large for disk or memory, or named like one that ships, and
-            for another than was planned.
+        DefinitionError: also for one that is named like a definition that ships.
     """
     from sweeps.points.estimate import refuse_if_too_large
     from sweeps.points.loading import read
@@ -122,11 +120,7 @@ def plan(
 
 
 def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
-    """Return the sweeps that a call of the workflow requests.
-
-    Returns:
-        The name of the sweep that is made where no file is asked for, and name → plan of every sweep asked for.
-    """
+    """Return the sweep that a call of the workflow makes where no file is requested, and name → plan of all."""
     from sweeps.schema.definition import NAME_PATTERN
 
     source = resolve(str(config.get("definition", DEFAULT)))

@@ -1,6 +1,6 @@
 """Points in, columns out: the one way to a measured value. A column is one variable's values, one a point.
 
-A shard under Snakemake, a chunk under Dask and a call in a notebook all go through `part`.
+A shard under Snakemake, a chunk under Dask and a call in a notebook all come here.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -15,26 +15,15 @@ from sweeps.points.sweep import Sweep
 
 
 def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
-    """Measure points and return their columns.
+    """Measure points, and return each of the sweep's variables → values, in its type.
 
     Args:
         points: each of the system's arguments → values, shape (n,).
         sweep: whose system is measured, and how each run is made; its grid takes no part.
         threads: threads that share the work; they change no bit.
-
-    Returns:
-        Each of the sweep's variables → values, shape (n,) and those of its further dimensions, in its type.
     """
-    if threads == 1:
-        compile.ensure(sweep)
-        return _typed([part(points, sweep)], sweep)
     with measurers(threads) as pool:
         return begun(points, sweep, pool, threads)()
-
-
-def part(points: Mapping[str, np.ndarray], sweep: Sweep) -> dict[str, np.ndarray]:
-    """Measure points in this thread and return the columns of the system."""
-    return sweep.system.columns(points, sweep.definition.integration)
 
 
 @contextmanager
@@ -55,7 +44,7 @@ def begun(points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecut
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))
     cut = ({name: values[low:high] for name, values in points.items()} for low, high in bounds)
-    futures = [pool.submit(part, one, sweep) for one in cut]
+    futures = [pool.submit(sweep.system.columns, one, sweep.definition.integration) for one in cut]
     return lambda: _typed([future.result() for future in futures], sweep)
 
 

@@ -1,10 +1,10 @@
 """Compiling what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
 
-`ensure` is called by `sweeps.points.columns`, the one way to the kernels, so that a command, a shard, a Dask worker and
-a notebook all find them compiled. The processes are those of a program of its own, `sweeps.points.compiler`: a process
-that may have no children can call it, and a script is not run again.
+`sweeps.points.columns`, the one way to the kernels, calls `ensure`. The processes are those of a program of its own,
+`sweeps.points.compiler`: a process that may have no children can call it, and a script is not run again.
 """
 
+import fcntl
 import hashlib
 import json
 import os
@@ -15,16 +15,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # there is none on Windows
-    fcntl = None
-
 from kernels import jit
 from kernels.cache import cache_folder
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
-from sweeps.process import processors, progress
+from sweeps.process import machine, progress
 from sweeps.systems.system import Kernel
 
 ROOT = Path(__file__).parents[2]
@@ -33,12 +28,7 @@ _ensured: set[Kernel] = set()
 
 
 def ensure(sweep: Sweep) -> None:
-    """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook.
-
-    Raises:
-        OSError: where another process cannot be started.
-        RuntimeError: where a kernel cannot be compiled.
-    """
+    """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook."""
     kernels = sweep.system.kernels_of(sweep.definition)
     if not _ensured.issuperset(kernels) and not jit.is_plain():
         if line := announced(sweep):
@@ -55,7 +45,7 @@ def missing(kernels: Iterable[Kernel]) -> list[Kernel]:
 def seconds(kernels: Iterable[Kernel]) -> float:
     """Return how long it takes to compile those of the kernels that are missing, s, about."""
     taken = sum(kernel.seconds for kernel in missing(kernels))
-    return taken * SHARED if processors.cores() > 1 else taken
+    return taken * SHARED if machine.cores() > 1 else taken
 
 
 def announced(sweep: Sweep) -> str:
@@ -65,7 +55,12 @@ def announced(sweep: Sweep) -> str:
 
 
 def compile_kernels(kernels: Iterable[Kernel]) -> None:
-    """Compile those of the kernels that are missing; one program at a time does so. For errors see `ensure`."""
+    """Compile those of the kernels that are missing; one program at a time does so.
+
+    Raises:
+        OSError: where another process cannot be started.
+        RuntimeError: where a kernel cannot be compiled.
+    """
     kernels = list(kernels)
     if not missing(kernels):
         return
@@ -96,10 +91,10 @@ def _read(path: Path) -> str:
 
 def _run(kernels: list[Kernel]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with tempfile.TemporaryFile("w+") as said:
-        command, pipe = [sys.executable, "-P", "-m", "sweeps.points.compiler"], subprocess.PIPE
-        environment = {**os.environ, "PYTHONPATH": path}
-        program = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said, text=True)
+        command = [sys.executable, "-P", "-m", "sweeps.points.compiler"]
+        program = subprocess.Popen(command, stderr=said, text=True, **options)
         try:
             with progress.pieces(len(kernels), "compiling") as advance:
                 program.stdin.write(json.dumps([kernel.call for kernel in kernels]))
@@ -122,9 +117,8 @@ def _alone() -> Iterator[None]:
     """Let one process at once continue, where the file system has locks."""
     handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
     try:
-        if fcntl is not None:
-            with suppress(OSError):
-                fcntl.flock(handle, fcntl.LOCK_EX)
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
         yield
     finally:
         os.close(handle)

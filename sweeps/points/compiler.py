@@ -1,7 +1,4 @@
-"""The program that `sweeps.points.compile` starts: it compiles kernels, in as many processes as there are processors.
-
-It and its processes load little besides Numba, for nothing is compiled before they have.
-"""
+"""The program that `sweeps.points.compile` starts: it compiles kernels, and loads little besides Numba before."""
 
 import gc
 import json
@@ -13,7 +10,7 @@ from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 
-from sweeps.process import interrupts, processors, startup
+from sweeps.process import interrupts, machine, startup
 
 
 def main() -> None:
@@ -21,7 +18,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     pending, running = dict(enumerate(json.load(sys.stdin))), {}
-    cores = processors.cores()
+    cores = machine.cores()
     pool = ProcessPoolExecutor(cores, get_context("spawn"), _begin)
     try:
         while pending:

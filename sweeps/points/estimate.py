@@ -1,4 +1,4 @@
-"""What a sweep will take, from its definition alone: points, files, memory, disk, time."""
+"""What a sweep will take, from its definition alone: points, files, memory, disk, time; and which points cannot be."""
 
 import math
 import shutil
@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from sweeps.points import compile
-from sweeps.points.sweep import Sweep
-from sweeps.process import memory
+from sweeps.points.scattered import POINT
+from sweeps.points.sweep import Grid, Sweep
 from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
@@ -18,6 +19,8 @@ BLOCKS = 2 * BLOCKS_BEGUN + 2  # in memory: what these are measured from and int
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
 VARIABLE_BYTES = 6_000  # of a netCDF file, for each variable: its attributes, its chunks' index
 FILE_BYTES = 30_000  # of a netCDF file besides
+MOST = 2**22  # bodies that are counted one by one; of more, so many are drawn
+SEED = 1
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
@@ -99,7 +102,7 @@ def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str
     folder = Path(results_dir).absolute()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     disk = "disk", needed.disk_bytes, shutil.disk_usage(existing).free
-    limits = disk, ("memory", needed.memory_bytes, memory.available())
+    limits = disk, ("memory", needed.memory_bytes, psutil.virtual_memory().available)
     lines = []
     for what, size, free in (limit for limit in limits if limit[1] > limit[2]):
         mostly = what == "memory" and 2 * needed.working_bytes > size
@@ -116,3 +119,40 @@ def in_words(size: int) -> str:
         if size >= 10**power:
             return f"{size / 10**power:,.3g} {unit} ({exact})"
     return exact
+
+
+# -- points that are physically impossible
+
+
+def impossible(sweep: Sweep) -> tuple[int, bool]:
+    """Return how many points of a sweep cannot exist, and whether that is counted (True) or estimated from a sample."""
+    grid, system = sweep.grid, sweep.system
+    given = [name for name in system.existence if name not in grid.following.names]
+    if any(name in grid.following.names for name in system.existence):
+        given = list(dict.fromkeys((*given, *grid.following.needed)))
+    along = {name: (name if name in grid.dims else grid.auxiliary[name][0][0]) for name in given}
+    sizes = {dim: grid.shape[grid.dims.index(dim)] for dim in dict.fromkeys(along.values())}
+    bodies = math.prod(sizes.values())
+    if not along:
+        return 0, True
+    if bodies <= MOST:
+        counts = np.indices(tuple(sizes.values()), sparse=True)
+        numbers = dict(zip(sizes, counts, strict=True))
+    elif POINT in sizes:  # the first points that are drawn, which are spread as all are
+        numbers = {dim: np.arange(MOST) % size for dim, size in sizes.items()}
+    else:
+        rng = np.random.default_rng(SEED)
+        numbers = {dim: rng.integers(0, size, MOST) for dim, size in sizes.items()}
+    values = {name: _values(grid, name, numbers[dim]) for name, dim in along.items()}
+    mask = system.impossible(values | grid.following.at(values) if grid.following.names else values)
+    if bodies > MOST:
+        return round(float(np.mean(mask)) * grid.size), False
+    return int(np.count_nonzero(mask)) * (grid.size // mask.size), True
+
+
+def _values(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:
+    if name in grid.dims:
+        return grid.values(name, numbers)
+    if grid.scattered and name in grid.scattered.names:
+        return grid.scattered.rows(0, int(numbers.max()) + 1)[name][numbers]
+    return grid.auxiliary[name][1][numbers]

@@ -5,11 +5,11 @@ Whatever is wrong with a definition, `read` raises `DefinitionError`, whose text
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from sweeps import systems
 from sweeps.points import scattered
@@ -20,13 +20,17 @@ from sweeps.schema.definition import DEFAULT_NAME, NAME_PATTERN, Definition
 from sweeps.schema.refusals import (
     DefinitionError,
     Problem,
+    RefusedError,
     UnreadableError,
     description_of,
     display,
     hint,
     message,
+    shortened,
     validation_problems,
 )
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class _InvalidError(Exception):
@@ -131,3 +135,37 @@ def _system(name: Any, folder: str) -> systems.Dynamics:
         wrong = "is not available" + hint(name, systems.names())
         raise UnreadableError(("system",), display(name), wrong, ", ".join(systems.names()) + ", or path/to/file.py")
     return systems.resolve(name)
+
+
+# -- what definitions may say, for editors that complete keys and mark mistakes
+
+
+def json_schema(described: Sequence[str] = ()) -> dict:
+    """Return the JSON Schema of the definitions of every system of a folder, and of some described systems.
+
+    A definition that names a system, or none for the default one, may have the keys of its variants too.
+    """
+    from pydantic.json_schema import models_json_schema
+
+    models = {name: _model(name) for name in (*systems.MODULES, *described)}
+    places, whole = models_json_schema([(model, "validation") for model in models.values()], title="Polhode definition")
+    any_of = {}
+    for name, model in models.items():  # without a title a sweep has its file's name, without a system the default one
+        entry = whole["$defs"][places[model, "validation"]["$ref"].rpartition("/")[2]]
+        entry["required"] = [key for key in entry.get("required", []) if key not in ("title", "system")]
+        readers = (name, *systems.resolve(name).variants.values())
+        any_of[name] = {"anyOf": [places[models[each], "validation"] for each in readers]}
+    named = {"required": ["system"]}
+    conditions = {name: {**named, "properties": {"system": {"const": name}}} for name in any_of}
+    rules = [{"if": conditions[name], "then": allowed} for name, allowed in any_of.items()]
+    unnamed = {"if": {"not": named}, "then": any_of[DEFAULT_SYSTEM]}
+    return {"$schema": DIALECT, **whole, "type": "object", "allOf": [*rules, unnamed]}
+
+
+def _model(name: str) -> type[BaseModel]:
+    try:
+        return systems.resolve(name).model
+    except KeyError:
+        names = systems.names()
+        what = f"{shortened(repr(name))} is not a system{hint(name, names)}"
+        raise RefusedError(f"SYSTEM: {what}; allowed: {', '.join(names)}, or path/to/file.py") from None

@@ -36,24 +36,25 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
         if keywords:
             wrong = f"{display(definition)} is given beside {next(iter(keywords))}"
             raise DefinitionError(f"definition: {wrong}; allowed: a file, or keywords")
-        return _checked(read(catalogue.resolve(str(definition)), check=False))
-    if not isinstance(definition, Mapping | type(None)):
+        source = catalogue.resolve(str(definition))
+    elif isinstance(definition, Mapping | type(None)):
+        source = _mapping({**(definition or {}), **keys}, grid)
+    else:
         raise DefinitionError(f"definition: {display(definition)} is no definition; allowed: {FORMS}")
-    values = {**(definition or {}), **keys}
+    sweep = read(source, check=False, folder=folder)
+    compile.ensure(sweep)  # what the check calls
+    sweep.system.check(sweep.definition, sweep.grid)
+    return sweep
+
+
+def _mapping(values: dict, grid: Mapping) -> dict:
+    """Return a mapping with a system by its name, and further entries of its grid."""
     if not isinstance(values.get("system", ""), str):
         from sweeps import mechanics
 
         if isinstance(values["system"], mechanics.System):
             values["system"] = systems.built(values["system"])
-    values = {**values, "grid": {**values.get("grid", {}), **grid}} if grid else values
-    return _checked(read(values, check=False, folder=folder))
-
-
-def _checked(sweep: Sweep) -> Sweep:
-    """Return a sweep that its system has checked, with what the check calls compiled first."""
-    compile.ensure(sweep)
-    sweep.system.check(sweep.definition, sweep.grid)
-    return sweep
+    return {**values, "grid": {**values.get("grid", {}), **grid}} if grid else values
 
 
 def _is_of(library: str, kind: str, value: object) -> bool:

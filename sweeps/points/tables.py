@@ -7,7 +7,6 @@ the file's SHA-256 and of what was asked of it; so each shard reads its own rows
 
 import hashlib
 import json
-import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import h5py
 import numpy as np
 
 from kernels.cache import cache_folder
-from sweeps.process import memory
+from sweeps.process import machine
 from sweeps.process.files import remove_all_leftovers, replaced
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
@@ -33,7 +32,6 @@ ROWS = "rows"  # what they are called there
 DAMAGES = (OSError, RuntimeError, KeyError)  # which h5py raises at a damaged file
 KINDS = "a CSV (.csv), Parquet (.parquet) or netCDF (.nc) file, its path relative to the definition's"
 FORMAT = "2"
-SETTLED_SECONDS = 2.0  # after its last change a file's times tell the next one, on any file system
 KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
 
 
@@ -48,7 +46,7 @@ class ColumnOf:
 
 @dataclass(frozen=True)
 class Table:
-    """The rows of a table, checked; see `sweeps.points.scattered.Scattered`."""
+    """The rows of a table, checked; see `sweeps.points.scattered`."""
 
     file: str  #: the table's path, as the definition names it
     digest: str  #: SHA-256 of its content
@@ -103,7 +101,7 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
 
 def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
-    path, (digest, seen) = Path(opened.path), _digest(opened)
+    path, digest = Path(opened.path), hashlib.file_digest(opened, "sha256").hexdigest()
     source = tables.opened(opened, path.suffix.lower())
     columns = _columns(source.headings, model.parameters, grid)
     given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
@@ -114,39 +112,9 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     if _size(cached) is None:
         _forget_others(cached)
         _write(cached, source, columns, fixed, model.derived)
-    if seen:
-        _note(path, seen)
     num, ends = _size(cached)
     cached.touch()
     return Table(file, digest, tuple(c.parameter.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
-
-
-def _digest(opened: FileBytes) -> tuple[str, dict | None]:
-    """Return the SHA-256 of a file, and what to note of it if it had to be read for that.
-
-    A file that is the same to the nanosecond of its last change, which was well before it was read, has the same
-    content: every process of a sweep asks, and one reads.
-    """
-    looks = [*opened.state, os.fstat(opened.fileno()).st_ctime_ns]
-    try:
-        noted = json.loads(_noted(Path(opened.path)).read_bytes())
-        if noted["looks"] == looks and len(noted["digest"]) == 64:
-            return noted["digest"], None
-    except (OSError, ValueError, TypeError, KeyError):
-        pass
-    begun = time.time()
-    digest = hashlib.file_digest(opened, "sha256").hexdigest()
-    settled = begun - max(looks[-2:]) / 1e9 > SETTLED_SECONDS
-    return digest, {"looks": looks, "digest": digest} if settled else None
-
-
-def _noted(path: Path) -> Path:
-    return kept_in() / f"seen-{hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:40]}"
-
-
-def _note(path: Path, seen: dict) -> None:
-    with replaced(_noted(path), flush=False) as temporary:
-        temporary.write_text(json.dumps(seen))
 
 
 def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter], grid: Mapping) -> list[ColumnOf]:
@@ -173,7 +141,7 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
 
 def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
-    memory.keep_freed()
+    machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}

@@ -16,12 +16,8 @@ def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
     """Yield a temporary path beside `path`, and rename it to `path` when the block has ended without error.
 
     Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
-    the file that it names is replaced. What a process that was killed left of the same file is removed first.
-
-    Args:
-        path: the file to write.
-        flush: whether the content must reach the disk before the name does. Files that carry checksums and can be
-            made again need not wait for it.
+    the file that it names is replaced. What a process that was killed left of the same file is removed first. With
+    `flush` the content reaches the disk before the name does: files with checksums that can be made again need it not.
 
     Raises:
         OSError: where something stands at `path` that is no file.
@@ -70,10 +66,7 @@ def _beside(path: Path) -> Path:
 
 @contextmanager
 def replaced_folder(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary folder beside `path`, and move its files to `path` when the block has ended without error.
-
-    A folder that was not there appears whole. What a process that was killed left of it is removed first.
-    """
+    """Yield a temporary folder; move its files to `path`, whole if that is new, when the block ends without error."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)

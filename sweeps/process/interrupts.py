@@ -14,10 +14,7 @@ PATIENCE = 2.0  # s for a process to end that was told to
 
 @contextmanager
 def left_to_the_parent() -> Iterator[None]:
-    """Let processes started in this block ignore Ctrl-C, which a terminal sends to all of them.
-
-    They are blocked from their first instruction on, where nothing of ours could yet ignore it.
-    """
+    """Let processes started in this block ignore Ctrl-C, which a terminal sends to all, from the first instruction."""
     resource_tracker.ensure_running()  # which unblocks it where it is started later
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -37,10 +34,9 @@ def end_with_the_parent() -> None:
 
 
 def abandon(pool: Executor) -> None:
-    """End a pool and the processes that this process has started by `multiprocessing`.
+    """End the processes that this process has started by `multiprocessing`, then their pool.
 
-    The processes first: one that is only starting would miss what it shares with the pool, and say so. What was
-    half-written, who shared the place with them removes, or the next run.
+    One that is only starting would miss what it shares with the pool, and say so.
     """
     children = multiprocessing.active_children()
     for child in children:

@@ -1,8 +1,4 @@
-"""Identity of processes, and whether one is still alive.
-
-A process's number alone says little: it is given to another program later, and means another process in a container or
-on another machine that shares the folder.
-"""
+"""Identity of processes, beyond their numbers, which are given again and mean others elsewhere; and which are alive."""
 
 import os
 import platform
@@ -59,13 +55,10 @@ def _exists(process: int) -> int | None:
 
 
 def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
-    """Return True if the process of a mark has ended.
+    """Return True if the process of a mark, in the text `made_by`, has ended.
 
-    Args:
-        made_by: its mark, or any text that holds one.
-        untouched: for how many seconds nothing has been seen of it.
-        patience: after how many such seconds a process that cannot be looked at (of another machine or container, or
-            of no mark) counts as ended.
+    One that cannot be looked at (of another machine or container, or of no mark) counts as ended if nothing has been
+    seen of it for more than `patience` seconds.
     """
     match = _FORM.search(made_by)
     if match is None or f"{match[2]}-{match[3]}" != _world():

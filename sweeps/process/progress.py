@@ -1,10 +1,11 @@
 """Progress of long work: a bar on a terminal, lines in a log."""
 
+import contextvars
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 
 from rich.console import Console
 from rich.progress import (
@@ -18,7 +19,8 @@ from rich.progress import (
 )
 
 SECONDS_BETWEEN_LINES = 10.0
-_is_silent: ContextVar[bool] = ContextVar("is_silent", default=False)
+SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0  # before `waiting` says anything
+_is_silent: contextvars.ContextVar[bool] = contextvars.ContextVar("is_silent", default=False)
 
 
 @contextmanager
@@ -37,6 +39,20 @@ def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten."""
+    seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
+    timer = threading.Timer(seconds, contextvars.copy_context().run, (say, f"{what} …"))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()  # a process without threads can be copied
+
+
 class _Speed(ProgressColumn):
     """Points per second."""
 
@@ -49,15 +65,13 @@ def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
     """Yield a function that takes the number of points just done, and report progress on the error stream."""
     console = Console(stderr=True)
     if console.is_terminal and not _is_silent.get():
-        columns = (TextColumn(label), BarColumn(), TaskProgressColumn(), _Speed(), TimeRemainingColumn())
-        with Progress(*columns, console=console) as bar:
-            task = bar.add_task(label, total=total)
-            yield lambda done: bar.advance(task, done)
+        with _bar(console, total, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
+            yield advance
     else:
-        yield from _lines(total, label)
+        yield _lines(total, label)
 
 
-def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
+def _lines(total: int, label: str) -> Callable[[int], None]:
     begun = said = time.monotonic()
     done = 0
 
@@ -66,13 +80,11 @@ def _lines(total: int, label: str) -> Iterator[Callable[[int], None]]:
         done += points_done
         now = time.monotonic()
         if done >= total or now - said >= SECONDS_BETWEEN_LINES:
-            said = now
-            speed = done / max(now - begun, 1e-9)
+            said, speed = now, done / max(now - begun, 1e-9)
             left = (total - done) / speed
-            text = f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left"
-            say(text)
+            say(f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left")
 
-    yield advance
+    return advance
 
 
 @contextmanager
@@ -82,7 +94,13 @@ def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
     if _is_silent.get() or not (console.is_terminal or console.is_jupyter):
         yield lambda: None
         return
-    columns = (TextColumn(label), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
-    with Progress(*columns, console=console) as bar:
+    columns = TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn()
+    with _bar(console, total, label, *columns) as advance:
+        yield lambda: advance(1)
+
+
+@contextmanager
+def _bar(console: Console, total: int, label: str, *columns: ProgressColumn) -> Iterator[Callable[[int], None]]:
+    with Progress(TextColumn(label), BarColumn(), *columns, console=console) as bar:
         task = bar.add_task(label, total=total)
-        yield lambda: bar.advance(task)
+        yield lambda done: bar.advance(task, done)

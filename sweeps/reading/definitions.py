@@ -115,18 +115,12 @@ def file_text(path: Path) -> str:
 def read_text(text: str) -> Any:
     """Return the value of JSON or YAML text, mappings as pairs: :func:`plain` sees duplicates among their keys."""
     if text.lstrip().startswith("{"):
-        try:
-            return _read_json(text)
+        try:  # by JSON's own rules: YAML's would stumble over tabs that indent
+            return json.loads(text, object_pairs_hook=Pairs, parse_int=whole_number)
+        except RecursionError:
+            raise UnreadableError((), "(deep)", "is nested too deeply", f"at most {MAX_DEPTH} levels") from None
         except json.JSONDecodeError:
             pass  # a YAML flow mapping
     from sweeps.reading import yaml_text  # loaded for a text that is there, not for limits and refusals
 
     return yaml_text.read(text, MAX_EVENTS)
-
-
-def _read_json(text: str) -> Any:
-    """Read JSON by JSON's own rules: YAML's would stumble over tabs that indent."""
-    try:
-        return json.loads(text, object_pairs_hook=Pairs, parse_int=whole_number)
-    except RecursionError:
-        raise UnreadableError((), "(deep)", "is nested too deeply", f"at most {MAX_DEPTH} levels") from None

@@ -8,29 +8,26 @@ from pathlib import Path
 from sweeps.schema.refusals import MapError
 
 
-class FileBytes(io.RawIOBase):
-    """A regular file whose bytes are read by their places; travels between processes by its path.
-
-    Libraries may read it as a stream.
+class FileBytes(io.FileIO):
+    """A regular file whose bytes are read by their places, or as a stream; travels between processes by its path.
 
     Args:
         path: the file. A FIFO or a device is not waited for.
     """
 
+    read, readall = io.RawIOBase.read, io.RawIOBase.readall  # by `readinto`
+    __del__ = io.FileIO.close  # Datasets are often left open: no word of that
+
     def __init__(self, path: str | Path):
-        self._handle = None  # where it cannot be opened there is nothing to close
-        #: name: its path as it was given, for messages; path: the same, absolute
-        self.name, self.path = str(path), os.path.abspath(path)
-        self._handle = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
-        if not stat.S_ISREG(os.fstat(self._handle).st_mode):
-            self.close()
-            raise OSError(0, "is not a regular file", self.path)
+        self.path = os.path.abspath(path)
+        super().__init__(self.path, opener=_opened)
+        self.name = str(path)  #: the path as it was given, for messages; path: the same, absolute
         #: what tells it from what it was before: device, number, size, time of its last change
         self.state = self._state_now()
-        self.size, self._place = self.state[2], 0  #: its bytes
+        self.size = self.state[2]  #: its bytes
 
     def _state_now(self) -> tuple[int, ...]:
-        status = os.fstat(self._handle)
+        status = os.fstat(self.fileno())
         return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
     def read_at(self, address: int, size: int) -> bytes:
@@ -39,12 +36,10 @@ class FileBytes(io.RawIOBase):
         Raises:
             MapError: where the file has been changed since it was opened.
         """
-        if self._handle is None:
-            raise ValueError(f"{self.path}: is closed")
         try:
-            content = os.pread(self._handle, size, address)
+            content = os.pread(self.fileno(), size, address)
             while content and len(content) < size:
-                more = os.pread(self._handle, size - len(content), address + len(content))
+                more = os.pread(self.fileno(), size - len(content), address + len(content))
                 content = content + more if more else b""
         except OSError as error:  # which names no file
             raise OSError(error.errno, error.strerror, self.path) from None
@@ -55,36 +50,12 @@ class FileBytes(io.RawIOBase):
     def _changed(self, when: str) -> MapError:
         return MapError(f"{self.path}: was changed {when}; allowed: a file that stays as it is")
 
-    def fileno(self) -> int:
-        """Return the number under which the system has it open."""
-        return self._handle
-
-    def readable(self) -> bool:
-        """Return True: it is a stream to read from."""
-        return True
-
-    def seekable(self) -> bool:
-        """Return True: it has places."""
-        return True
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Set the place from which a stream is read, and return it."""
-        self._place = offset + (0, self._place, self.size)[whence]
-        return self._place
-
     def readinto(self, buffer) -> int:
         """Read the stream's next bytes into a buffer, and return their number."""
-        content = self.read_at(self._place, max(0, min(len(buffer), self.size - self._place)))
+        place = self.tell()
+        content = self.read_at(place, max(0, min(len(buffer), self.size - place)))
         buffer[: len(content)] = content
-        self._place += len(content)
-        return len(content)
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
-        super().close()
+        return self.seek(len(content), os.SEEK_CUR) - place
 
     def __getstate__(self) -> tuple:
         return self.path, self.state
@@ -93,6 +64,14 @@ class FileBytes(io.RawIOBase):
         self.__init__(state[0])
         if self.state != state[1]:
             raise self._changed("since it was opened")
+
+
+def _opened(path: str, flags: int) -> int:
+    handle = os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise OSError(0, "is not a regular file", path)
+    return handle
 
 
 def content(path: str | Path, most: int) -> bytes:

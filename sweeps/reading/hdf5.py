@@ -71,15 +71,13 @@ def read_structure(file: FileBytes) -> Structure:
         raise MapError(f"{path}: {answer['refused']}")
     variables = {}
     for name, values in answer["variables"].items():
+        facts = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
         try:
-            places = np.array(values.pop("places"), dtype=np.int64)
+            facts["places"] = np.array(values["places"], dtype=np.int64)
         except OverflowError:
             wrong = f"variable {name!r} lies where no file reaches (it is damaged)"
             raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
-        lists = {key: tuple(values.pop(key)) for key in ("dims", "shape", "filters", "texts")}
-        chunk = values.pop("chunk")
-        chunk = None if chunk is None else tuple(chunk)
-        variables[name] = StoredVariable(**lists, **values, chunk=chunk, places=places)
+        variables[name] = StoredVariable(**facts)
         _check_places(path, name, variables[name], size)
     return Structure(answer["attributes"], variables)
 
@@ -180,17 +178,12 @@ def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) ->
     if str(attributes.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable"):
         return facts | {"dtype": ""}
     if dtype:
-        _check_layout(name, dataset.id.get_create_plist())
+        layout = (properties := dataset.id.get_create_plist()).get_layout()
+        if layout == h5py.h5d.VIRTUAL or (layout == h5py.h5d.CONTIGUOUS and properties.get_external_count()):
+            raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
     if dtype == "str":
         return facts | {"texts": _texts(name, dataset)}
     return facts | (_places(name, dataset) if dtype else {})
-
-
-def _check_layout(name: str, properties: h5py.h5p.PropDCID) -> None:
-    """Refuse a variable whose values do not lie in the file, before any is read."""
-    layout = properties.get_layout()
-    if layout == h5py.h5d.VIRTUAL or (layout == h5py.h5d.CONTIGUOUS and properties.get_external_count()):
-        raise _RefusedError(f"{name}: lies in other files; allowed: values inside the file")
 
 
 def _type(dataset: h5py.Dataset) -> str:
@@ -212,15 +205,12 @@ def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
         return [numbered.get(number, ("", 0))[0] for number in numbers]
     if attributes.get("CLASS") == "DIMENSION_SCALE" and len(dataset.shape) == 1:
         return [name]
-    return [_attached(dataset, k) for k in range(len(dataset.shape))]
-
-
-def _attached(dataset: h5py.Dataset, k: int) -> str:
-    """Return the one dimension that is attached to a dataset's dimension k, as libraries but netCDF's do."""
-    names = []
-    if h5py.h5ds.get_num_scales(dataset.id, k) == 1:
-        h5py.h5ds.iterate(dataset.id, k, lambda scale: names.append(_text(h5py.h5i.get_name(scale))))
-    return names[0].rpartition("/")[2] if names else ""
+    names = [""] * len(dataset.shape)
+    for k in range(len(names)):  # the one dimension that is attached to each, as libraries but netCDF's do
+        if h5py.h5ds.get_num_scales(dataset.id, k) == 1:
+            scale = h5py.h5ds.iterate(dataset.id, k, lambda scale: h5py.h5i.get_name(scale))
+            names[k] = _text(scale).rpartition("/")[2]
+    return names
 
 
 def _texts(name: str, dataset: h5py.Dataset) -> list[str]:

@@ -15,11 +15,6 @@ from sweeps.schema.refusals import MapError
 PART_VALUES = 2**18  # of a variable in one piece that are read at a time, at most
 
 
-def _part_of(shape: Sequence[int]) -> tuple[int, ...]:
-    """Return the shape of the parts in which a variable in one piece is read: each in one piece itself."""
-    return tuple(part.stop for part in next(runs([max(1, n) for n in shape], PART_VALUES)))
-
-
 class StoredValues:
     """A variable's values, read when they are asked for.
 
@@ -31,11 +26,11 @@ class StoredValues:
     """
 
     def __init__(self, file: FileBytes, name: str, held: StoredVariable, flags: tuple[int, int] | None = None):
-        self._file, self._name, self._flags = file, name, flags
-        self._held = held
+        self._file, self._name, self._flags, self._held = file, name, flags, held
         self._stored = np.dtype(held.dtype)
         self.shape, self.dtype = held.shape, self._stored.newbyteorder("=")
-        self._chunk = tuple(max(1, n) for n in held.chunk or _part_of(held.shape))
+        parts = next(runs([max(1, n) for n in held.shape], PART_VALUES))  # of one piece: each is in one piece itself
+        self._chunk = tuple(max(1, n) for n in held.chunk or [part.stop for part in parts])
         self._place = {tuple(place[:-3]): tuple(place[-2:]) for place in held.places.tolist()} if held.chunk else {}
 
     def whole(self) -> np.ndarray:
@@ -46,18 +41,13 @@ class StoredValues:
         """Return the values at a tuple of numbers and slices."""
         boxes, picked = [], []
         for index, size in zip(key, self.shape, strict=True):
-            if isinstance(index, slice):
-                part = range(*index.indices(size))
-                low, high = (min(part[0], part[-1]), max(part[0], part[-1]) + 1) if part else (0, 0)
-                first = part.start - low
-                step = part.step
-                stop = first + step * len(part)
-                picked.append(slice(first, stop if stop >= 0 else None, step) if part else slice(0, 0))
-            else:
-                low = int(index) % size if size else 0
-                high = low + 1
+            part = range(size)[index]
+            if isinstance(part, int):
+                boxes.append((part, part + 1))
                 picked.append(0)
-            boxes.append((low, high))
+            else:  # a box from the least to the greatest number: a step, of either sign, begins at an end of it
+                boxes.append((min(part[0], part[-1]), max(part[0], part[-1]) + 1) if part else (0, 0))
+                picked.append(slice(None, None, part.step))
         return self._box(boxes)[tuple(picked)]
 
     def _box(self, box: Sequence[tuple[int, int]]) -> np.ndarray:
@@ -88,54 +78,43 @@ class StoredValues:
         """Return a whole chunk, decompressed."""
         if corner not in self._place:
             raise self._damaged()
-        size = math.prod(self._chunk) * self._stored.itemsize
-        content = self._file.read_at(*self._place[corner])
-        filters = self._held.filters
+        width, filters = self._stored.itemsize, self._held.filters
+        size, content = math.prod(self._chunk) * width, self._file.read_at(*self._place[corner])
         for place, code in reversed(list(enumerate(filters))):
             if code == FLETCHER:
                 content = content[:-4]
             elif code == DEFLATE:
                 content = self._inflated(content, size + 4 * (FLETCHER in filters[:place]))
             elif code == SHUFFLE:
-                content = self._unshuffled(content)
+                whole = len(content) // width * width  # a rest that fills no value stays at the end
+                shuffled = np.frombuffer(content[:whole], np.uint8).reshape(width, -1)
+                content = shuffled.T.tobytes() + content[whole:]
         if len(content) != size:
             raise self._damaged()
         return np.frombuffer(content, self._stored).reshape(self._chunk)
-
-    def _unshuffled(self, content: bytes) -> bytes:
-        """Return the bytes with those of one value side by side again; a rest that fills no value stays at the end."""
-        width = self._stored.itemsize
-        whole = len(content) // width * width
-        return np.frombuffer(content[:whole], np.uint8).reshape(width, -1).T.tobytes() + content[whole:]
 
     def _inflated(self, content: bytes, size: int) -> bytes:
         """Return at most one byte more than a chunk should have: a chunk that swells beyond is refused."""
         inflating = isal_zlib.decompressobj()
         try:
             inflated = inflating.decompress(content, size + 1)
+            if not inflating.eof and len(inflated) == size:  # the check of its end may be left
+                inflated += inflating.decompress(inflating.unconsumed_tail, 1)
         except isal_zlib.error:
             raise self._damaged() from None
-        if not inflating.eof and len(inflated) == size:  # the check of its end may be left
-            try:
-                inflated += inflating.decompress(inflating.unconsumed_tail, 1)
-            except isal_zlib.error:
-                raise self._damaged() from None
         if not inflating.eof:
             raise self._damaged()
         return inflated
 
     def _damaged(self) -> MapError:
-        return MapError(
-            f"{self._file.path}: {self._name}: a chunk is damaged; allowed: a whole file that Polhode wrote"
-        )
+        where = f"{self._file.path}: {self._name}"
+        return MapError(f"{where}: a chunk is damaged; allowed: a whole file that Polhode wrote")
 
     def _checked(self, values: np.ndarray) -> np.ndarray:
         """Return the values; refuse a flag without a meaning."""
-        if self._flags is not None and values.size:
-            for extreme in (values.min(), values.max()):
-                if not self._flags[0] <= extreme <= self._flags[1]:
-                    allowed = f"allowed: {self._flags[0]} to {self._flags[1]}"
-                    raise MapError(
-                        f"{self._file.path}: {self._name}: holds the flag {extreme}, without a meaning; {allowed}"
-                    )
+        low, high = self._flags or (None, None)
+        for extreme in (values.min(), values.max()) if self._flags else ():
+            if not low <= extreme <= high:
+                wrong = f"{self._name}: holds the flag {extreme}, without a meaning"
+                raise MapError(f"{self._file.path}: {wrong}; allowed: {low} to {high}")
         return values

@@ -100,28 +100,18 @@ def _mapping(parsed: Iterator, anchors: dict, where: tuple) -> Pairs:
     return Pairs(pairs)
 
 
-_NULL = re.compile(r"null|Null|NULL|~|")
-_TRUE = re.compile(r"true|True|TRUE")
-_FALSE = re.compile(r"false|False|FALSE")
-_INT = re.compile(r"[-+]?[0-9]+")
-_OCT_HEX = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_INF = re.compile(r"[-+]?\.(inf|Inf|INF)")
-_NAN = re.compile(r"\.(nan|NaN|NAN)")
+# form of a plain scalar → its value
+_CORE = {
+    r"null|Null|NULL|~|": lambda text, where: None,
+    r"true|True|TRUE|false|False|FALSE": lambda text, where: text.lower() == "true",
+    r"[-+]?[0-9]+": whole_number,
+    r"0o[0-7]+|0x[0-9a-fA-F]+": lambda text, where: int(text, 0),
+    r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?": lambda text, where: float(text),
+    r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)": lambda text, where: float(text.replace(".", "")),
+}
+_FORMS = [(re.compile(form), value) for form, value in _CORE.items()]
 
 
 def _core_scalar(text: str, where: tuple) -> Any:
     """Return a plain scalar by the YAML 1.2 core schema: null, bool, int, float, else the text itself."""
-    if _NULL.fullmatch(text):
-        return None
-    if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):
-        return text.lower() == "true"
-    if _INT.fullmatch(text):
-        return whole_number(text, where)
-    if _OCT_HEX.fullmatch(text):
-        return int(text, 0)
-    if _FLOAT.fullmatch(text):
-        return float(text)
-    if _INF.fullmatch(text) or _NAN.fullmatch(text):
-        return float(text.replace(".", ""))
-    return text
+    return next((value(text, where) for form, value in _FORMS if form.fullmatch(text)), text)

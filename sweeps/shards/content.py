@@ -1,7 +1,4 @@
-"""The content of a map, as one hash: equal content, equal hash, however it is stored.
-
-Content is names, dimensions, types and values: no attribute, no encoding, no order of chunks.
-"""
+"""The content of a map, as one hash: equal content, equal hash, however it is stored."""
 
 import hashlib
 import math
@@ -11,20 +8,33 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema.boxes import runs, tiles
-from sweeps.shards.chunks import chunk_shape
 
 if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
+
+CHUNK_POINTS = 2**16
+
+
+def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
+    """Return the shape of the chunks of an array: runs of at most `CHUNK_POINTS` values, stored, and hashed, as one.
+
+    Its last dimensions are whole, the next is cut into even parts, and each before into single indices.
+    """
+    room, chunk = CHUNK_POINTS, []
+    for size in reversed(shape):
+        parts = -(-size // max(room, 1))
+        chunk.append(-(-size // parts))
+        room //= chunk[-1]
+    return tuple(reversed(chunk))
 
 
 class ContentHash:
     """SHA-256 of what a Dataset holds: names, dimensions, types and values; no attribute, no encoding.
 
     Each variable has a hash of its own: over the SHA-256 of each of its runs of values in C order, where the runs are
-    the chunks that `sweeps.shards.chunks` cuts its shape into and the values are little-endian bytes (text: UTF-8,
-    each item ended by a zero byte). The content hash runs over name, dimensions, type and that hash of each variable
-    and coordinate, in the order of names.
+    those of `chunk_shape` and the values are little-endian bytes (text: UTF-8, each item ended by a zero byte). The
+    content hash runs over name, dimensions, type and that hash of each variable and coordinate, in the order of names.
     """
 
     def __init__(self):

@@ -1,41 +1,29 @@
-"""The contract between a map and its readers: what it says beside its measured values.
-
-Its coordinates, its provenance (which definition, which code, which version), and which of that makes two files the
-same: `identity`. In memory and on disk alike; results/README.md is the contract in words.
-"""
+"""What a map says beside its measured values, in memory and on disk; results/README.md is this contract in words."""
 
 import platform
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.schema.variables import CONTRACT_VERSION, POINT
 
 if TYPE_CHECKING:
-    from sweeps.points.ondemand import OnDemand
+    from sweeps.points.scattered import OnDemand
     from sweeps.points.sweep import Sweep
 
 CONVENTIONS = "CF-1.11"
 
 
-class MapCoordinate(NamedTuple):
-    """One coordinate of a map."""
-
-    dims: tuple[str, ...]  #: the dimensions it lies along
-    values: "np.ndarray | OnDemand"  #: its values; what may be many are made where they are asked for
-    attributes: dict  #: its CF attributes
-
-
-def coordinates(sweep: "Sweep") -> dict[str, MapCoordinate]:
-    """Return name → each coordinate of a map: the dimensions, then the auxiliary ones."""
+def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand, dict]]":
+    """Return name → (dimensions, values, CF attributes) of each coordinate of a map, the dimensions first."""
     grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
-    along = {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.coordinates.items()}
+    held = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
-        values = values if is_right else values.astype(table[name].dtype)
-        along[name] = MapCoordinate(dims, values, table[name].attributes)
-    return along | {dim: MapCoordinate((dim,), values, table[dim].attributes) for dim, values in grid.further.items()}
+        held[name] = dims, values if is_right else values.astype(table[name].dtype)
+    held |= {dim: ((dim,), values) for dim, values in grid.further.items()}
+    return {name: (*one, table[name].attributes) for name, one in held.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:

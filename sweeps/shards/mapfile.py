@@ -1,11 +1,11 @@
-"""netCDF-4 files of maps and shards: written a run of points at a time, and hashed as they are written."""
+"""netCDF-4 files of maps, their parts and shards: written a run of points at a time, and hashed meanwhile."""
 
 import errno
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import netCDF4
@@ -13,9 +13,15 @@ import numpy as np
 from isal import isal_zlib
 
 from sweeps.process.files import replaced
+from sweeps.schema.boxes import runs
 from sweeps.schema.variables import DEFLATED, Variable
-from sweeps.shards.chunks import chunk_shape
-from sweeps.shards.content import ContentHash, as_bytes
+from sweeps.shards import contract
+from sweeps.shards.content import ContentHash, as_bytes, chunk_shape
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PART_VALUES = 2**21  # of a variable of a part of a map, in memory at a time
 
 
 @contextmanager
@@ -61,23 +67,24 @@ class MapFile:
     """
 
     def __init__(self, path: Path, sizes: Mapping[str, int]):
-        self._path, self._file, self._digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
+        self._path, self._file, self.digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
         for dim, size in sizes.items():
             self._file.createDimension(dim, size)
         self._deflated = set()
 
-    def add(self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, **options: Any) -> None:
-        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`."""
-        kind = str if np.dtype(dtype).kind in "OU" else dtype
-        variable = self._file.createVariable(name, kind, dims, **{"fill_value": False} | options)
-        variable.setncatts(dict(attributes))
-        self._digest.declare(name, dims, variable.shape, dtype)
+    def add(
+        self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, length: int = 0, **options: Any
+    ) -> None:
+        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`.
 
-    def add_text(self, name: str, dims: Sequence[str], length: int, attributes: Mapping) -> None:
-        """Add text as characters of UTF-8, along one more dimension `string{length}`."""
-        variable = self._file.createVariable(name, "S1", (*dims, f"string{length}"), fill_value=False)
-        variable.setncatts(dict(attributes) | {"_Encoding": "utf-8"})
-        self._digest.declare(name, dims, variable.shape[:-1], str)
+        Text with a length becomes characters of UTF-8, along one more dimension `string{length}`.
+        """
+        kind, own, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), (), dict(attributes)
+        if length:
+            kind, own, attributes["_Encoding"] = "S1", (f"string{length}",), "utf-8"
+        variable = self._file.createVariable(name, kind, (*dims, *own), **{"fill_value": False} | options)
+        variable.setncatts(attributes)
+        self.digest.declare(name, dims, variable.shape[: len(dims)], dtype)
 
     def add_columns(self, dims: Sequence[str], variables: Mapping[str, Variable], attributes: Mapping = {}) -> None:
         """Add variables that have a value at every point, in dimensions `dims`, and `attributes` beside their own."""
@@ -91,7 +98,7 @@ class MapFile:
     def put(self, name: str, values: np.ndarray) -> None:
         """Write the next values of a variable, in C order."""
         variable = self._file[name]
-        for box, run in self._digest.runs(name, values):
+        for box, run in self.digest.runs(name, values):
             part = run.reshape([one.stop - one.start for one in box])
             if run.dtype.kind in "OU":
                 part = part.astype(object) if variable.dtype is str else _characters(part, variable.shape[-1])
@@ -103,21 +110,17 @@ class MapFile:
             self._reopen(h5py.File, "r+")
         for name, values in columns.items():
             chunks = self._file[name].id
-            for box, run in self._digest.runs(name, values):
+            for box, run in self.digest.runs(name, values):
                 content = as_bytes(_filled(run, box, self._file[name].chunks))
                 content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
                 chunks.write_direct_chunk(tuple(one.start for one in box), content)
-
-    def hexdigest(self) -> str:
-        """Return the hash of what has been written, once that is all."""
-        return self._digest.hexdigest()
 
     def seal(self, attributes: Mapping[str, str]) -> str:
         """Write the global attributes and the hashes of all that has been written; return the content hash."""
         self._reopen(netCDF4.Dataset, "a")
         self._file.setncatts(dict(attributes))
-        self._digest.seal(self._file)
-        return self.hexdigest()
+        self.digest.seal(self._file)
+        return self.digest.hexdigest()
 
     def _reopen(self, library: Callable, mode: str) -> None:
         self.close()
@@ -130,14 +133,40 @@ class MapFile:
             file.close()
 
 
+def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
+    """Write a part of a map made by `command`, and return its content hash.
+
+    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
+    """
+    lengths = {name: _length(one.values) for name, one in ds.variables.items() if one.dtype.kind in "OU"}
+    with written(path, {**ds.sizes, **{f"string{length}": length for length in lengths.values()}}) as file:
+        for name in (*ds.data_vars, *ds.coords):
+            variable, attributes = ds.variables[name], dict(ds.variables[name].attrs)
+            if name in ds.data_vars and (beside := _beside(ds, variable.dims)):
+                attributes["coordinates"] = beside
+            missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
+            file.add(name, variable.dims, variable.dtype, attributes, lengths.get(name, 0), fill_value=missing)
+            for box in runs(variable.shape, PART_VALUES):
+                file.put(name, variable[box].values)
+        history = f"{contract.history(command)}\n{ds.attrs.get('history', '')}".strip()
+        return file.seal(ds.attrs | {"history": history})
+
+
+def _length(texts: np.ndarray) -> int:
+    """Return the number of bytes of the longest text, in UTF-8."""
+    return max(len(str(text).encode()) for text in texts.reshape(-1)) or 1
+
+
+def _beside(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
+    """Return names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
+    names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
+    return " ".join(sorted(names))
+
+
 def _filled(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
     """Return a run as a whole chunk: at the end of a dimension with zeros beyond it."""
-    lengths = tuple(one.stop - one.start for one in box)
-    if lengths == chunk:
-        return run
-    whole = np.zeros(chunk, run.dtype)
-    whole[tuple(map(slice, lengths))] = run.reshape(lengths)
-    return whole
+    lengths = [one.stop - one.start for one in box]
+    return np.pad(run.reshape(lengths), [(0, whole - n) for whole, n in zip(chunk, lengths, strict=True)])
 
 
 def _characters(texts: np.ndarray, length: int) -> np.ndarray:

@@ -7,14 +7,13 @@ from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 
-from sweeps.points.grid import Grid
 from sweeps.points.scattered import PART_POINTS
-from sweeps.points.sweep import Sweep
+from sweeps.points.sweep import Grid, Sweep
 from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract
 from sweeps.shards.mapfile import MapFile, written
-from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, Shard, further, measure, write_shard
+from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, further, measure, opened, write_shard
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -25,20 +24,17 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
     Args:
         sweep: the sweep.
-        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point
-            once. A folder stands for the files 1-of-n.nc to n-of-n.nc in it, n the number that the sweep is cut into.
+        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point once. A
+            folder stands for all files in it.
         path: the map to write.
         threads: threads for what is measured again.
-        renew: whether shards of another definition or other kernels are measured again as well: what a run that was
-            killed left behind before an edit.
-
-    Returns:
-        The map's content hash.
+        renew: whether shards of another definition or other kernels, left by a run before, are measured again as well.
 
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
-    shards = [file for shard in shards for file in _files(Path(shard), sweep)]
+    given = map(Path, shards)
+    shards = [file for one in given for file in (files(one, sweep.shards) if one.is_dir() else [one])]
     for _ in range(len(shards) + 1):
         try:
             content_hash = _merge_once(sweep, shards, path)
@@ -56,32 +52,27 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 
 def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
-    """Measure all points of a sweep, write its map without shards, and return its content hash.
-
-    `progress` is called with the number of points after each block.
-    """
+    """Measure all points of a sweep, write its map without shards, and return its content hash."""
     with _begun(sweep, path) as file:
-        motions = measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress)
-        return _sealed(file, sweep, motions)
+        return _sealed(file, sweep, measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress))
 
 
-def _files(path: Path, sweep: Sweep) -> list[Path]:
-    if not path.is_dir():
-        return [path]
-    return [path / f"{k}-of-{sweep.shards}.nc" for k in range(1, sweep.shards + 1)]
+def files(folder: Path, count: int) -> list[Path]:
+    """Return the files of `count` shards in a folder."""
+    return [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
 
 
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     shards = []
     for source in paths:
-        with Shard(source, sweep) as shard:
+        with opened(source, sweep) as shard:
             shards.append((shard.first, shard.after, source))
     shards.sort()
     _check_coverage(shards, sweep.grid)
     motions = 0
     with _begun(sweep, path) as file:
         for first, after, source in shards:
-            with Shard(source, sweep) as shard:  # one open file at a time: there may be thousands
+            with opened(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
                     raise DamagedError(source, "was changed while it was read")
                 for columns in shard.blocks():

@@ -9,7 +9,7 @@ import hashlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
 
@@ -18,7 +18,7 @@ import numpy as np
 from sweeps.points.columns import begun, measurers
 from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
-from sweeps.process import memory
+from sweeps.process import machine
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import Structure, read_structure
 from sweeps.reading.stored_values import StoredValues
@@ -70,7 +70,7 @@ def write_shard(
         motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
         stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
         origin = {name: text for name, text in identity(sweep).items() if text}
-        file.seal(origin | stated | {"seal": _seal(stated.values(), file.hexdigest())})
+        file.seal(origin | stated | {"seal": _seal(stated.values(), file.digest.hexdigest())})
 
 
 def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: Progress = lambda points: None) -> int:
@@ -78,7 +78,7 @@ def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: P
 
     `put` is called with the columns of each block, `progress` with the number of its points after it.
     """
-    memory.keep_freed()
+    machine.keep_freed()
     motions = 0
     with measurers(threads) as pool:
         for size, integrated, columns in _begun(sweep, points, pool, threads):
@@ -110,36 +110,37 @@ def _begun(
 def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool:
     """Return True if a file holds shard `number` of `count` of a sweep, as these kernels measure it."""
     try:
-        with Shard(path, sweep) as shard:
+        with opened(path, sweep) as shard:
             return (shard.first, shard.after) == sweep.grid.shard_bounds(count)[number - 1]
     except MapError:
         return False
 
 
+@contextmanager
+def opened(path: str | Path, sweep: Sweep) -> Iterator["Shard"]:
+    """Yield a shard; raise a MapError where there is no such file, or no shard of this sweep."""
+    try:
+        file = FileBytes(path)
+    except (OSError, ValueError):
+        raise MapError(f"{path}: there is no such file; allowed: a file of `polhode shard`") from None
+    with file:
+        yield Shard(file, sweep)
+
+
 class Shard:
-    """An open shard; use it as a context.
+    """An open shard."""
 
-    Raises:
-        MapError: where there is no such file, or no shard of this sweep.
-    """
+    def __init__(self, file: FileBytes, sweep: Sweep):
+        self.path, self._file, self._sweep = Path(file.name), file, sweep  #: path: its file
+        with self._damages_named():
+            self._held = read_structure(file)
+        self._check(self._held)
 
-    def __init__(self, path: str | Path, sweep: Sweep):
-        self.path, self._sweep = Path(path), sweep  #: path: its file
+    @contextmanager
+    def _damages_named(self) -> Iterator[None]:
+        """Name this shard as damaged where it cannot be read in the block."""
         try:
-            self._file = FileBytes(path)
-        except (OSError, ValueError):
-            raise MapError(f"{path}: there is no such file; allowed: a file of `polhode shard`") from None
-        try:
-            self._held = self._read(partial(read_structure, self._file))
-            self._check(self._held)
-        except MapError:
-            self.close()
-            raise
-
-    def _read(self, reader: Callable):
-        """Return what a reader returns, and name this shard as damaged where it cannot be read."""
-        try:
-            return reader()
+            yield
         except (MapError, OSError) as error:
             reason = str(error).removeprefix(f"{self._file.name}: ").partition("; allowed")[0]
             raise DamagedError(self.path, reason) from None
@@ -186,19 +187,10 @@ class Shard:
         for low in range(0, size, BLOCK_POINTS):
             part = slice(low, min(low + BLOCK_POINTS, size))
             box = {name: (part, *(slice(None) for _ in one.shape[1:])) for name, one in values.items()}
-            columns = {name: self._read(partial(one.read, box[name])) for name, one in values.items()}
+            with self._damages_named():
+                columns = {name: one.read(box[name]) for name, one in values.items()}
             for name, column in columns.items():
                 digest.update(name, column)
             yield columns
         if _seal(self._stated, digest.hexdigest()) != self._sealed:
             raise DamagedError(self.path, "has another checksum than it was written with")
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *failure):
-        self.close()

@@ -65,7 +65,7 @@ class Cost:
 
 
 class Points(Protocol):
-    """The points of a definition, by number (`sweeps.points.grid.Grid`)."""
+    """The points of a definition, by number (`sweeps.points.sweep.Grid`)."""
 
     size: int
 

@@ -17,7 +17,7 @@ import numpy as np
 from kernels import estimates, linear, survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read
-from sweeps.process import memory
+from sweeps.process import machine
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
 UNCERTIFIED = (*linear.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
@@ -108,7 +108,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
-    memory.keep_freed()  # as for a shard
+    machine.keep_freed()  # as for a shard
     sweep = read(catalogue.shipped()[catalogue.DEFAULT])
     grid, run = sweep.grid, sweep.definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)

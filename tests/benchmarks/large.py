@@ -28,8 +28,8 @@ import numpy as np
 
 from sweeps.points import columns
 from sweeps.points.estimate import BLOCK_POINTS
-from sweeps.points.grid import Grid
 from sweeps.points.loading import read
+from sweeps.points.sweep import Grid
 from sweeps.reading.stored_values import StoredValues
 from sweeps.shards import merging
 from sweeps.shards import shard as shards

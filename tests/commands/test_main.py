@@ -16,6 +16,7 @@ from calls import refused
 import sweeps
 from sweeps import __main__
 from sweeps.__main__ import main
+from sweeps.commands import program
 from sweeps.schema.refusals import DefinitionError
 
 GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
@@ -231,7 +232,7 @@ def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, cap
             pool.submit(os._exit, 9).result()
 
     parsed = SimpleNamespace(parse_args=lambda words: SimpleNamespace(run=die))
-    monkeypatch.setattr(__main__, "_parser", lambda *words: parsed)
+    monkeypatch.setattr(program, "build", lambda: (parsed, {}))
     assert __main__.main(["figures", "map.nc"]) == 1
     told = capsys.readouterr().err
     assert told.startswith("a process that this command started was ended from outside (killed")
@@ -262,7 +263,7 @@ def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_pa
     monkeypatch.chdir(tmp_path)
     with contextlib.suppress(SystemExit):
         main(words)  # what is imported registers its own
-    with (tmp_path / "said").open("w", encoding="ascii") as said:
+    with (tmp_path / "said").open("w", encoding="utf-8") as said:
         monkeypatch.setattr(sys, "stdout", said)
         monkeypatch.setattr(sys, "__stdout__", said)
         before = settings_of_the_process()

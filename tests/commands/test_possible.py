@@ -13,7 +13,7 @@ from scipy.stats import binomtest
 
 import sweeps
 from sweeps.maps import summary
-from sweeps.points.existence import impossible
+from sweeps.points.estimate import impossible
 from sweeps.points.loading import read
 from sweeps.systems.rigid_body.prediction import twist_of
 from sweeps.systems.uncertain_bodies import designs

@@ -22,8 +22,8 @@ from maps import DEFINITION, write
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.maps import storage
 from sweeps.reading import files, hdf5, sandbox
+from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import extremes
 from sweeps.shards import content
 
@@ -80,7 +80,7 @@ def refused_in_little_room(path):
     resource.setrlimit(resource.RLIMIT_AS, (mapped + 2**28, mapped + 2**28))
     try:
         sweeps.open_map(path).load()
-    except storage.MapError as refused:
+    except MapError as refused:
         return "allowed" in str(refused)
     return False
 
@@ -108,7 +108,7 @@ END = [
 def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
     monkeypatch.setattr(hdf5, "_structure_or_refusal", ENDS[how])
     monkeypatch.setattr(sandbox, "SECONDS", 0.5)
-    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+    with pytest.raises(MapError, match="cannot be read as netCDF"):
         sweeps.open_map(path)
     assert capfd.readouterr().err == ""
 
@@ -116,7 +116,7 @@ def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
 def test_a_child_that_sleeps_is_not_waited_for_for_ever(path, monkeypatch):
     monkeypatch.setattr(hdf5, "_structure_or_refusal", lambda path: time.sleep(1000))
     monkeypatch.setattr(sandbox, "PATIENCE", 0.2)
-    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+    with pytest.raises(MapError, match="cannot be read as netCDF"):
         sweeps.open_map(path)
 
 
@@ -222,7 +222,7 @@ def test_numbers_that_other_libraries_change_as_they_read_are_refused(path, tmp_
     """What xarray writes so is another number in the file: once read as it stood there, with no word."""
     with xr.open_dataset(path) as ds:
         ds.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding={"omega_squared": encoding})
-    with pytest.raises(storage.MapError, match=f"omega_squared: has the {next(iter(encoding))}"):
+    with pytest.raises(MapError, match=f"omega_squared: has the {next(iter(encoding))}"):
         sweeps.open_map(tmp_path / "map.nc")
 
 
@@ -239,7 +239,7 @@ def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):
     shutil.copy(path, copy)
     with sweeps.open_map(copy) as ds:
         os.truncate(copy, 5000)
-        with pytest.raises(storage.MapError, match="was changed"):
+        with pytest.raises(MapError, match="was changed"):
             ds.load()
 
 
@@ -280,7 +280,7 @@ def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
         file["regime"][0, 0, 0, 0, 0] = 9
     with (
         sweeps.open_map(copy) as ds,
-        pytest.raises(storage.MapError, match="regime: holds the flag 9, without a meaning"),
+        pytest.raises(MapError, match="regime: holds the flag 9, without a meaning"),
     ):
         ds["regime"].load()
 
@@ -326,7 +326,7 @@ def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
     told = sandbox.run_in_child(lambda: hdf5._structure_or_refusal(file), file.size)
     told["variables"]["status"]["places"][0][-1] = 2**64
     monkeypatch.setattr(sandbox, "run_in_child", lambda *_: told)
-    with pytest.raises(storage.MapError, match="lies where no file reaches"):
+    with pytest.raises(MapError, match="lies where no file reaches"):
         hdf5.read_structure(files.FileBytes(path))
 
 
@@ -341,7 +341,7 @@ def test_one_chunk_of_another_size_than_the_others_is_refused(filters):
         if odd is None:
             hdf5._check_places("map.nc", "x", held, 10**6)
             continue
-        with pytest.raises(storage.MapError, match="x: has chunks of another size than it declares"):
+        with pytest.raises(MapError, match="x: has chunks of another size than it declares"):
             hdf5._check_places("map.nc", "x", held, 10**6)
 
 

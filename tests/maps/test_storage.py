@@ -14,14 +14,15 @@ import repeated
 import xarray as xr
 
 import sweeps
-from sweeps.maps import admission, dataset, parts, storage
+from sweeps.maps import admission, dataset, storage
 from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
 from sweeps.process import files
 from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
-from sweeps.shards import chunks, content, mapfile, merging
+from sweeps.schema.refusals import MapError
+from sweeps.shards import content, mapfile, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import variables as rigid_body
 
@@ -92,7 +93,7 @@ def assert_same_bits(left, right):
     ],
 )
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
+    monkeypatch.setattr(content, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
     whole = dataset.survey_grid(definition)
     path = tmp_path / "map.nc"
@@ -104,7 +105,7 @@ def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, 
 
 
 def test_progress_counts_each_point_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 50)
+    monkeypatch.setattr(content, "CHUNK_POINTS", 50)
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
     done = []
     sharding.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=done.append)
@@ -144,7 +145,7 @@ def test_a_value_names_its_error_and_status_as_ancillary(tiny_map):
 def merge_is_refused(paths, tmp_path, *words, definition=TINY):
     target = tmp_path / "map.nc"
     target.write_bytes(b"old")
-    with pytest.raises(storage.MapError) as refused:
+    with pytest.raises(MapError) as refused:
         merging.merge(definition, paths, target)
     for word in words:
         assert word in str(refused.value)
@@ -260,38 +261,38 @@ def test_a_replaced_file_has_the_usual_permissions(tmp_path):
 
 
 def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
-    with pytest.raises(storage.MapError, match=r"nowhere\.nc: there is no such file"):
+    with pytest.raises(MapError, match=r"nowhere\.nc: there is no such file"):
         sweeps.open_map(tmp_path / "nowhere.nc")
-    with pytest.raises(storage.MapError, match=r"this folder holds no stability_map\.nc"):
+    with pytest.raises(MapError, match=r"this folder holds no stability_map\.nc"):
         sweeps.open_map(tmp_path)
     text = tmp_path / "text.nc"
     text.write_text("title: not a map")
-    with pytest.raises(storage.MapError, match=r"text\.nc: cannot be read as netCDF"):
+    with pytest.raises(MapError, match=r"text\.nc: cannot be read as netCDF"):
         sweeps.open_map(text)
     other = tmp_path / "other.nc"
     small.to_netcdf(other)
-    with pytest.raises(storage.MapError, match="contract_version: is missing"):
+    with pytest.raises(MapError, match="contract_version: is missing"):
         sweeps.open_map(other)
-    with pytest.raises(storage.MapError, match="contract_version"):
+    with pytest.raises(MapError, match="contract_version"):
         sweeps.open_map(shards[0])
 
 
 def test_open_map_refuses_another_contract_and_missing_variables(tmp_path, tiny):
     path = tmp_path / "map.nc"
     tiny.assign_attrs(contract_version="1.9").to_netcdf(path)
-    with pytest.raises(storage.MapError, match=r"contract_version: is 1\.9; allowed: 3\."):
+    with pytest.raises(MapError, match=r"contract_version: is 1\.9; allowed: 3\."):
         sweeps.open_map(path)
     tiny.assign_attrs(contract_version="3.9").to_netcdf(tmp_path / "later.nc")
     sweeps.open_map(tmp_path / "later.nc").close()
     tiny.drop_vars(["status", "regime"]).to_netcdf(tmp_path / "short.nc")
-    with pytest.raises(storage.MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
+    with pytest.raises(MapError, match=r"short\.nc: regime: is missing \(2 in all\)"):
         sweeps.open_map(tmp_path / "short.nc")
 
 
 def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
     tiny.assign_attrs(system="pendulums").to_netcdf(tmp_path / "other.nc")
     with pytest.raises(
-        storage.MapError,
+        MapError,
         match=r"other\.nc: system: 'pendulums' is not available; allowed: observed_periods, pumped_body, rigid_body",
     ):
         sweeps.open_map(tmp_path / "other.nc")
@@ -304,7 +305,7 @@ def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
 def test_a_truncated_map_is_refused(tmp_path, tiny_map):
     half = tmp_path / "half.nc"
     half.write_bytes(tiny_map.read_bytes()[: tiny_map.stat().st_size // 2])
-    with pytest.raises(storage.MapError, match="cannot be read as netCDF"):
+    with pytest.raises(MapError, match="cannot be read as netCDF"):
         sweeps.open_map(half)
 
 
@@ -344,7 +345,7 @@ def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
 
 def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
     whole = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
-    told = parts.write_part(whole, tmp_path / "part.nc", "slice")
+    told = mapfile.write_part(whole, tmp_path / "part.nc", "slice")
     with xr.open_dataset(tmp_path / "part.nc") as ds:
         assert ds.equals(whole)
         assert ds["name"].values.tolist() == ["a", "Mond, größer", "é"]
@@ -360,14 +361,14 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_pa
     tiny.drop_encoding().to_netcdf(
         tmp_path / "map.nc", encoding={name: {"chunksizes": (1,) * v.ndim} for name, v in tiny.items() if chunked}
     )
-    monkeypatch.setattr(parts, "PART_VALUES", 3)
+    monkeypatch.setattr(mapfile, "PART_VALUES", 3)
     monkeypatch.setattr(stored_values, "PART_VALUES", 3)
     sizes = []
     box = stored_values.StoredValues._box
     monkeypatch.setattr(stored_values.StoredValues, "_box", lambda *args: sizes.append(box(*args).size) or box(*args))
     with admission.opened(tmp_path / "map.nc") as plain:
         sizes.clear()
-        told = parts.write_part(plain, tmp_path / "part.nc", "slice")
+        told = mapfile.write_part(plain, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
         assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(tiny)
@@ -424,7 +425,7 @@ def test_the_content_hash_does_not_depend_on_the_blocks(small):
 
 
 def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 5)
+    monkeypatch.setattr(content, "CHUNK_POINTS", 5)
     values = np.arange(24.0).reshape(2, 12)  # runs of 4 values: 12 in three even parts
     total = hashlib.sha256()
     for k in range(6):
@@ -515,7 +516,7 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     assert told == tiny.attrs["content_hash"]
     (folder / "7-of-24.nc").unlink()
-    with pytest.raises(storage.MapError, match="7-of-24"):
+    with pytest.raises(MapError, match="7-of-24"):
         merging.merge(definition, [folder], tmp_path / "map.nc")
 
 

@@ -14,10 +14,10 @@ from maps import BODIES, TOP, write
 
 import sweeps
 from sweeps import systems
-from sweeps.maps import admission, parts, summary
+from sweeps.maps import admission, summary
 from sweeps.maps import plain as plain_maps
 from sweeps.schema.refusals import MapError
-from sweeps.shards import chunks
+from sweeps.shards import content, mapfile
 from sweeps.systems.presentation import agreement
 from sweeps.systems.rigid_body.presentation import figure_flip, figure_stability
 from sweeps.views import figures, report, textmap
@@ -67,10 +67,10 @@ def test_it_holds_what_a_dataset_of_the_file_holds(both):
 
 
 def test_parts_that_lie_across_chunks_are_those_of_a_dataset(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "CHUNK_POINTS", 24)  # two values of I1 and all after them
+    monkeypatch.setattr(content, "CHUNK_POINTS", 24)  # two values of I1 and all after them
     path = write(tmp_path)
     with admission.opened(path) as plain, sweeps.open_map(path) as ds:
-        assert math.prod(chunks.chunk_shape(ds["status"].shape)) == 24
+        assert math.prod(content.chunk_shape(ds["status"].shape)) == 24
         for part in (slice(1, None), slice(None, 0, -1), slice(1, None, 2)):
             box = {dim: part for dim, size in ds["status"].sizes.items() if size > 2}
             for name in ("omega_squared", "status"):
@@ -117,7 +117,7 @@ def test_a_part_is_written_as_xarray_writes_it(both, tmp_path):
     plain, ds = (summary.pointwise(one) for one in both)
     cut = dict.fromkeys([dim for dim in ds[next(iter(ds.data_vars))].dims][2:], 0)
     part = ds.isel(cut)
-    hashes = {parts.write_part(one, tmp_path / f"{k}.nc", "part") for k, one in enumerate((plain.isel(cut), part))}
+    hashes = {mapfile.write_part(one, tmp_path / f"{k}.nc", "part") for k, one in enumerate((plain.isel(cut), part))}
     assert len(hashes) == 1
     texts = {name: {"dtype": "S1"} for name, variable in part.variables.items() if variable.dtype.kind in "OU"}
     whole = {

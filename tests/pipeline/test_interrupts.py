@@ -14,6 +14,7 @@ from houses import wait_for
 import sweeps
 from sweeps import __main__
 from sweeps.__main__ import main
+from sweeps.commands import program
 from sweeps.maps import storage
 
 PROGRAM = """\
@@ -69,7 +70,7 @@ def test_ctrl_c_while_the_commands_are_imported_is_no_traceback(monkeypatch, cap
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(__main__, "_parser", interrupted)
+    monkeypatch.setattr(program, "build", interrupted)
     assert __main__.main(["show", "map.nc"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
 
@@ -96,6 +97,7 @@ def test_ctrl_c_is_heard_where_a_process_has_just_forked_to_look_at_a_map():
 LOST = """\
 import os, signal, time
 from sweeps import __main__
+from sweeps.commands import program
 
 class Disposed:
     def __del__(self):
@@ -110,7 +112,7 @@ class Parser:
         time.sleep(20)
         print("not heard")
 
-__main__._parser = lambda *words: Parser()
+program.build = lambda: (Parser(), {})
 print(__main__.main(["check"]))
 """
 

@@ -10,7 +10,7 @@ import xarray as xr
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
-from sweeps.maps import dataset, storage
+from sweeps.maps import storage
 from sweeps.points.loading import read
 from sweeps.shards import contract
 from sweeps.systems.periodic.system import Periodic
@@ -35,7 +35,8 @@ def unmeasured(sweep):
         name: ((*sweep.grid.dims, *v.over), np.full(shapes[name], 0 if name == "status" else 1, v.dtype), v.attributes)
         for name, v in sweep.variables.items()
     }
-    return xr.Dataset(variables, dataset.grid_coordinates(sweep), contract.provenance(sweep))
+    coordinates = {name: xr.Variable(*one) for name, one in contract.coordinates(sweep).items()}
+    return xr.Dataset(variables, coordinates, contract.provenance(sweep))
 
 
 def chosen(ds, names):

@@ -1,14 +1,14 @@
 import time
 
-from sweeps.pipeline import waiting
+from sweeps.process import progress
 
 
 def test_what_takes_long_is_said_once_and_what_does_not_is_not(monkeypatch, capsys):
-    monkeypatch.setattr(waiting, "SECONDS_IN_A_LOG", 0.02)
-    with waiting.said("looking"):
+    monkeypatch.setattr(progress, "SECONDS_IN_A_LOG", 0.02)
+    with progress.waiting("looking"):
         time.sleep(0.2)
     assert capsys.readouterr().err == "looking …\n"
-    monkeypatch.setattr(waiting, "SECONDS_IN_A_LOG", 60.0)
-    with waiting.said("looking"):
+    monkeypatch.setattr(progress, "SECONDS_IN_A_LOG", 60.0)
+    with progress.waiting("looking"):
         pass
     assert capsys.readouterr().err == ""

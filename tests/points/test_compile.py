@@ -105,9 +105,9 @@ def test_what_few_definitions_ask_for_is_compiled_for_them():
 
 def test_two_processes_take_less_than_one(compiled, monkeypatch):
     kernels = [Kernel("exact", "one", seconds=4.0), Kernel("exact", "other", seconds=6.0)]
-    monkeypatch.setattr(compile.processors, "cores", lambda: 1)
+    monkeypatch.setattr(compile.machine, "cores", lambda: 1)
     assert compile.seconds(kernels) == 10.0
-    monkeypatch.setattr(compile.processors, "cores", lambda: 2)
+    monkeypatch.setattr(compile.machine, "cores", lambda: 2)
     assert compile.seconds(kernels) == pytest.approx(10.0 * compile.SHARED)
 
 

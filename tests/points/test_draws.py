@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 import scipy
 
-from sweeps.points.draws import Draw
 from sweeps.points.loading import read
+from sweeps.points.scattered import Draw
 from sweeps.schema.definition import METHODS, Sample
 from sweeps.schema.refusals import DefinitionError
 
 GRID = {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 1.5, "stop": 0.5}, "I3": 1.0}
 SPUN = GRID | {"omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"}}
-NUM = 2**16 + 77  # more than a block of Sobol points
+NUM = 2**16 + 77
 
 
 def sampled(grid=SPUN, **sample):

@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 
 from sweeps import systems
 from sweeps.__main__ import main
-from sweeps.points import catalogue, editors
+from sweeps.points import catalogue, loading
 from sweeps.schema.refusals import RefusedError
 
 SHIPPED = catalogue.shipped()
@@ -19,7 +19,7 @@ QUICK = ("tiny", "bodies", "cubesats", "symmetric", "twist", "tumblers")
 
 @cache
 def validator(*described):
-    schema = editors.schema(described)
+    schema = loading.json_schema(described)
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -45,7 +45,7 @@ def test_mistakes_are_marked():
 
 def test_a_system_that_is_none_is_refused_with_a_near_one():
     with pytest.raises(RefusedError, match="did you mean pendulum"):
-        editors.schema(["pendulumm"])
+        loading.json_schema(["pendulumm"])
 
 
 def test_the_command_writes_what_editors_read(tmp_path, capsys):

@@ -24,7 +24,7 @@ def sweep_of(num, **more):
 def free(monkeypatch, disk=AMPLE, memory=AMPLE):
     asked = []
     monkeypatch.setattr(module.shutil, "disk_usage", lambda path: asked.append(path) or SimpleNamespace(free=disk))
-    monkeypatch.setattr(module.memory, "available", lambda: memory)
+    monkeypatch.setattr(module.psutil, "virtual_memory", lambda: SimpleNamespace(available=memory))
     return asked
 
 

@@ -136,21 +136,6 @@ def test_the_hash_of_the_file_stands_beside_its_name(tmp_path):
     assert read(path).grid.shape[0] == 51
 
 
-def test_a_file_is_hashed_once_until_it_changes(tmp_path, monkeypatch):
-    path, hashed = write(tmp_path, text()), []
-    inner = tables.hashlib.file_digest
-    monkeypatch.setattr(tables.hashlib, "file_digest", lambda *asked: hashed.append(1) or inner(*asked))
-    first = read(path).definition.inputs
-    assert (read(path).definition.inputs, len(hashed)) == (first, 2)  # too young to be known by its times
-    monkeypatch.setattr(tables, "SETTLED_SECONDS", -1.0)
-    assert {read(path).definition.inputs for _ in range(3)} == {first}
-    assert len(hashed) == 3
-    write(tmp_path, text().replace("I1 (kg m2)", "I1 [kg m2]"))  # of the same size
-    assert read(path).definition.inputs != first
-    next((tmp_path / "cache" / "tables").glob("seen-*")).write_text("{}")
-    assert read(path).definition.inputs != first
-
-
 def test_a_damaged_cache_is_never_read(tmp_path):
     path = write(tmp_path, text(ROWS))
     rows = read(path).definition.rows

@@ -6,7 +6,7 @@ import pytest
 import sweeps
 from kernels.codes import REGIMES
 from sweeps.maps import verify
-from sweeps.points import existence as counted
+from sweeps.points import estimate as counted
 from sweeps.points.catalogue import shipped
 from sweeps.points.loading import read
 from sweeps.reading.definitions import file_text, plain, read_text

@@ -19,11 +19,11 @@ import sweeps
 from kernels import fingerprint, flips, survey
 from kernels.fingerprint import sources
 from sweeps import systems
-from sweeps.maps import dataset, storage
+from sweeps.maps import dataset
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, MapError
 from sweeps.schema.variables import Role, Variable
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
@@ -112,7 +112,7 @@ def test_open_map_asks_for_the_variables_of_the_maps_own_system(name, tmp_path):
     ds.to_netcdf(tmp_path / "whole.nc")
     sweeps.open_map(tmp_path / "whole.nc").close()
     ds.drop_vars(systems.resolve(name).layout().needed[0]).to_netcdf(tmp_path / "short.nc")
-    with pytest.raises(storage.MapError, match="is missing"):
+    with pytest.raises(MapError, match="is missing"):
         sweeps.open_map(tmp_path / "short.nc")
 
 

@@ -16,7 +16,7 @@ from matplotlib.image import imread
 import sweeps
 from sweeps import plot
 from sweeps.__main__ import main
-from sweeps.commands import figures as command
+from sweeps.commands import maps as command
 from sweeps.figure import colors, style
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import BeforeValidator
 
-from sweeps.process.processors import cores
+from sweeps.process.machine import cores
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.values import Positive, Tolerance, key, mapping, whole
 from sweeps.schema.variables import Variable

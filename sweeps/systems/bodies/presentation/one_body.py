@@ -6,7 +6,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweeps.process import memory, processors
+from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.rigid_body import prediction
@@ -82,8 +82,8 @@ def answer(
 
     entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
     read = uncertain.definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
-    memory.keep_freed()
-    sampled = uncertain.answer(read, processors.cores())
+    machine.keep_freed()
+    sampled = uncertain.answer(read, machine.cores())
     drawn = uncertain.facts(sampled)
     measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
     rows = [*uncertain.rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]

@@ -1,10 +1,16 @@
-"""Free memory of this machine, and memory that is reused block after block."""
+"""Processors and memory of this machine that a process uses."""
 
 import ctypes
+import os
 from contextlib import suppress
 
 KEPT_BYTES = 2**28
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt(3)
+
+
+def cores() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def keep_freed() -> None:
@@ -25,14 +31,3 @@ def give_back() -> None:
     """Return the memory that :func:`keep_freed` has kept to the system, where the C library allows it."""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
-
-
-def available() -> int:
-    """Return the bytes of memory that are available without swapping."""
-    with suppress(OSError, ValueError), open("/proc/meminfo") as file:  # there is no need to load what reads it too
-        sizes = dict(line.split(":", 1) for line in file)
-        if "MemAvailable" in sizes:
-            return 1024 * int(sizes["MemAvailable"].split()[0])
-    import psutil
-
-    return psutil.virtual_memory().available

@@ -1,0 +1,228 @@
+"""Commands that take a body or a system in place of a definition: body, motion, tumbler."""
+
+from functools import partial
+from pathlib import Path
+
+import sweeps
+from sweeps.commands import parser
+from sweeps.figure import printing
+from sweeps.points import catalogue
+from sweeps.process import progress, startup
+from sweeps.process.files import replaced
+from sweeps.schema.refusals import DefinitionError
+
+BODY = """\
+NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are listed. Or give a body of your own:
+
+  polhode body --moments 0.00121 0.01638 0.01748 --omega0 "90 rpm"
+  polhode body --ratios 1 2 2.5
+  polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
+  polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
+
+  polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
+
+With --uncertainty bodies are sampled and each is measured: the probability that each spin is unstable, and the growth
+rates. X is a fraction of the moments, or of the tensor's entries where that is given (5%), or a mapping as in a
+definition: "{moments: [5 %, 2 %, 1 %], omega0: 10 %, phase: any}". A fraction of an entry that is 0 is 0: for a sigma
+of such an off-diagonal entry give {covariance: …}, 6 rows of 6, in kg2 m4.
+
+The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
+the mesh; --moments and --ratios keep the order given. Off-diagonal entries of a tensor are minus the products of
+inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
+"""
+
+
+def add_body(commands) -> None:
+    """Add the command `body`."""
+    command = parser.add(commands, "body", "predict whether a spin about each principal axis is stable", _body, BODY)
+    parser.add_body(command)
+    sampling = {"type": parser.number, "metavar": "N"}
+    text = "1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
+    command.add_argument("--uncertainty", metavar="X", help=text)
+    command.add_argument("--draws", help="number of draws, 64 to 4e6 (default 10,000)", **sampling)
+    command.add_argument("--seed", help="seed of the draws (default 1)", **sampling)
+    command.add_argument("--method", metavar="M", help="sampling: sobol (default), latin, random")
+    command.add_argument("--turns", help="count a flip if it occurs within N turns (default 100)", **sampling)
+    command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
+    command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
+    command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
+    parser.share(command, "--json")
+
+
+def _body(args):
+    if args.uncertainty is None:
+        startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
+    from sweeps.systems.bodies.presentation import one_body
+    from sweeps.systems.rigid_body import prediction
+
+    body = parser.body(args)
+    if body is None:
+        names = list(prediction.bodies(catalogue.load(args.definition), args.definition))
+        printing.print_json(names) if args.json else print("\n".join(names))
+        return
+    setting = {name: getattr(args, name) for name in (*one_body.SPIN, *one_body.SAMPLING, "uncertainty")}
+    answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
+    if args.figure:
+        answer.savefig(args.figure)
+    printing.print_json(answer.facts) if args.json else answer.show(printing.console())
+
+
+MOTION = """\
+The suffix of FILE decides: .csv and .nc hold angular velocity and attitude (unit quaternion, scalar first, from body to
+inertial frame) in closed form (omega1 … omega3, q0 … q3) and by direct integration (omega1_direct …); .gif, .mp4 and
+.webm show the body turning, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need ffmpeg). NAME and the options
+that give a body are those of `polhode body`. Of a described system (its name, or your Python file), .csv and .nc hold
+coordinates, velocities and their errors over --duration; the others show its picture and its coordinates.
+
+  polhode motion racket -o racket.mp4 --epsilon 0.05
+  polhode motion --moments 0.00121 0.01638 0.01748 --omega "20 rpm" "90 rpm" 0 -o racket.csv
+  polhode motion --mesh racket.stl --density 600 --unit mm -o racket.gif --duration "3 s"
+  polhode motion pendulum --start theta="170 deg" theta_dot=0.1 --parameter length=2 --duration "10 s" -o pendulum.gif
+"""
+WAIT = "computing the motion; the first time on a machine its kernels are compiled"
+OF_BODIES = ("moments", "ratios", "tensor", "mesh", "density", "mass", "omega0", "epsilon", "phase", "axis", "omega")
+
+
+def add_motion(commands) -> None:
+    """Add the command `motion`."""
+    command = parser.add(commands, "motion", "write the motion of a body or a system, or a film", _motion, MOTION)
+    parser.add_body(command)
+    command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default the intermediate one)")
+    text = "angular velocity about axes 1, 2, 3, rad s-1, in place of --axis and --omega0"
+    command.add_argument("--omega", nargs=3, type=parser.number, metavar="W", help=text)
+    settings = {"nargs": "+", "type": parser.setting, "metavar": "NAME=VALUE", "default": ()}
+    text = "coordinates and velocities of a described system at time 0; velocities left out are 0"
+    command.add_argument("--start", help=text, **settings)
+    command.add_argument("--parameter", help="parameters of a described system, left out: its defaults", **settings)
+    parser.share(command, "--duration", "--samples")
+    parser.add_output(command, "the file to write")
+
+
+def _motion(args):
+    from sweeps.figure import style
+    from sweeps.maps import motion
+    from sweeps.systems import trajectories
+    from sweeps.views import films
+
+    kind = Path(args.output).suffix
+    motion.check_format(args.output, (*motion.FORMATS, ".gif", *(f".{name}" for name in films.KINDS)))
+    if kind[1:] in films.KINDS:
+        films.refuse_unless_made(kind[1:], ("motion",))
+    motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
+    with style.drawn_for(style.ITS_OWN), films.drawn_for(args.output):
+        moved, frames = motion_of(args, kind not in motion.FORMATS)
+        if kind in motion.FORMATS:
+            motion.write(moved, args.output)
+        else:
+            films.write(frames(moved), args.output)
+    print(args.output)
+
+
+def _of_body(args, _):
+    """Return the motion of a body, and the function that draws its frames."""
+    from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.rigid_body.motion import RATES, SPIN, from_start, spin_of
+    from sweeps.systems.rigid_body.presentation import figure_flip
+
+    body = parser.body(args)
+    if args.start or args.parameter:
+        allowed = "its name or Python file as NAME"
+        raise DefinitionError(f"--start, --parameter: are of a described system; allowed: {allowed}")
+    if body is None:
+        raise DefinitionError("NAME: is missing; allowed: NAME, --moments, --ratios, --tensor or --mesh")
+    start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
+    if args.omega:
+        start |= dict(zip(RATES, args.omega, strict=True))
+    chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load)
+    with progress.waiting(WAIT):
+        return from_start(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
+
+
+def _of_system(args, is_film: bool):
+    """Return the motion of a described system, at the times of a film or of a table, and what draws its frames."""
+    import numpy as np
+
+    from sweeps.maps import motion
+    from sweeps.schema.variables import amount
+    from sweeps.systems import trajectories
+    from sweeps.systems.motion import LEAST_SAMPLES, MotionError
+    from sweeps.systems.presentation import animation
+    from sweeps.systems.presentation.moving import film
+
+    allowed = "--start, --parameter, --duration, --samples"
+    for name in OF_BODIES:
+        if getattr(args, name) is not None:
+            raise DefinitionError(f"--{name}: is of a body, and {args.name} is a described system; allowed: {allowed}")
+    duration = amount("--duration", args.duration, "s")
+    motion.check_length(duration, args.samples)
+    times = np.linspace(0.0, duration, args.samples or LEAST_SAMPLES + 1)
+    times = animation.timing(duration)[0] if is_film else times
+    with progress.waiting(WAIT):
+        moved = trajectories.trajectories(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
+    if status := int(moved["status"]):
+        raise MotionError(f"motion: {trajectories.STATUSES[status]} at tolerance 1e-12; allowed: a shorter --duration")
+    return moved, partial(film.frames, model=trajectories.model_of(args.name))
+
+
+TUMBLER = """\
+P_psi is the period of the angular velocity in the body, P_phi the mean period of its axis of least inertia about the
+angular momentum (the long-axis convention). With --ratios the answer is for one body, otherwise for all bodies:
+
+  polhode tumbler --P-psi 368.7 --P-phi 67.27 --unit h --ratios 0.36 0.96
+  polhode tumbler --P-psi 6.58 --P-phi 8.67 --sigma-phi 0.34 -o oumuamua.nc --figure oumuamua.png
+
+The energy is 2T I3/L^2: 1 for a spin about axis 3, I3/I2 on the separatrix, I3/I1 for a spin about axis 1. A mode is
+excluded where the ratio of both periods is below the minimum of the mode by more than 3 standard errors; without
+--sigma-psi and --sigma-phi the periods are exact. The file written by -o is a map like any other (`show`, `point`,
+`report`, `figures`, `verify`) of the system observed_periods.
+"""
+
+
+def add_tumbler(commands) -> None:
+    """Add the command `tumbler`."""
+    command = parser.add(
+        commands, "tumbler", "find the energy of a tumbling body from its two periods", _tumbler, TUMBLER
+    )
+    command.add_argument("--P-psi", type=parser.number, required=True, metavar="P", help="period in the body")
+    command.add_argument("--P-phi", type=parser.number, required=True, metavar="P", help="period about L")
+    command.add_argument("--sigma-psi", type=parser.number, default=0.0, metavar="S", help="standard error of P_psi")
+    command.add_argument("--sigma-phi", type=parser.number, default=0.0, metavar="S", help="standard error of P_phi")
+    command.add_argument("--unit", default="h", metavar="UNIT", help="unit of periods without one: s, h (default) or d")
+    command.add_argument("--ratios", nargs=2, type=float, metavar="R", help="I1/I3 and I2/I3 of one body")
+    parser.add_output(command, "write the map over all bodies (netCDF)", required=False)
+    command.add_argument("--figure", metavar="FILE", help="draw the energies over all bodies (PNG)")
+    parser.share(command, "--json")
+
+
+def _tumbler(args):
+    from sweeps.systems.observed_periods import answers
+    from sweeps.systems.observed_periods.variables import WORDS
+
+    periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
+    if args.ratios and (args.output or args.figure):
+        wrong = "is given together with --output or --figure, which need all bodies"
+        raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
+    rows = answers.of_body(periods, *args.ratios) if args.ratios else _of_all(args, periods)
+    if args.json:
+        printing.print_json(rows)
+        return
+    for row in rows:
+        printing.console().print(f"{WORDS[row['mode']]}: {answers.in_words(row, periods)}")
+
+
+def _of_all(args, periods) -> list[dict]:
+    """Return the answers for all bodies, whose map is written and drawn where that is wanted."""
+    from sweeps.systems.observed_periods import answers
+
+    ds = sweeps.survey(periods.definition)
+    if args.output:
+        from sweeps.maps import storage
+
+        storage.write_map(ds, args.output)
+    if args.figure:
+        from sweeps.figure import style
+        from sweeps.systems.observed_periods.presentation import figure_energies
+
+        with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
+            figure_energies.draw(ds).savefig(temporary, format="png")
+    return answers.of_all(periods, ds)

@@ -1,0 +1,208 @@
+"""Commands that take a definition: check, run, compile, shard, merge, schema."""
+
+import json
+from contextlib import nullcontext
+from pathlib import Path
+
+from sweeps.commands import parser
+from sweeps.figure import printing
+from sweeps.points import catalogue
+from sweeps.process import progress
+from sweeps.process.files import replaced
+from sweeps.schema.refusals import DefinitionError
+
+RUN = """\
+Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. After an
+interruption the same command resumes: shards (of ten seconds of work or more) that were finished for the same
+definition by the same kernels are kept. Finished and unchanged results are listed, and nothing is computed.
+"""
+SCHEMA = """\
+Editors with a YAML language server complete keys and mark mistakes from it:
+
+  polhode schema -o polhode.schema.json
+  # yaml-language-server: $schema=polhode.schema.json      (the first line of my.yaml)
+
+For a system described in a Python file, give its name or file: its grid has its own parameters.
+"""
+
+
+def add_check(commands) -> None:
+    """Add the command `check`."""
+    command = parser.add(commands, "check", "validate a definition, and predict memory, disk and time", _check)
+    parser.share(command, "definition", nargs="?")
+    command.add_argument("--list", action="store_true", help="list the shipped sweeps, and stop")
+    parser.share(command, "--json")
+
+
+def _check(args):
+    if args.list:
+        _list(catalogue.contents(), args.json)
+        return
+    path = catalogue.resolve(args.definition or catalogue.DEFAULT)
+    with progress.waiting(f"{path}: deriving its equations and checking its points"):
+        planned = catalogue.plan(path, anywhere=True)
+    if args.json:
+        print(json.dumps(_facts(planned), indent=1))
+    else:
+        for name, text in _rows(planned):
+            print(f"{name:11s} {text}")
+
+
+def _list(contents: dict, as_json: bool) -> None:
+    """Print name, system, size and title of each shipped sweep; in JSON name and title."""
+    if as_json:
+        print(json.dumps({name: one.title for name, one in contents.items()}, indent=1))
+        return
+    table = printing.table("sweep", "system", "points", "title", right=(2,))
+    for name, one in contents.items():
+        table.add_row(name, one.system, f"{one.points:,}", one.title)
+    printing.console().print(table)
+
+
+def _facts(planned) -> dict:
+    from dataclasses import asdict
+
+    from sweeps.points.estimate import estimate, impossible, lacking
+
+    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, estimate(planned.sweep)
+    return {
+        "definition": str(planned.path),
+        "title": definition.title,
+        "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
+        **asdict(needs),
+        **dict(zip(("impossible", "impossible_counted"), impossible(planned.sweep), strict=True)),
+        "lacking_here": lacking(planned.sweep, needs, "results"),
+        "proved": planned.sweep.system.proofs(grid),
+        **definition.facts,
+    }
+
+
+def _rows(planned):
+    from sweeps.points.estimate import PAGE_BYTES, estimate, impossible, in_words, lacking, span
+
+    grid, definition = planned.sweep.grid, planned.sweep.definition
+    needs = estimate(planned.sweep)
+    yield "definition", f"{planned.path}: valid"
+    yield "title", definition.title
+    dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
+    yield "points", f"{needs.points:,} = {dimensions}"
+    count, counted = impossible(planned.sweep)
+    if count:
+        share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
+        yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
+    yield "shards", f"{needs.shards:,}"
+    yield "memory", f"about {in_words(needs.memory_bytes)} per process"
+    drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"
+    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {drawn}"
+    compiled = f" and {span(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
+    parts = f"figures and report included; {span(needs.seconds)} of it integration{compiled}"
+    yield "time", f"about {span(needs.wait_seconds)} on one core, {parts}"
+    for line in planned.sweep.system.proofs(grid):
+        yield "proved", line
+    for line in lacking(planned.sweep, needs, "results"):
+        yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
+    yield from definition.remarks
+
+
+def add_run(commands) -> None:
+    """Add the command `run`."""
+    words = "write the map, figures and report of a sweep to results/<sweep>"
+    command = parser.add(commands, "run", words, _run, RUN)
+    parser.share(command, "definition", nargs="?", default="tennis_racket")
+    text = "number of processors (default all); does not change results"
+    command.add_argument("--cores", type=int, metavar="N", help=text)
+    command.add_argument("--again", action="store_true", help="compute everything again, finished or not")
+    text = "folder of results (default results); the files go to FOLDER/<sweep>"
+    command.add_argument("-o", "--output", metavar="FOLDER", default="results", help=text)
+    command.add_argument("--quiet", action="store_true", help="print no progress, only the files")
+
+
+def _run(args):
+    from sweeps.pipeline import making
+    from sweeps.views import drawing
+
+    with progress.silenced() if args.quiet else nullcontext():
+        for file in making.make(args.definition, args.cores, args.again, args.output, drawing.worker):
+            print(file)
+
+
+def add_compile(commands) -> None:
+    """Add the command `compile`."""
+    command = parser.add(commands, "compile", "compile the kernels of a sweep, once per machine", _compile)
+    parser.share(command, "definition", nargs="?", default=None)
+    command.add_argument("--all", action="store_true", help="compile the kernels of every system")
+    command.epilog = "Without DEFINITION, those of the default sweep."
+
+
+def _compile(args):
+    from sweeps import systems
+    from sweeps.points import compile
+    from sweeps.points.loading import read
+
+    sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
+    compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])
+
+
+def add_shard(commands) -> None:
+    """Add the command `shard`."""
+    command = parser.add(commands, "shard", "measure one part of the points of a sweep", _shard)
+    parser.share(command, "definition", "--digest")
+    command.add_argument("number", type=int, metavar="K", help="number of the part, from 1")
+    command.add_argument("count", type=int, metavar="N", help="number of parts")
+    parser.add_output(command, "the shard to write")
+    text = "number of threads (default 1); does not change results"
+    command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
+
+
+def _shard(args):
+    from sweeps.shards import shard as shards
+
+    sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "").sweep
+    points = sweep.grid.size
+    if not 1 <= args.count <= points:
+        raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")
+    if not 1 <= args.number <= args.count:
+        raise DefinitionError(f"K: part {args.number} is out of range; allowed: 1 to {args.count}, the number of parts")
+    if args.threads < 1:
+        raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
+    start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
+    with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
+        shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)
+
+
+def add_merge(commands) -> None:
+    """Add the command `merge`."""
+    command = parser.add(commands, "merge", "merge all shards of a sweep into its map", _merge)
+    parser.share(command, "definition", "--digest")
+    command.add_argument("shards", nargs="+", metavar="SHARD", help="files written by `shard`, or their folder")
+    command.add_argument("--renew", action="store_true", help="measure shards of other definitions or kernels again")
+    parser.add_output(command, "the map to write")
+    text = "threads to measure with again (default 1)"
+    command.add_argument("--threads", type=int, default=1, metavar="T", help=text)
+
+
+def _merge(args):
+    from sweeps.shards import merging
+
+    planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "")
+    content_hash = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
+    print(f"content_hash {content_hash}")
+
+
+def add_schema(commands) -> None:
+    """Add the command `schema`."""
+    command = parser.add(commands, "schema", "print the JSON Schema of definitions, for editors", _schema, SCHEMA)
+    text = "a shipped system, or the path of a Python file that describes one"
+    command.add_argument("systems", metavar="SYSTEM", nargs="*", help=text)
+    parser.add_output(command, "write the schema to FILE", required=False)
+
+
+def _schema(args):
+    from sweeps.points import loading
+
+    text = json.dumps(loading.json_schema(args.systems), indent=1)
+    if not args.output:
+        print(text)
+        return
+    with replaced(args.output) as temporary:
+        Path(temporary).write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,297 @@
+"""Commands that take a map: show, point, slice, figures, report, verify."""
+
+import re
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+
+from sweeps.commands import parser
+from sweeps.figure import printing
+from sweeps.process import progress
+from sweeps.schema.refusals import RefusedError, shortened
+
+SHOW = """\
+The map in characters is drawn at the middle of the dimensions that it does not show, or at --DIMENSION VALUE (the
+nearest grid value). The numbers above it are of the whole map.
+"""
+
+
+def add_show(commands) -> None:
+    """Add the command `show`."""
+    command = parser.add(
+        commands, "show", "summarise a map, with a small map in characters", _show, SHOW, coordinates=True
+    )
+    parser.share(command, "map", "--json")
+
+
+def _show(args):
+    from sweeps.maps import admission, selection, summary
+    from sweeps.views import text_summary, textmap
+
+    with admission.opened(args.map) as whole:
+        ds = summary.pointwise(whole)
+        places = selection.nearest(ds, args.coordinates)
+        totals = summary.summarise(ds)
+        chosen = {dim: place for dim, place in places.items() if place.requested is not None}
+        if args.json:
+            printing.print_json(_facts(ds, totals))
+        else:
+            console = printing.console()
+            text_summary.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
+
+
+def _facts(ds, totals) -> dict:
+    from sweeps.maps.summary import place
+    from sweeps.schema.boxes import dimensions
+
+    def said(worst):
+        return {"value": worst.value, "at": place(ds, worst.at), "points": worst.points}
+
+    table = {}
+    for (meaning, status), number in totals.table.items():
+        table.setdefault(meaning, {})[status] = number
+    facts = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    facts |= {"dimensions": dimensions(ds), "points": totals.points, "counts": totals.counts, "table": table}
+    facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared, "deviations": {}}
+    for (reference, name), deviation in totals.deviations.items():
+        entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
+        facts["deviations"].setdefault(name, entry)
+    return facts | {"checks": {name: said(worst) for name, worst in totals.checks.items()}}
+
+
+POINT = """\
+Give each dimension longer than one a value, --DIMENSION VALUE; the nearest grid value is used and reported.
+
+  polhode point results/tennis_racket --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 "90 rpm" \\
+      --trajectory racket.csv
+
+--trajectory writes omega(t) in body axes and the attitude (a unit quaternion, scalar first, from body to inertial
+frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a symmetric top, from direct integration
+(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given. FILE ends in .nc or
+.csv; for a film see `polhode motion`.
+"""
+
+
+def add_point(commands) -> None:
+    """Add the command `point`."""
+    command = parser.add(commands, "point", "print every variable at one grid point", _point, POINT, coordinates=True)
+    parser.share(command, "map")
+    command.add_argument("--trajectory", metavar="FILE", help="write the motion of the point")
+    parser.share(command, "--duration", "--samples", "--json")
+
+
+def _point(args):
+    from sweeps.maps import motion, selection
+
+    if args.trajectory:
+        motion.check_format(args.trajectory)
+    row, places = selection.point(args.map, args.coordinates)
+    if args.trajectory:
+        with progress.waiting("computing the motion; the first time on a machine its kernels are compiled"):
+            moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
+        motion.write(moved, args.trajectory)
+    _print(row, places, args.json)
+
+
+def _print(row, places, as_json: bool) -> None:
+    if as_json:
+        printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})
+        return
+    console = printing.console()
+    for place in places.values():
+        console.print(str(place))
+    for name, one in row.coords.items():
+        if name not in places and one.ndim == 0 and not ("flag_meanings" in one.attrs and one.item() == 0):
+            console.print(f"{name} = {_value(one)} {_units(one)}".rstrip())  # of flags, all but moments in kg m2
+    console.print()
+    table = printing.table("variable", "value", "units", "meaning", right=(1,))
+    for name, variable in row.data_vars.items():
+        table.add_row(name, _value(variable), _units(variable), str(variable.attrs.get("long_name", "")))
+    console.print(table)
+
+
+def _units(variable) -> str:
+    units = str(variable.attrs.get("units", ""))
+    return "" if units == "1" else units
+
+
+def _value(variable) -> str:
+    """Return a value as people read it; all digits are in the JSON."""
+    from sweeps.maps.selection import in_words
+
+    value = _plain(variable)
+    if isinstance(value, list):
+        return ", ".join(in_words(item) for item in value)
+    return "missing" if value != value else in_words(value)
+
+
+def _plain(variable):
+    from sweeps.schema.boxes import flags
+
+    value = variable.values.tolist()
+    return flags(variable).get(value, value) if not isinstance(value, list) else value
+
+
+def _entries(row, names) -> dict:
+    return {name: {"value": _plain(row[name]), "units": str(row[name].attrs.get("units", ""))} for name in names}
+
+
+SLICE = """\
+Give all dimensions but two a value, --DIMENSION VALUE; the nearest grid value is used and reported. Dimensions of
+length one need none. CDO, NCO, ncview and Panoply open the file.
+
+  polhode slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
+"""
+
+
+def add_slice(commands) -> None:
+    """Add the command `slice`."""
+    command = parser.add(commands, "slice", "cut a map down to two dimensions", _slice, SLICE, coordinates=True)
+    parser.share(command, "map")
+    parser.add_output(command, "the netCDF file to write")
+
+
+def _slice(args):
+    from sweeps.maps import admission, selection, summary
+    from sweeps.shards.mapfile import write_part
+
+    with admission.opened(args.map) as whole:
+        ds = summary.pointwise(whole)
+        places = selection.nearest(ds, args.coordinates)
+        dims = selection.left(ds, places)
+        _check_plane(args.map, ds, dims)
+        write_part(selection.at(ds, places), args.output, "slice")
+    for place in places.values():
+        print(place)
+    print(f"{args.output}: {' × '.join(dims)}")
+
+
+def _check_plane(path: str, ds, dims: list[str]) -> None:
+    """Refuse dimensions that form no plane."""
+    from sweeps.maps import selection
+
+    if selection.POINT in dims:
+        what = "its points are sampled or listed and form no plane"
+        allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
+    elif len(dims) != 2:
+        what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
+        fewer = "fewer values: two dimensions must remain"
+        allowed = selection.how_to_choose(ds, dims) if len(dims) > 2 else fewer
+    else:
+        return
+    raise selection.SelectionError(f"{path}: {what}; allowed: {allowed}")
+
+
+FORMATS = ("png", "svg", "pdf", "mp4", "webm")
+THEMES = ("light", "dark", "print")
+LEAST_MM, MOST_MM = 30, 2000
+MILLIMETRES = {"": 1.0, "mm": 1.0, "cm": 10.0, "in": 25.4}
+FIGURES = """\
+Draws all figures, or those named by --only, at the values given by --at or --DIMENSION VALUE (the nearest grid value is
+used and reported). SVG and PDF are for slides and papers: their text can be searched and edited, and the fonts are in
+the file. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is slide
+(16:9, 1920 x 1080 pixels), page (178 mm wide), column (86 mm), or a width or width x height: 160 (mm), 15cm, 6x4in.
+
+  polhode figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
+"""
+
+
+def add_figures(commands) -> None:
+    """Add the command `figures`."""
+    command = parser.add(commands, "figures", "draw the figures of a map", _figures, FIGURES, coordinates=True)
+    parser.share(command, "map")
+    command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
+    command.add_argument("--format", choices=FORMATS, default="png", help="format of figures; mp4, webm: of animations")
+    command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
+    text = "slide, page, column, 160mm, 15cm, 6in, 160x100mm (default: set by the figure)"
+    command.add_argument("--size", metavar="SIZE", help=text)
+    text = "name of a figure or its beginning; may be given several times"
+    command.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
+    text = "value at which to cut the map; may be given several times"
+    command.add_argument("--at", metavar="DIMENSION=VALUE", action="append", default=[], help=text)
+
+
+def _figures(args):
+    from sweeps.views import drawing
+
+    sheet = _sheet(args.size)
+    with nullcontext() if args.only else drawing.worker() as worker:  # few are drawn before a worker is ready
+        return _draw(args, sheet, worker)
+
+
+def _draw(args, sheet, worker):
+    from sweeps.maps import selection
+    from sweeps.views import drawing, figures
+
+    with figures.opened(args.map) as ds:
+        requested = args.coordinates | dict(selection.assigned(text) for text in args.at)
+        places = selection.nearest(ds, requested)
+        chosen = [places[name] for name in requested]
+        cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
+        submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None
+        wish = (args.format, args.only, args.theme, sheet, submit)
+        for path in figures.draw_all(ds.isel(cut), Path(args.output), *wish):
+            print(path)
+    for place in chosen:
+        print(place)
+
+
+def _sheet(text: str | None):
+    """Return the sheet of paper or slide that `--size` names."""
+    from sweeps.figure import style
+
+    if text is None or text in style.SHEETS:
+        return style.SHEETS.get(text, style.ITS_OWN)
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
+    *sides, unit = match.groups() if match else ("",)
+    sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
+    if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
+        allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {LEAST_MM} to {MOST_MM} mm"
+        allowed += " (160, 160x100mm, 15cm, 6x4in)"
+        raise RefusedError(f"--size: {shortened(repr(text))} is not a size; allowed: {allowed}")
+    return style.Sheet(*sides)
+
+
+def add_report(commands) -> None:
+    """Add the command `report`."""
+    command = parser.add(commands, "report", "write the report of a map, one HTML file to explore", _report)
+    parser.share(command, "map")
+    parser.add_output(command, "the HTML file to write")
+
+
+def _report(args):
+    from sweeps.views import figures, report
+
+    with figures.opened(args.map) as ds:
+        report.write(ds, args.output)
+    print(args.output)
+
+
+VERIFY = """\
+exit status: 0 the map is whole; 1 it differs (the differences are listed); 2 the file is not a map
+"""
+
+
+def add_verify(commands) -> None:
+    """Add the command `verify`."""
+    words = "compare a map with its definition, and measure random points again"
+    command = parser.add(commands, "verify", words, _verify, VERIFY)
+    parser.share(command, "map")
+    command.add_argument("--definition", metavar="DEFINITION", help="the definition that should have made the map")
+    command.add_argument("--points", type=int, default=100, metavar="N", help="points to measure again (default 100)")
+    command.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the choice of points (default 0)")
+    command.add_argument("--any-kernels", action="store_true", help="allow a map of other kernels or another machine")
+
+
+def _verify(args):
+    from sweeps.maps import verify
+
+    checks = verify.checked(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    table = printing.table("check", "what was compared", "")
+    for check in checks:
+        verdict = "differs" if check.findings else f"not checked: {check.skipped}" if check.skipped else "holds"
+        table.add_row(check.name, check.covers, verdict)
+    printing.console().print(table)
+    for finding in (finding for check in checks for finding in check.findings):
+        printing.console().print(finding, soft_wrap=True)
+    return 1 if any(check.findings for check in checks) else 0
