@@ -44,13 +44,21 @@ def build() -> tuple[Parser, dict[str, Parser]]:
     """Return the parser of the program, and that of each command."""
     raw = argparse.RawDescriptionHelpFormatter
     program = Parser("polhode", description=DESCRIPTION, epilog=EPILOG, formatter_class=raw, allow_abbrev=False)
-    program.add_argument("--version", action="version", version=f"Polhode {sweeps.__version__}")
+    program.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     text = "print a script that completes commands and options in this shell, and stop (needs the extra `completion`)"
     program.add_argument("--completion", choices=("bash", "zsh", "tcsh"), action=_Completion, help=text)
     commands = program.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for add in COMMANDS:
         add(commands)
     return program, commands.choices
+
+
+class _Version(argparse.Action):
+    """Print the version; argparse's own action would hide that there is no room for it."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        print(f"Polhode {sweeps.__version__}")
+        parser.exit()
 
 
 class _Completion(argparse.Action):

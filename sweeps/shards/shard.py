@@ -138,7 +138,7 @@ class Shard:
 
     @contextmanager
     def _damages_named(self) -> Iterator[None]:
-        """Name this shard as damaged where it cannot be read in the block."""
+        """Report this shard as damaged where it cannot be read in the block."""
         try:
             yield
         except (MapError, OSError) as error:

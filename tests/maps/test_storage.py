@@ -521,8 +521,9 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
 
 
 def test_small_parts_change_no_bit(tmp_path, monkeypatch):
-    sizes, part = [], columns.part
-    monkeypatch.setattr(columns, "part", lambda points, sweep: sizes.append(points["I1"].size) or part(points, sweep))
+    sizes, measure = [], TINY.system.columns
+    counted = lambda points, integration: sizes.append(points["I1"].size) or measure(points, integration)  # noqa: E731
+    monkeypatch.setattr(TINY.system, "columns", counted)
     monkeypatch.setattr(sharding, "PART_SECONDS", estimate.integration_seconds(TINY, 10))
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
     (path,) = write_shards(tmp_path, TINY, 1, threads=2)
