@@ -11,7 +11,6 @@ from sweeps.schema.refusals import TAGS, refusal
 from sweeps.schema.values import Count, Strict, choice, in_unit, key, list_of_different
 from sweeps.schema.variables import Parameter, Quantity
 
-SPACINGS = ("linear", "log")
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
 SPELLED_OUT = 2**16
 
@@ -36,7 +35,7 @@ class Range(Strict):
     start: float = key("first value", ...)
     stop: float = key("last value, itself included", ...)
     num: Count = key("number of values: whole, ≥ 1; 1 only where start equals stop", ...)
-    spacing: Annotated[str, choice(SPACINGS)] = key("linear, or log (geometric)", "linear")
+    spacing: Annotated[str, choice(("linear", "log"))] = key("linear, or log (geometric)", "linear")
 
     def values(self, index: np.ndarray) -> np.ndarray:
         """Return the values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""

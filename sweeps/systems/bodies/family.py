@@ -71,8 +71,7 @@ class MeasuredOnce(FreeBody):
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 
-        from sweeps.systems.bodies.attitude import columns
-        from sweeps.systems.motion import instants, time
+        from sweeps.systems.motion import columns, instants, time
 
         moments, omega = self.start(point)
         rotation = 2 * math.pi / float(point["omega0"])

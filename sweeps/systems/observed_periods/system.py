@@ -48,7 +48,7 @@ class ObservedPeriods(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return what the periods say of each body."""
-        from sweeps.systems.observed_periods.columns import columns
+        from sweeps.systems.observed_periods.answers import columns
 
         return columns(points)
 

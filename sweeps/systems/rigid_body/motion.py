@@ -11,9 +11,8 @@ from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import amount
 from sweeps.systems.bodies import outline
-from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import ascending, check_finite, check_tolerance, instants, span, time
+from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, span, time
 
 if TYPE_CHECKING:
     from sweeps.systems.rigid_body.definition import SpunBody

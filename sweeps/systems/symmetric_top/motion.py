@@ -8,8 +8,7 @@ import xarray as xr
 
 from kernels import exact
 from kernels import symmetric_top as top
-from sweeps.systems.bodies.attitude import described
-from sweeps.systems.motion import instants, span, time
+from sweeps.systems.motion import as_columns, instants, span, time
 
 
 def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> xr.Dataset:
@@ -25,4 +24,4 @@ def motion(point: Mapping[str, float], duration: float | None, samples: int | No
     times = instants(duration, samples, rotation)
     omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
     followed = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
-    return xr.Dataset(described(*followed, "closed form"), {"time": time(times, "the start")})
+    return xr.Dataset(as_columns(*followed, "closed form"), {"time": time(times, "the start")})
