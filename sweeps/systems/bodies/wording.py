@@ -1,9 +1,9 @@
-"""Numbers as people say them: durations, moments and axes, lengths."""
+"""Numbers as people say them: durations, moments and axes."""
 
 import math
 from collections.abc import Iterator
 
-from sweeps.systems.bodies.inertia import Principal, Solid
+from sweeps.systems.bodies.inertia import Principal
 
 HOUR, DAY = 3600.0, 86_400.0
 YEAR = 365.25 * DAY
@@ -36,9 +36,3 @@ def principal_axes(principal: Principal) -> Iterator[str]:
         yield f"I{number} = {moment:.6g} kg m²  about {axis_in_words(row)}"
     for note in principal.notes:
         yield f"note: {note}"
-
-
-def solid_in_words(solid: Solid) -> str:
-    """Return mass, volume and size of a mesh: "0.34 kg, 0.00057 m³, 0.27 × 0.2 × 0.01 m, 1,204 faces"."""
-    size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
-    return f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"

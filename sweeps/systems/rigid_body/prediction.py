@@ -204,8 +204,9 @@ def axes_of(value: object) -> Axes:
 
 
 def _described(body: SpunBody) -> Iterator[str]:
-    if body.solid is not None:
-        yield wording.solid_in_words(body.solid)
+    if (solid := body.solid) is not None:
+        size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
+        yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
     if body.principal is not None:
         yield from wording.principal_axes(body.principal)
         yield "axes 1, 2, 3 in the order of ascending moments"

@@ -33,11 +33,10 @@ Share = Annotated[float, BeforeValidator(share, json_schema_input_type=float | s
 
 def _shares(count: int):
     def check(value: Any) -> tuple[float, ...]:
-        if isinstance(value, tuple | list):
-            if len(value) != count:
-                raise refusal(f"has {len(value)} fractions", f"{count} of them, or one for all")
-            return tuple(map(share, value))
-        return (share(value),) * count
+        values = value if isinstance(value, tuple | list) else (value,) * count
+        if len(values) != count:
+            raise refusal(f"has {len(values)} fractions", f"{count} of them, or one for all")
+        return tuple(map(share, values))
 
     return BeforeValidator(check, json_schema_input_type=float | str | list[float | str])
 
@@ -169,10 +168,9 @@ class UncertainDefinition(NearAxisDefinition):
         for i, body in enumerate(self.bodies):
             given = body.uncertainty or self.uncertainty
             where = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
-            if given is None:
-                wrong.append(Problem(where, "", "is missing", f"{UNCERTAIN}, here or for all bodies"))
-                continue
             try:
+                if given is None:
+                    raise InertiaError("", "is missing", f"{UNCERTAIN}, here or for all bodies")
                 _distribution(body, given)
             except InertiaError as error:
                 wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
