@@ -144,6 +144,4 @@ def all_kernels() -> list[Kernel]:
 
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
-    every = {name: resolve(name) for name in (*MODULES, *_brought())}
-    own = [name for name, one in every.items() if type(one).motion is not Dynamics.motion]
-    return tuple(n for n, one in every.items() if n in own or hasattr(one.beside("motion"), "motion"))
+    return tuple(n for n in (*MODULES, *_brought()) if type(resolve(n)).motion is not Dynamics.motion)

@@ -42,16 +42,6 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
     return span((1 if flips else 2) * exact.period(top), rotation)
 
 
-def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> Dataset:
-    """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion` and `span_of`."""
-    import xarray as xr
-
-    moments, omega = start(point)
-    rotation = 2 * math.pi / np.abs(omega).max()
-    times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
-    return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
-
-
 def spin_of(start: Any) -> dict[str, Any]:
     """Return the axis, spin rate and perturbation in a start as `sweeps.motion` takes it; {} for angular velocities."""
     given = _given(start)

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body import variables
-from sweeps.systems.system import Kernel
+from sweeps.systems.system import Kernel, Point
 
 if TYPE_CHECKING:
     from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
@@ -97,6 +98,18 @@ class RigidBody(FreeBody):
         if integration.attitude:
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
+
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
+        """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
+        import xarray as xr
+
+        from sweeps.systems.motion import columns, instants, time
+        from sweeps.systems.rigid_body.motion import span_of, start
+
+        moments, omega = start(point)
+        rotation = 2 * np.pi / np.abs(omega).max()
+        times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
+        return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
 
     def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
         """Return the number of points, or with `collapse` of distinct motions."""
