@@ -10,31 +10,13 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
 from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import Strict, key, mapping
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
-from sweeps.schema.values import (
-    TOLERANCE,
-    Axis,
-    Moment,
-    Positive,
-    Prose,
-    Strict,
-    Tolerance,
-    ascending,
-    choice,
-    converted,
-    finite,
-    in_unit,
-    key,
-    line_of_text,
-    list_of_different,
-    mapping,
-    not_empty,
-)
+from sweeps.schema.values import TOLERANCE, Positive, Prose, Tolerance, choice, finite, in_unit, line_of_text, not_empty
 from sweeps.systems.bodies import inertia, outline
-from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.bodies.variables import MOMENTS, Moment
 from sweeps.systems.bodies.wording import principal_axes
 
-Axes = list_of_different(Axis, ascending)
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
@@ -57,7 +39,7 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     rows = value if isinstance(value, tuple | list) else ()
     if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
         raise refusal("is not a tensor of inertia", _ROWS)
-    return tuple(tuple(finite(converted(entry, "kg m2"), _ROWS) for entry in row) for row in rows)
+    return tuple(tuple(finite(entry, _ROWS, "kg m2") for entry in row) for row in rows)
 
 
 def _mesh_name(name: str) -> str:

@@ -129,13 +129,20 @@ def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     return {body.name: body for body in definition.bodies}
 
 
-def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
-    """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
-    rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
+def loaded(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition:
+    """Return the definition of one body; refusals name the body's key."""
     try:
-        body = load({"bodies": [values | rates], "grid": {} if "omega0" in rates else {"omega0": 1.0}}).bodies[0]
+        return load(values)
     except DefinitionError as refused:
-        raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
+        text = str(refused).replace("definition: bodies[0].", "body: ")
+        raise DefinitionError(text.replace("definition: ", "body: ")) from None
+
+
+def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
+    """Return a body checked by the rules of a definition, with its requested spin."""
+    rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
+    grid = {} if "omega0" in rates else {"omega0": 1.0}
+    body = loaded({"bodies": [values | rates], "grid": grid}, load).bodies[0]
     shapes.refuse_impossible("body: moments", body.moments)
     return body
 

@@ -8,8 +8,8 @@ import numpy as np
 from kernels.triangle import triangle_margin
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.parameters import grid_model
-from sweeps.schema.values import TOLERANCE, Positive, Tolerance, key, mapping
+from sweeps.schema.parameters import grid_model, key, mapping
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.symmetric_top import variables
 from sweeps.systems.system import Dynamics, Kernel, Point
 

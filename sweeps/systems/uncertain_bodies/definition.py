@@ -7,8 +7,9 @@ import numpy as np
 from pydantic import BeforeValidator, model_validator
 
 from sweeps.schema.definition import Integration
+from sweeps.schema.parameters import Strict, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Positive, Strict, choice, converted, finite, key, mapping, switch, whole
+from sweeps.schema.values import Positive, choice, finite, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
@@ -22,7 +23,7 @@ COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx
 
 def share(value: Any) -> float:
     """Return a relative standard deviation from 0.05 or "5 %"."""
-    amount = finite(converted(value, "1"), SHARE)
+    amount = finite(value, SHARE, "1")
     if not 0 <= amount < 1:
         raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
     return amount
@@ -53,7 +54,7 @@ def _phase(value: Any) -> float | str:
     if value == distribution.ANY:
         return value
     allowed = f"a standard deviation ≥ 0 in rad, or {distribution.ANY}"
-    amount = finite(converted(value, "rad"), allowed)
+    amount = finite(value, allowed, "rad")
     if amount < 0:
         raise refusal("is negative", allowed)
     return amount

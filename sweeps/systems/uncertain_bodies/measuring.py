@@ -168,17 +168,15 @@ class _Body:
         middle = (self.moments[:, a] > others[0]) != (self.moments[:, a] > others[1])
         unstable = rates["regime"] == UNSTABLE
         decided = (unstable | np.isin(rates["regime"], STABLE)) & (rates["status"] == 0)
-        summary = {}
-        for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
-            summary |= _share(name, holds.reshape(self.shape))
+        summary = _share("probability_middle", middle.reshape(self.shape))
+        summary |= _share("probability_unstable", unstable.reshape(self.shape))
 
         def spread(name):
             return _quantiles(f"{name}_quantile", np.nan_to_num(rates[f"{name}_reduced"], nan=0.0).reshape(self.shape))
 
         for quantiles in self.run(spread, ("growth_rate", "frequency")):
             summary |= quantiles
-        likely = float(summary["probability_unstable"])
-        undecided = 1.0 - float(np.mean(decided))
+        likely, undecided = summary["probability_unstable"], 1.0 - float(np.mean(decided))
         return summary | {
             "impossible_naive": float(np.mean(self.impossible)),
             "undecided": undecided,
@@ -191,8 +189,8 @@ class _Body:
         shape = self.shape[0], rate.size // self.shape[0]
         turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
         summary = _share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
-        for name in nonlinear:
-            summary |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+        for name, values in nonlinear.items():
+            summary |= _quantiles(f"{name}_quantile", values.reshape(shape))
         return summary | {"draws_followed": rate.size}
 
     def _moment_summary(self, axis: int) -> dict:

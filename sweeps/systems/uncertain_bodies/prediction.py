@@ -12,6 +12,7 @@ from sweeps.systems.bodies import wording
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.definition import SpunBody
+from sweeps.systems.rigid_body.prediction import loaded
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainBody, UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
@@ -61,12 +62,7 @@ def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: 
     except UnreadableError as unreadable:
         raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
-    values |= {name: given[name] for name in OPTIONS if given[name] is not None}
-    try:
-        return load(values)
-    except DefinitionError as refused:
-        text = str(refused).replace("definition: bodies[0].", "body: ")
-        raise DefinitionError(text.replace("definition: ", "body: ")) from None
+    return loaded(values | {name: given[name] for name in OPTIONS if given[name] is not None}, load)
 
 
 def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
