@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels import statuses
+from kernels.triangle import triangle_margin
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
@@ -43,9 +45,7 @@ class FreeBody(Dynamics):
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others."""
-        from sweeps.systems.bodies.shapes import RATIOS
-
-        return RATIOS.impossible(points)
+        return triangle_margin(*(points[name] for name in MOMENTS)) < 0
 
 
 class MeasuredOnce(FreeBody):
@@ -80,10 +80,8 @@ class MeasuredOnce(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns, with the status by their agreement."""
-        from kernels import statuses, triangle
-
         columns = self.survey(points, integration)
-        columns["triangle_margin"] = triangle.triangle_margin(*(points[name] for name in MOMENTS))
+        columns["triangle_margin"] = triangle_margin(*(points[name] for name in MOMENTS))
         if integration.measured:
             agrees = self.agrees(points, columns)
             columns["status"] = np.where(agrees, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)
