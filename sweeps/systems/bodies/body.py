@@ -1,6 +1,7 @@
 """The one model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -100,11 +101,6 @@ class Body(Strict):
         given = self if self.ratios is None else self.ratios
         return given.I1, given.I2, given.I3
 
-    @property
-    def input(self) -> str:
-        """The mesh's file as the definition names it, with the SHA-256 of its content; empty without a mesh."""
-        return f"{self.mesh.file} {self.solid.digest}" if self.mesh else ""
-
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
         either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
@@ -156,7 +152,7 @@ class BodiesDefinition(Definition):
     @cached_property
     def inputs(self) -> str:
         """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
-        return super().inputs or "\n".join(body.input for body in self.bodies if body.mesh is not None)
+        return super().inputs or "\n".join(f"{body.mesh.file} {body.solid.digest}" for body in self.bodies if body.mesh)
 
     @property
     def outlines(self) -> str:
@@ -191,8 +187,7 @@ class BodiesDefinition(Definition):
     @property
     def facts(self) -> dict:
         """Principal moments and axes of all such bodies."""
-        given = [(body.name, body.principal) for body in self.bodies if body.principal]
-        return {"bodies": {name: {"moments": p.moments, "axes": p.axes, "notes": p.notes} for name, p in given}}
+        return {"bodies": {body.name: asdict(body.principal) for body in self.bodies if body.principal}}
 
     @model_validator(mode="after")
     def _check_bodies(self) -> "BodiesDefinition":

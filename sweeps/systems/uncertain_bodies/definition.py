@@ -16,6 +16,7 @@ from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.uncertain_bodies import designs, distribution
 from sweeps.systems.uncertain_bodies.measuring import BodySampling
+from sweeps.systems.uncertain_bodies.possible import ENTRIES
 
 SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
@@ -92,8 +93,7 @@ class Uncertainty(Strict):
     @property
     def spin(self) -> dict[str, float | str]:
         """Of omega0, epsilon and phase what is uncertain."""
-        values = {name: getattr(self, name) for name in distribution.SPIN}
-        return {name: value for name, value in values.items() if value not in (None, 0)}
+        return {name: value for name in distribution.SPIN if (value := getattr(self, name)) not in (None, 0)}
 
 
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
@@ -105,7 +105,6 @@ GivenUncertainty = Annotated[
     ),
 ]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
-Seed = Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")]
 
 
 class UncertainBody(SpunBody):
@@ -130,7 +129,7 @@ class UncertainDefinition(NearAxisDefinition):
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
     uncertainty: GivenUncertainty = key(f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = key("least number of draws of each body", 10_000)
-    seed: Seed = key("seed of the draws: whole, ≥ 0", 1)
+    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
     method: Annotated[str, choice(designs.METHODS)] = key(
         "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
     )
@@ -190,18 +189,17 @@ def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distr
         allowed = f"uncertainty of its moments, or a tensor of {body.name}"
         raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
     entries, frame = moments, np.eye(3)
-    if use_tensor := wants_tensor or (given.inertia is not None and body.tensor is not None):
+    if wants_tensor or (given.inertia is not None and body.tensor is not None):
         frame, tensor = np.array(body.principal.axes), np.array(body.tensor)
-        entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in distribution.possible.ENTRIES])
+        entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in ENTRIES.values()])
     if given.tensor is not None and len(set(given.tensor)) > 1:
-        for name, entry, share in zip(distribution.ENTRIES, entries, given.tensor, strict=True):
+        for name, entry, share in zip(ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
                 wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
                 raise InertiaError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
         covariance = distribution.checked_covariance(np.array(given.covariance), entries)
     else:
-        shares = given.tensor if use_tensor else given.moments
-        shares = (given.inertia or 0.0) if shares is None else np.array(shares)
-        covariance = distribution.relative(entries, shares)
+        shares = next((s for s in (given.tensor, given.moments, given.inertia) if s is not None), 0.0)
+        covariance = distribution.relative(entries, np.array(shares))
     return distribution.Distribution(moments, frame, entries, covariance, given.spin)

@@ -201,7 +201,7 @@ class _Body:
         variance = distribution.covariance[axis - 1, axis - 1]
         if distribution.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
             direction = distribution.axes[axis - 1]
-            weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
+            weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES.values()])
             variance = max(weights @ distribution.covariance @ weights, 0.0)
         return {
             "moment_mean_requested": float(distribution.moments[axis - 1]),

@@ -15,7 +15,8 @@ from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.rigid_body.prediction import loaded
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainBody, UncertainDefinition
-from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
+from sweeps.systems.uncertain_bodies.distribution import Distribution
+from sweeps.systems.uncertain_bodies.possible import ENTRIES
 from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
