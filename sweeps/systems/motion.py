@@ -12,6 +12,8 @@ MOST_STEPPED = 1e6  # rotations: nearly a minute step by step
 SAMPLES_PER_ROTATION = 32
 LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
 TOLERANCES = (1e-13, 1e-3)
+HOUR, DAY = 3600.0, 86_400.0
+YEAR = 365.25 * DAY
 PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
 LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
 
@@ -96,3 +98,16 @@ def check_finite(columns: Mapping[str, tuple]) -> None:
         if not np.isfinite(values).all():
             allowed = "a point whose numbers and their products are within 1e±300"
             raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")
+
+
+def duration(seconds: float) -> str:
+    """Return a time span in a suitable unit: "0.853 s", "7.29 hours", "303.7 days", "never"."""
+    if math.isinf(seconds):
+        return "never"
+    if seconds < 2 * HOUR:
+        return f"{seconds:.4g} s"
+    if seconds < 2 * DAY:
+        return f"{seconds / HOUR:.4g} hours"
+    days = seconds / DAY
+    text = f"{days:,.0f} days" if 1000 <= days < 1e7 else f"{days:.4g} days"
+    return text if days < 1000 else f"{text} ({seconds / YEAR:.4g} years)"

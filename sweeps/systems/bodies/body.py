@@ -16,7 +16,6 @@ from sweeps.schema.refusals import DefinitionError, Problem, description_of, dis
 from sweeps.schema.values import TOLERANCE, Positive, Prose, Tolerance, choice, finite, in_unit, line_of_text, not_empty
 from sweeps.systems.bodies import inertia, outline
 from sweeps.systems.bodies.variables import MOMENTS, Moment
-from sweeps.systems.bodies.wording import principal_axes
 
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
@@ -179,7 +178,7 @@ class BodiesDefinition(Definition):
         bodies, rows = [body for body in self.bodies if body.principal], []
         for body in bodies[:MOST_PRINTED]:
             rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
-            rows += [("", line) for line in principal_axes(body.principal)]
+            rows += [("", line) for line in inertia.principal_axes(body.principal)]
         if len(bodies) > MOST_PRINTED:
             rows.append(("body", f"and {len(bodies) - MOST_PRINTED:,} more (--json has all of them)"))
         return rows

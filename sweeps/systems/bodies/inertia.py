@@ -11,7 +11,7 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -105,6 +105,22 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     first, second = (row * np.sign(row[np.abs(row).argmax()]) for row in rows[:2])
     rounded = np.array([first, second, np.cross(first, second)]) + 0.0  # no negative zeros
     return tuple(tuple(row) for row in rounded.tolist())
+
+
+def axis_in_words(row: tuple[float, float, float]) -> str:
+    """Return a direction: "x", "−z" along a coordinate axis, else its three components."""
+    for value, name in zip(row, "xyz", strict=True):
+        if abs(value) > 1 - 1e-12:
+            return name if value > 0 else f"−{name}"
+    return "(" + ", ".join(f"{value:.6f}".replace("-", "−") for value in row) + ")"
+
+
+def principal_axes(principal: Principal) -> Iterator[str]:
+    """Yield a line for each principal moment and its axis, and for each note."""
+    for number, (moment, row) in enumerate(zip(principal.moments, principal.axes, strict=True), 1):
+        yield f"I{number} = {moment:.6g} kg m²  about {axis_in_words(row)}"
+    for note in principal.notes:
+        yield f"note: {note}"
 
 
 # -- meshes
