@@ -214,8 +214,7 @@ def _closed(path: str | Path):
         trimesh.repair.fix_winding(mesh)
         return mesh, ("its faces looked both ways and were turned",), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    open_edges = np.count_nonzero(uses != 2)
-    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
+    wrong = f"is not watertight: {(uses != 2).sum():,} of its {len(edges):,} edges join one face, or more than two"
     if np.all(uses % 2 == 0):
         raise MeshError(wrong, "solids that share no edge (unite them, or move one aside by a hundredth of its size)")
     raise MeshError(wrong, "a closed surface (repair it in your modeller, or with trimesh)")

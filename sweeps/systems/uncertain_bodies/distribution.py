@@ -141,7 +141,6 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
         wrong = f"is not positive: it has the eigenvalue {least:.4g}"
         raise InertiaError("(a matrix)", wrong, "no variance below 0 in any direction")
     spread = np.sqrt(np.diag(covariance))
-    # what a tensor's off-diagonal entry can be at most is half the sum of the diagonal ones beside it
     for k, most in enumerate(np.abs(values[:3])):
         if spread[k] >= most:
             wrong = f"makes an uncertainty of {100 * spread[k] / most:.4g} %, entry {k + 1}"

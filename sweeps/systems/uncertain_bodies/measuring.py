@@ -153,8 +153,7 @@ class _Body:
         columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
 
         def follow(part):
-            tile = {name: values[part] for name, values in columns.items()}
-            return twist.survey(tile, self.integration.tolerance)
+            return twist.survey({name: values[part] for name, values in columns.items()}, self.integration.tolerance)
 
         twists = self._tiled(follow, len(moments))
         sizes = np.abs(np.where(np.isnan(twists["twist"]), twists["twist_exact"], twists["twist"]))
