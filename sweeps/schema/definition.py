@@ -14,9 +14,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, PrivateAttr, model_validator
 
 from sweeps.schema import DEFAULT_SYSTEM
-from sweeps.schema.parameters import Range
+from sweeps.schema.parameters import Range, Strict, key, mapping
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import TOLERANCE, Positive, Strict, Tolerance, choice, key, line_of_text, mapping, whole
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance, choice, line_of_text, whole
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 DEFAULT_NAME = "sweep"

@@ -1,17 +1,44 @@
-"""What a grid varies: its parameters, the ranges of their values, and the model that a table of parameters makes."""
+"""Models of a definition's mappings: the base of all, ranges of values, and grids of parameters."""
 
 import math
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Discriminator, Tag, create_model, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model, model_validator
 
-from sweeps.schema.refusals import TAGS, refusal
-from sweeps.schema.values import Count, Strict, choice, in_unit, key, list_of_different
+from sweeps.schema.refusals import TAGS, keys_of, refusal
+from sweeps.schema.values import Count, choice, in_unit, list_of_different
 from sweeps.schema.variables import Parameter, Quantity
 
-SPACINGS = ("linear", "log")
+
+class Strict(BaseModel):
+    """A frozen model that converts nothing and knows no other keys than its own; made ready when it is first used.
+
+    A default that is a model is given by `model_construct`, which uses none: see `mapping`.
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
+
+
+def key(description: str, default: Any = None) -> Any:
+    """Return the field of a key, with what a refusal says of it; `...` in place of a default makes it required."""
+    return Field(default, description=description)
+
+
+def switch(words: str) -> Any:
+    """Return the field of a key that is true or false; left out, it is false."""
+    return key(f"true or false: whether {words}", False)
+
+
+def mapping(words: str, model: type[Strict], required: bool = False) -> Any:
+    """Return the field of a mapping, whose description lists the keys; left out, it has the model's defaults."""
+    default = ... if required else model.model_construct()
+    return key(f"{words}: a mapping with {keys_of(model)}", default)
+
+
+# -- ranges
+
 # Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
 SPELLED_OUT = 2**16
 
@@ -36,7 +63,7 @@ class Range(Strict):
     start: float = key("first value", ...)
     stop: float = key("last value, itself included", ...)
     num: Count = key("number of values: whole, ≥ 1; 1 only where start equals stop", ...)
-    spacing: Annotated[str, choice(SPACINGS)] = key("linear, or log (geometric)", "linear")
+    spacing: Annotated[str, choice(("linear", "log"))] = key("linear, or log (geometric)", "linear")
 
     def values(self, index: np.ndarray) -> np.ndarray:
         """Return the values at the numbers `index` (0 ≤ index < num; any shape), float64 of the same shape."""

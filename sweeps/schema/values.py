@@ -1,45 +1,21 @@
-"""Checked values and their models: numbers and text that refuse in words what they may not hold."""
+"""Checked values: numbers and text that refuse in words what they may not hold."""
 
 import math
 import sys
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BeforeValidator
 
 from sweeps.schema import units
-from sweeps.schema.refusals import display, hint, keys_of, refusal
+from sweeps.schema.refusals import display, hint, refusal
 
 MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
 
 
-class Strict(BaseModel):
-    """A frozen model that converts nothing and knows no other keys than its own; made ready when it is first used.
-
-    A default that is a model is given by `model_construct`, which uses none: see `mapping`.
-    """
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
-
-
-def key(description: str, default: Any = None) -> Any:
-    """Return the field of a key, with what a refusal says of it; `...` in place of a default makes it required."""
-    return Field(default, description=description)
-
-
-def switch(words: str) -> Any:
-    """Return the field of a key that is true or false; left out, it is false."""
-    return key(f"true or false: whether {words}", False)
-
-
-def mapping(words: str, model: type[Strict], required: bool = False) -> Any:
-    """Return the field of a mapping, whose description lists the keys; left out, it has the model's defaults."""
-    default = ... if required else model.model_construct()
-    return key(f"{words}: a mapping with {keys_of(model)}", default)
-
-
-def finite(value: Any, allowed: str) -> float:
-    """Return a finite double; refuse booleans and text."""
+def finite(value: Any, allowed: str, unit: str = "") -> float:
+    """Return a finite double; refuse booleans and text, but for numbers with a unit where `unit` (UDUNITS) is given."""
+    value = converted(value, unit) if unit else value
     if isinstance(value, str):
         raise refusal("is text, not a number", allowed)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -138,11 +114,6 @@ def different(values: tuple) -> tuple:
 def list_of_different(item: Any, *checks: Callable) -> Any:
     """Return the type of a list of values of a type, at least one, which all differ."""
     return Annotated[(tuple[item, ...], *map(AfterValidator, (not_empty, different, *checks)))]
-
-
-def ascending(axes: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the list, sorted."""
-    return tuple(sorted(axes))
 
 
 def spin_rate(name: str) -> Any:

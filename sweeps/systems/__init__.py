@@ -28,9 +28,7 @@ KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty
 _HERE = Path(__file__).parent
 _OURS = [p for p in sorted(_HERE.glob("*/system.py")) if "\nSYSTEM = " in p.read_text(encoding="utf-8")]
 MODULES = {path.parent.name: f"sweeps.systems.{path.parent.name}.system" for path in _OURS}
-DESCRIBED = tuple(
-    f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator")
-)  # in order
+DESCRIBED = tuple(f"sweeps.systems.{kind}.system" for kind in ("periodic", "relative_equilibrium", "oscillator"))
 DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 
@@ -140,12 +138,10 @@ def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dy
 
 def all_kernels() -> list[Kernel]:
     """Return what all systems call, but for what is generated for one."""
-    tables = [*(resolve(name).compiled for name in MODULES), *(kind.compiled for kind in kinds())]
-    return list(dict.fromkeys(kernel for table in tables for kernel in table))
+    every = [*map(resolve, MODULES), *kinds()]
+    return list(dict.fromkeys(kernel for one in every for kernel in one.compiled))
 
 
 def moving() -> tuple[str, ...]:
     """Return the names of the systems whose maps have a motion at each point."""
-    every = {name: resolve(name) for name in (*MODULES, *_brought())}
-    own = [name for name, one in every.items() if type(one).motion is not Dynamics.motion]
-    return tuple(n for n, one in every.items() if n in own or hasattr(one.beside("motion"), "motion"))
+    return tuple(n for n in (*MODULES, *_brought()) if type(resolve(n)).motion is not Dynamics.motion)

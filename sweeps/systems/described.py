@@ -22,9 +22,9 @@ import numpy as np
 
 from sweeps.reading.sandbox import ChildError, parts_from_child
 from sweeps.schema.definition import Definition
-from sweeps.schema.parameters import Range, grid_model, spread
+from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.refusals import DescriptionError
-from sweeps.schema.values import mapping, number
+from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity, Variable, coordinates_of, table
 from sweeps.systems.system import Dynamics, Kernel, Points
 

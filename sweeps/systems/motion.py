@@ -1,4 +1,4 @@
-"""What the motions of all systems share: how long they are, how finely they are told, and their attributes."""
+"""What the motions of all systems share: how long they are, how finely they are told, and their columns."""
 
 import math
 from collections.abc import Mapping
@@ -12,6 +12,10 @@ MOST_STEPPED = 1e6  # rotations: nearly a minute step by step
 SAMPLES_PER_ROTATION = 32
 LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
 TOLERANCES = (1e-13, 1e-3)
+HOUR, DAY = 3600.0, 86_400.0
+YEAR = 365.25 * DAY
+PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
+LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
 
 
 class MotionError(RefusedError):
@@ -60,9 +64,50 @@ def angular_velocity(axis: int, how: str) -> dict[str, str]:
     return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the body, {how}"}
 
 
+def as_columns(rates: np.ndarray, attitude: np.ndarray, how: str, suffix: str = "") -> dict[str, tuple]:
+    """Return omega1 … omega3 (n, 3) and q0 … q3 (n, 4) over `time`; `how` says in words how they are computed."""
+    columns = {f"omega{i}{suffix}": ("time", one, angular_velocity(i, how)) for i, one in enumerate(rates.T, 1)}
+    for i, (part, one) in enumerate(zip(PARTS, attitude.T, strict=True)):
+        words = {"units": "1", "long_name": f"attitude, {part}, {how}", "comment": LAID}
+        columns[f"q{i}{suffix}"] = ("time", one, words)
+    return columns
+
+
+def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (…, 3) along a body's axes turned by attitudes q (…, 4): v + 2 q0 u×v + 2 u×(u×v), u = q[1:]."""
+    once = np.cross(q[..., 1:], vectors)
+    return vectors + 2.0 * (q[..., :1] * once + np.cross(q[..., 1:], once))
+
+
+def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
+    """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
+    from kernels import direct, exact
+
+    moments = np.asarray(moments)
+    rotations = np.abs(omega).max() * np.abs(times).max() / (2 * np.pi)
+    if rotations > MOST_STEPPED:
+        raise MotionError(f"times: the body rotates {rotations:.3g} times; allowed: {MOST_STEPPED:g} times")
+    way = exact.rotation(moments, omega, times), exact.attitude(moments, omega, times)
+    step = direct.rotation(moments, omega, times, tolerance), direct.attitude(moments, omega, times, tolerance)
+    return as_columns(*way, "closed form") | as_columns(*step, "direct integration", "_direct")
+
+
 def check_finite(columns: Mapping[str, tuple]) -> None:
     """Refuse a motion that doubles cannot hold; name → (dimensions, values, …)."""
     for name, (_, values, *_) in columns.items():
         if not np.isfinite(values).all():
             allowed = "a point whose numbers and their products are within 1e±300"
             raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")
+
+
+def duration(seconds: float) -> str:
+    """Return a time span in a suitable unit: "0.853 s", "7.29 hours", "303.7 days", "never"."""
+    if math.isinf(seconds):
+        return "never"
+    if seconds < 2 * HOUR:
+        return f"{seconds:.4g} s"
+    if seconds < 2 * DAY:
+        return f"{seconds / HOUR:.4g} hours"
+    days = seconds / DAY
+    text = f"{days:,.0f} days" if 1000 <= days < 1e7 else f"{days:.4g} days"
+    return text if days < 1000 else f"{text} ({seconds / YEAR:.4g} years)"

@@ -76,10 +76,9 @@ class Points(Protocol):
 class Dynamics(ABC):
     """A system of equations of motion, with its parameters and its columns.
 
-    Three modules beside that of its class are found by name: `presentation`, whose PRESENTATION shows its maps;
-    `motion`, whose function of this name :meth:`motion` calls; `references`, whose REFERENCE, or function `reference`
-    of the system, :meth:`reference` returns. Importing a system imports no kernel, no xarray and no Matplotlib. A whole
-    one, of one module, is `tests/toy/damped_top/system.py`.
+    Two modules beside that of its class are found by name: `presentation`, whose PRESENTATION shows its maps, and
+    `references`, whose REFERENCE, or function `reference` of the system, :meth:`reference` returns. Importing a system
+    imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is `tests/toy/damped_top/system.py`.
     """
 
     name: str  #: value of a definition's key `system`
@@ -194,8 +193,7 @@ class Dynamics(ABC):
         Returns:
             Variables over `time` (s), each with its units.
         """
-        follow = getattr(self.beside("motion"), "motion", None)
-        return follow(point, duration, samples, tolerance) if follow else None
+        return None
 
     def reference(self) -> Reference | None:
         """Return the independent measurements for `verify`; None where the system has none."""

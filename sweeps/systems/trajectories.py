@@ -8,7 +8,7 @@ import numpy as np
 
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display, hint
-from sweeps.schema.variables import amount
+from sweeps.schema.variables import Variable, amount
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:
@@ -56,25 +56,13 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
         words = {"units": unit, "long_name": f"error of {meaning}"}
         words["comment"] = "four times the change by halving the steps and by a rounding of the start"
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
-    flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
-    variables["status"] = ("run", status, {"long_name": "whether the motion keeps the tolerance", **flags})
+    flags = Variable("status", None, "whether the motion keeps the tolerance", "i1", STATUSES).attributes
+    variables["status"] = ("run", status, flags)
     coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
     for q, values in zip(model.system.parameters.values(), p, strict=True):
         coordinates[q.name] = ("run", values, {"units": q.unit, "long_name": q.meaning})
     ds = xr.Dataset(variables, coordinates, {"title": model.system.title})
     return ds if shape else ds.isel(run=0)
-
-
-def model_of(system) -> "Model":
-    """Return the model of a described system: itself, of a Python file, or the name of one that ships."""
-    return _model(_description(system))
-
-
-@cache
-def _model(description: "mechanics.System") -> "Model":
-    from sweeps.mechanics.model import Model
-
-    return Model(description)
 
 
 def is_described(system: object) -> bool:
@@ -85,20 +73,27 @@ def is_described(system: object) -> bool:
     return is_given or (isinstance(system, str) and system in systems.described_names())
 
 
-def _description(system) -> "mechanics.System":
-    """Return the description of a system: itself, of a file, or one that ships."""
+def model_of(system) -> "Model":
+    """Return the model of a described system: itself, of a Python file, or the name of one that ships."""
     from sweeps import mechanics, systems
     from sweeps.systems import described
 
     if isinstance(system, mechanics.System):
-        return system
+        return _model(system)
     if systems.is_file(system):
-        return described.script(system, "")[0]
+        return _model(described.script(system, "")[0])
     names = systems.described_names()
     if system not in names:
         wrong = f"{system!r} is no described system" + hint(system, names)
         raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
-    return systems.resolve(system).description
+    return _model(systems.resolve(system).description)
+
+
+@cache
+def _model(description: "mechanics.System") -> "Model":
+    from sweeps.mechanics.model import Model
+
+    return Model(description)
 
 
 def _given(where, values, defaults, unit_of):

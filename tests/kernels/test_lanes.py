@@ -186,7 +186,7 @@ import pickle, sys
 from pathlib import Path
 from kernels import lanes
 from kernels.cache import CHECKSUM
-from sweeps.systems.rigid_body.kernels import KERNELS
+from sweeps.systems.rigid_body.system import KERNELS
 for kernel in KERNELS:
     if kernel.module == "lanes":
         getattr(lanes, kernel.name).compile(kernel.types)

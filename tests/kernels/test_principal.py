@@ -18,7 +18,7 @@ def axes():
 
 def found(tensors, axes):
     """Moments and rotations of tensors, shape (n, 3, 3)."""
-    entries = np.stack([tensors[:, i, j] for i, j in ENTRIES], axis=-1)
+    entries = np.stack([tensors[:, i, j] for i, j in ENTRIES.values()], axis=-1)
     moments, turned = np.empty((len(tensors), 3)), np.empty((len(tensors), 3, 3))
     principal.axes_near(np.ascontiguousarray(entries), np.ascontiguousarray(axes), moments, turned)
     return moments, turned

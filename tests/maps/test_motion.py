@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 from sweeps import systems
 from sweeps.maps import motion
-from sweeps.systems.rigid_body import motion as rigid_body
-from sweeps.systems.symmetric_top import motion as symmetric_top
+from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
+from sweeps.systems.symmetric_top.system import SYSTEM as TOP
 
 POINT = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2, "omega0": -10.0, "epsilon": 1e-2, "phase": 0.6}
 OMEGA = ["omega1", "omega2", "omega3"]
@@ -30,7 +30,7 @@ def scipy_run(point, times):
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_both_ways_agree_with_scipy(axis):
     point = POINT | {"axis": axis}
-    moved = rigid_body.motion(point, 2.0, 101, 1e-10)
+    moved = RIGID_BODY.motion(point, 2.0, 101, 1e-10)
     expected = scipy_run(point, moved.time.values)
     # SciPy's own error over two seconds and a flip, against an angular velocity of 10
     np.testing.assert_allclose(np.stack([moved[name] for name in OMEGA], 1), expected, atol=1e-7)
@@ -38,23 +38,23 @@ def test_both_ways_agree_with_scipy(axis):
 
 
 def test_the_length_of_its_own_holds_two_flips():
-    moved = rigid_body.motion(POINT, None, None, 1e-10)
+    moved = RIGID_BODY.motion(POINT, None, None, 1e-10)
     assert (np.diff(np.sign(moved.omega2.values)) != 0).sum() == 2
     np.testing.assert_allclose(moved.omega2[-1], moved.omega2[0], rtol=1e-6)  # a whole period
-    stable = rigid_body.motion(POINT | {"axis": 3}, None, None, 1e-10)
+    stable = RIGID_BODY.motion(POINT | {"axis": 3}, None, None, 1e-10)
     assert (np.diff(np.sign(stable.omega1.values)) != 0).sum() == 4  # two turns of the nudge
 
 
 @pytest.mark.parametrize("change", [{"epsilon": 1e-300, "axis": 1, "I2": 0.00121}, {"I1": 1.0, "I2": 1.0, "I3": 1.0}])
 def test_what_never_comes_back_is_followed_for_four_rotations(change):
-    moved = rigid_body.motion(POINT | change, None, None, 1e-10)
+    moved = RIGID_BODY.motion(POINT | change, None, None, 1e-10)
     assert moved.time[-1].item() <= 10_000 * 2 * math.pi / 10
     assert np.isfinite(moved.omega1).all()
 
 
 def test_a_symmetric_top_turns_by_its_formula():
     point = {"ratio": 1.5, "omega3": 4.0, "half_angle": 30.0}
-    moved = symmetric_top.motion(point, None, None, 1e-10)
+    moved = TOP.motion(point, None, None, 1e-10)
     assert moved.time[-1].item() == pytest.approx(2 * 2 * math.pi / (0.5 * 4.0), rel=1e-15)
     angle = np.unwrap(np.arctan2(moved.omega2, moved.omega1))
     np.testing.assert_allclose(angle, 0.5 * 4.0 * moved.time, atol=1e-12)
@@ -64,7 +64,7 @@ def test_a_symmetric_top_turns_by_its_formula():
 def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
     import xarray as xr
 
-    moved = rigid_body.motion(POINT, 1.0, 11, 1e-10)
+    moved = RIGID_BODY.motion(POINT, 1.0, 11, 1e-10)
     motion.write(moved, tmp_path / "m.nc")
     motion.write(moved, tmp_path / "m.csv")
     heading = (tmp_path / "m.csv").read_text().splitlines()[0].split(",")

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from sweeps.figure.style import STYLE
-from sweeps.systems.symmetric_top.motion import motion
 from sweeps.systems.symmetric_top.presentation import figure_cones, figure_precession
+from sweeps.systems.symmetric_top.system import SYSTEM
 from sweeps.views import figures
 
 TOPS = {
@@ -57,7 +57,7 @@ def test_a_sphere_has_no_cones(tops):
 @pytest.mark.parametrize("ratio", [0.5, 1.8])
 def test_the_cones_are_those_of_the_motion(ratio):
     """Angles of the angular velocity and of the figure axis to L, from quaternions."""
-    moved = motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15, 1e-10)
+    moved = SYSTEM.motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15, 1e-10)
     turned = Rotation.from_quat(np.stack([moved[f"q{i}"] for i in range(4)], axis=1), scalar_first=True)
     omega = np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1)
     L = omega[0] * [1.0, 1.0, ratio]

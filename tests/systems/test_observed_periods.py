@@ -13,7 +13,7 @@ from scipy.special import ndtr
 import sweeps
 from kernels import tumbling
 from sweeps.systems.observed_periods import references
-from sweeps.systems.observed_periods.columns import exclusion
+from sweeps.systems.observed_periods.answers import exclusion
 
 HOUR = 3600.0
 

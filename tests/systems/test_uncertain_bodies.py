@@ -33,7 +33,7 @@ PUBLISHED = {
 }
 DIGITS = {"1U": 6e-4, "3U": 6e-4, "6U": 6e-5, "12U": 6e-5}
 TENSOR = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]])
-SIX = np.array([TENSOR[i, j] for i, j in possible.ENTRIES])
+SIX = np.array([TENSOR[i, j] for i, j in possible.ENTRIES.values()])
 
 
 def box(name):
@@ -195,7 +195,7 @@ def test_a_drawn_tensor_turns_the_axes_and_the_spin_starts_where_it_was():
     omega = 3.0 * (known.axes[1] + start[0] * known.axes[2] + start[1] * known.axes[0])
     drawn_entries = SIX + normals * 0.1 * np.array([1, 1, 1, 0.8, 0.8, 0.8])
     tensors = np.empty((len(normals), 3, 3))
-    for k, (i, j) in enumerate(possible.ENTRIES):
+    for k, (i, j) in enumerate(possible.ENTRIES.values()):
         tensors[:, i, j] = tensors[:, j, i] = drawn_entries[:, k]
     momentum = tensors @ omega
     a, b, c = points["omega0"], *(points["omega0"] * points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from sweeps.systems.bodies import wording
-from sweeps.systems.bodies.inertia import Principal
+from sweeps.systems.bodies.inertia import Principal, axis_in_words, principal_axes
+from sweeps.systems.motion import duration
 
 
 @pytest.mark.parametrize(
@@ -21,15 +21,15 @@ from sweeps.systems.bodies.inertia import Principal
     ],
 )
 def test_durations_come_in_the_unit_that_fits(seconds, words):
-    assert wording.duration(seconds) == words
+    assert duration(seconds) == words
 
 
 def test_axes_are_named_where_they_are_the_coordinates():
-    assert wording.axis_in_words((0.0, 1.0, 0.0)) == "y"
-    assert wording.axis_in_words((0.0, 0.0, -1.0)) == "−z"
-    assert wording.axis_in_words((0.6, -0.8, 0.0)) == "(0.600000, −0.800000, 0.000000)"
+    assert axis_in_words((0.0, 1.0, 0.0)) == "y"
+    assert axis_in_words((0.0, 0.0, -1.0)) == "−z"
+    assert axis_in_words((0.6, -0.8, 0.0)) == "(0.600000, −0.800000, 0.000000)"
 
 
 def test_principal_axes_take_a_line_each_and_a_note():
-    lines = list(wording.principal_axes(Principal((1.0, 2.0, 2.5), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), ("so it is",))))
+    lines = list(principal_axes(Principal((1.0, 2.0, 2.5), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), ("so it is",))))
     assert lines == ["I1 = 1 kg m²  about x", "I2 = 2 kg m²  about y", "I3 = 2.5 kg m²  about z", "note: so it is"]

@@ -1,6 +1,7 @@
 """The one model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -10,31 +11,12 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
 from sweeps.schema.definition import Definition
+from sweeps.schema.parameters import Strict, key, mapping
 from sweeps.schema.refusals import DefinitionError, Problem, description_of, display, refusal, refusals
-from sweeps.schema.values import (
-    TOLERANCE,
-    Axis,
-    Moment,
-    Positive,
-    Prose,
-    Strict,
-    Tolerance,
-    ascending,
-    choice,
-    converted,
-    finite,
-    in_unit,
-    key,
-    line_of_text,
-    list_of_different,
-    mapping,
-    not_empty,
-)
+from sweeps.schema.values import TOLERANCE, Positive, Prose, Tolerance, choice, finite, in_unit, line_of_text, not_empty
 from sweeps.systems.bodies import inertia, outline
-from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.bodies.wording import principal_axes
+from sweeps.systems.bodies.variables import MOMENTS, Moment
 
-Axes = list_of_different(Axis, ascending)
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
@@ -57,7 +39,7 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
     rows = value if isinstance(value, tuple | list) else ()
     if len(rows) != 3 or not all(isinstance(row, tuple | list) and len(row) == 3 for row in rows):
         raise refusal("is not a tensor of inertia", _ROWS)
-    return tuple(tuple(finite(converted(entry, "kg m2"), _ROWS) for entry in row) for row in rows)
+    return tuple(tuple(finite(entry, _ROWS, "kg m2") for entry in row) for row in rows)
 
 
 def _mesh_name(name: str) -> str:
@@ -118,11 +100,6 @@ class Body(Strict):
         given = self if self.ratios is None else self.ratios
         return given.I1, given.I2, given.I3
 
-    @property
-    def input(self) -> str:
-        """The mesh's file as the definition names it, with the SHA-256 of its content; empty without a mesh."""
-        return f"{self.mesh.file} {self.solid.digest}" if self.mesh else ""
-
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
         either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
@@ -174,7 +151,7 @@ class BodiesDefinition(Definition):
     @cached_property
     def inputs(self) -> str:
         """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
-        return super().inputs or "\n".join(body.input for body in self.bodies if body.mesh is not None)
+        return super().inputs or "\n".join(f"{body.mesh.file} {body.solid.digest}" for body in self.bodies if body.mesh)
 
     @property
     def outlines(self) -> str:
@@ -201,7 +178,7 @@ class BodiesDefinition(Definition):
         bodies, rows = [body for body in self.bodies if body.principal], []
         for body in bodies[:MOST_PRINTED]:
             rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
-            rows += [("", line) for line in principal_axes(body.principal)]
+            rows += [("", line) for line in inertia.principal_axes(body.principal)]
         if len(bodies) > MOST_PRINTED:
             rows.append(("body", f"and {len(bodies) - MOST_PRINTED:,} more (--json has all of them)"))
         return rows
@@ -209,8 +186,7 @@ class BodiesDefinition(Definition):
     @property
     def facts(self) -> dict:
         """Principal moments and axes of all such bodies."""
-        given = [(body.name, body.principal) for body in self.bodies if body.principal]
-        return {"bodies": {name: {"moments": p.moments, "axes": p.axes, "notes": p.notes} for name, p in given}}
+        return {"bodies": {body.name: asdict(body.principal) for body in self.bodies if body.principal}}
 
     @model_validator(mode="after")
     def _check_bodies(self) -> "BodiesDefinition":

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels import statuses
+from kernels.triangle import triangle_margin
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
@@ -43,9 +45,7 @@ class FreeBody(Dynamics):
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others."""
-        from sweeps.systems.bodies.shapes import RATIOS
-
-        return RATIOS.impossible(points)
+        return triangle_margin(*(points[name] for name in MOMENTS)) < 0
 
 
 class MeasuredOnce(FreeBody):
@@ -71,8 +71,7 @@ class MeasuredOnce(FreeBody):
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 
-        from sweeps.systems.bodies.attitude import columns
-        from sweeps.systems.motion import instants, time
+        from sweeps.systems.motion import columns, instants, time
 
         moments, omega = self.start(point)
         rotation = 2 * math.pi / float(point["omega0"])
@@ -81,10 +80,8 @@ class MeasuredOnce(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns, with the status by their agreement."""
-        from kernels import statuses, triangle
-
         columns = self.survey(points, integration)
-        columns["triangle_margin"] = triangle.triangle_margin(*(points[name] for name in MOMENTS))
+        columns["triangle_margin"] = triangle_margin(*(points[name] for name in MOMENTS))
         if integration.measured:
             agrees = self.agrees(points, columns)
             columns["status"] = np.where(agrees, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)

@@ -11,7 +11,7 @@ Source: Landau and Lifshitz, Mechanics, section 32. Volume integrals over a mesh
 "Polyhedral mass properties".
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -107,6 +107,22 @@ def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
     return tuple(tuple(row) for row in rounded.tolist())
 
 
+def axis_in_words(row: tuple[float, float, float]) -> str:
+    """Return a direction: "x", "−z" along a coordinate axis, else its three components."""
+    for value, name in zip(row, "xyz", strict=True):
+        if abs(value) > 1 - 1e-12:
+            return name if value > 0 else f"−{name}"
+    return "(" + ", ".join(f"{value:.6f}".replace("-", "−") for value in row) + ")"
+
+
+def principal_axes(principal: Principal) -> Iterator[str]:
+    """Yield a line for each principal moment and its axis, and for each note."""
+    for number, (moment, row) in enumerate(zip(principal.moments, principal.axes, strict=True), 1):
+        yield f"I{number} = {moment:.6g} kg m²  about {axis_in_words(row)}"
+    for note in principal.notes:
+        yield f"note: {note}"
+
+
 # -- meshes
 
 
@@ -198,8 +214,7 @@ def _closed(path: str | Path):
         trimesh.repair.fix_winding(mesh)
         return mesh, ("its faces looked both ways and were turned",), digest
     edges, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    open_edges = np.count_nonzero(uses != 2)
-    wrong = f"is not watertight: {open_edges:,} of its {len(edges):,} edges join one face, or more than two"
+    wrong = f"is not watertight: {(uses != 2).sum():,} of its {len(edges):,} edges join one face, or more than two"
     if np.all(uses % 2 == 0):
         raise MeshError(wrong, "solids that share no edge (unite them, or move one aside by a hundredth of its size)")
     raise MeshError(wrong, "a closed surface (repair it in your modeller, or with trimesh)")

@@ -23,9 +23,8 @@ import numpy as np
 
 from kernels.triangle import triangle_margin
 from sweeps.schema import units
-from sweeps.schema.parameters import Quantity, Range, entry, range_model
+from sweeps.schema.parameters import Quantity, Range, Strict, entry, key, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.schema.values import Strict, key
 from sweeps.systems.bodies.variables import LEAST, MOMENTS, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"

@@ -72,9 +72,8 @@ def _whose_boxes_meet(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
     """Yield the numbers of each two surfaces whose boxes share a volume."""
     low, high = (np.array([end(one, axis=(0, 1)) for one in surfaces]) for end in (np.min, np.max))
     for one in range(len(surfaces)):
-        after = slice(one + 1, None)
-        meet = ((low[one] < high[after]) & (low[after] < high[one])).all(axis=1)
-        yield from ((one, one + 1 + int(other)) for other in np.flatnonzero(meet))
+        meet = ((low[one] < high) & (low < high[one])).all(axis=1)
+        yield from ((one, other) for other in np.flatnonzero(meet).tolist() if other > one)
 
 
 def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:

@@ -29,15 +29,10 @@ class Face(NamedTuple):
         return normal / (np.linalg.norm(normal) or 1.0)
 
 
-def mean_squares(moments: np.ndarray) -> np.ndarray:
-    """Return S_i in units of the largest, at least a thousandth of it."""
-    squares = np.maximum(moments.sum() - 2.0 * moments, 1e-3 * moments.max())
-    return squares / squares.max()
-
-
 def solid(moments: np.ndarray) -> list[Face]:
     """Return the faces of the body in its axes, its farthest corner at distance one."""
-    squares = mean_squares(moments)
+    squares = np.maximum(moments.sum() - 2.0 * moments, 1e-3 * moments.max())
+    squares = squares / squares.max()
     order = np.argsort(-squares, kind="stable")
     is_even = (order[1] - order[0]) % 3 == 1  # an odd order of the axes mirrors the shape
     placed = []
@@ -58,13 +53,10 @@ def of_mesh(vertices: Sequence[int], triangles: Sequence[int]) -> list[Face]:
 
 def _box() -> list[Face]:
     """Return six faces of a uniform box; the two broad ones differ, so that a flip is seen."""
-    faces = []
+    faces, square = [], np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     for k in range(3):
         for sign in (1.0, -1.0):
-            corners = np.zeros((4, 3))
-            corners[:, k] = sign
-            corners[:, (k + 1) % 3] = [-1.0, 1.0, 1.0, -1.0]
-            corners[:, (k + 2) % 3] = [-1.0, -1.0, 1.0, 1.0]
+            corners = np.roll(np.insert(square, 0, sign, axis=1), k, axis=1)
             color = (FRONT if sign > 0 else BACK) if k == 2 else EDGE
             faces.append(Face(np.sqrt(3.0) * (corners if sign > 0 else corners[::-1]), color))
     return faces

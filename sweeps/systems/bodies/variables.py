@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Mapping
 from typing import Annotated
 
-from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, number, spin_rate
+from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, list_of_different, number, spin_rate
 from sweeps.schema.variables import Layout, Parameter, Quantity, Variable, coordinates_of, table
 from sweeps.systems.shared_variables import perturbation, rows
 
 MOMENTS = ("I1", "I2", "I3")
+Axes = list_of_different(Axis, lambda axes: tuple(sorted(axes)))
 
 Spin = Annotated[
     float, number(lambda x: MIN_SPIN_RATE <= x <= MAX_SPIN_RATE, "a number with 1e-150 ≤ omega0 ≤ 1e150 in rad s-1")

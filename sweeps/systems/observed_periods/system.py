@@ -5,8 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sweeps.schema.parameters import grid_model
-from sweeps.schema.values import Strict, key, mapping
+from sweeps.schema.parameters import Strict, grid_model, key, mapping
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
@@ -48,7 +47,7 @@ class ObservedPeriods(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return what the periods say of each body."""
-        from sweeps.systems.observed_periods.columns import columns
+        from sweeps.systems.observed_periods.answers import columns
 
         return columns(points)
 

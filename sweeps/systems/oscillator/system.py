@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import AfterValidator, model_validator
 
 from sweeps.schema.definition import Definition, Integration
+from sweeps.schema.parameters import key, mapping
 from sweeps.schema.refusals import Problem, display, refusal, refusals
-from sweeps.schema.values import Positive, Tolerance, key, mapping, number
+from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, PATHS, PLANNING, Described
 from sweeps.systems.oscillator import variables as tables

@@ -2,9 +2,8 @@
 
 from sweeps.schema.values import Phase
 from sweeps.schema.variables import Parameter, Quantity, Variable
-from sweeps.systems.equilibria import layout, of_runs
 from sweeps.systems.rates import variables as rates
-from sweeps.systems.shared_variables import perturbation, regime, rows
+from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 

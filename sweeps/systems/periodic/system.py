@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.definition import Definition
-from sweeps.schema.values import Strict, Tolerance, mapping
+from sweeps.schema.parameters import Strict, mapping
+from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, Described
 from sweeps.systems.periodic import variables as tables

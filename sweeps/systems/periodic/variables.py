@@ -5,8 +5,7 @@ from dataclasses import replace
 from kernels.codes import INVARIANTS as NAMES
 from kernels.codes import REGIMES
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.equilibria import layout
-from sweeps.systems.shared_variables import perturbation, regime, rows, status, with_theory
+from sweeps.systems.shared_variables import layout, perturbation, regime, rows, status, with_theory
 
 _BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
 _EACH = ("multiplier",)

@@ -7,11 +7,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from sweeps.schema.parameters import Range, grid_model, spread
-from sweeps.schema.values import choice, mapping
+from sweeps.schema.parameters import Range, grid_model, mapping, spread
+from sweeps.schema.values import choice
 from sweeps.systems import described
-from sweeps.systems.bodies.body import AXES, Axes
+from sweeps.systems.bodies.body import AXES
 from sweeps.systems.bodies.shapes import RATIOS
+from sweeps.systems.bodies.variables import Axes
 from sweeps.systems.periodic.system import OnePeriod, Periodic, PeriodicDefinition
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.system import Dynamics, Kernel, Points

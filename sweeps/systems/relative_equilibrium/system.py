@@ -12,7 +12,8 @@ from pydantic import BeforeValidator
 
 from sweeps.process.machine import cores
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.values import Positive, Tolerance, key, mapping, whole
+from sweeps.schema.parameters import key, mapping
+from sweeps.schema.values import Positive, Tolerance, whole
 from sweeps.schema.variables import Variable
 from sweeps.systems.described import MECHANICS, PLANNING, Described
 from sweeps.systems.relative_equilibrium import variables as tables

@@ -1,8 +1,7 @@
 """What a map of relative equilibria holds, beside the parameters and the places of the system described."""
 
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.equilibria import layout, of_runs
-from sweeps.systems.shared_variables import perturbation, regime, rows, with_theory
+from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows, with_theory
 
 REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
 

@@ -5,26 +5,13 @@ from typing import Annotated, ClassVar
 from pydantic import model_validator
 
 from sweeps.schema.definition import Integration
-from sweeps.schema.parameters import grid_model
+from sweeps.schema.parameters import Strict, grid_model, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, hint, refusals
-from sweeps.schema.values import (
-    Axis,
-    Epsilon,
-    Phase,
-    Positive,
-    Strict,
-    choice,
-    in_unit,
-    key,
-    line_of_text,
-    list_of_different,
-    mapping,
-    switch,
-)
+from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit, line_of_text, list_of_different
 from sweeps.schema.variables import Variable
-from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, Axes, BodiesDefinition, Body, list_of
+from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.bodies.variables import SignedSpin
+from sweeps.systems.bodies.variables import Axes, SignedSpin
 from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, IN_SPACE, PARAMETERS, SHAREABLE, TERMS, VARIABLES
 
 GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)

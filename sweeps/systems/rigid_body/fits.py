@@ -9,8 +9,7 @@ import numpy as np
 
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import Dataset
-
-SECONDS_PER_DAY = 86_400.0
+from sweeps.systems.motion import DAY
 
 # Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
 FIT_ABOVE, FIT_BELOW = 1e-11, 1e-2
@@ -118,7 +117,7 @@ def periods(ds: Dataset) -> list[Period]:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
     euler = ds["euler_period"].isel({dim: at for dim, at in first.items() if dim in ds["euler_period"].dims})
     seen = [one for one in _observations(ds) if one.axis in ds["axis"].values]
-    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / SECONDS_PER_DAY) for o in seen]
+    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / DAY) for o in seen]
 
 
 def _observations(ds: Dataset) -> Iterator[Period]:

@@ -11,9 +11,8 @@ from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import amount
 from sweeps.systems.bodies import outline
-from sweeps.systems.bodies.attitude import columns
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import ascending, check_finite, check_tolerance, instants, span, time
+from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, span, time
 
 if TYPE_CHECKING:
     from sweeps.systems.rigid_body.definition import SpunBody
@@ -41,16 +40,6 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
     top = exact.set_up(*moments, *omega)
     flips = exact.max_tilt(top, int(np.abs(omega).argmax()) + 1) > 0.5 * math.pi
     return span((1 if flips else 2) * exact.period(top), rotation)
-
-
-def motion(point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float) -> Dataset:
-    """Return ω(t) and q(t) of a free rigid body from a point of a map; see `Dynamics.motion` and `span_of`."""
-    import xarray as xr
-
-    moments, omega = start(point)
-    rotation = 2 * math.pi / np.abs(omega).max()
-    times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
-    return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
 
 
 def spin_of(start: Any) -> dict[str, Any]:

@@ -16,9 +16,11 @@ import numpy as np
 from kernels import exact, linear, twist
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, named
-from sweeps.systems.bodies import shapes, wording
+from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
+from sweeps.systems.bodies.inertia import principal_axes
 from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.motion import DAY, duration
 from sweeps.systems.rigid_body import motion
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 
@@ -95,8 +97,8 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
     return abs(float(twist.survey(points, 1e-10, measured=False)["twist_exact"][0]))
 
 
-def in_words(spin: Spin, duration) -> str:
-    """Return the outcome of a perturbed spin in one sentence or two; `duration` formats seconds."""
+def in_words(spin: Spin) -> str:
+    """Return the outcome of a perturbed spin in one sentence or two."""
     if spin.regime == "unstable":
         text = f"unstable: perturbations grow e-fold in {duration(spin.e_folding_time)}"
         if spin.flip_period is None:
@@ -129,13 +131,20 @@ def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
     return {body.name: body for body in definition.bodies}
 
 
-def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
-    """Return a body checked by the rules of a definition, with its requested spin; refusals name the key."""
-    rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
+def loaded(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition:
+    """Return the definition of one body; refusals name the body's key."""
     try:
-        body = load({"bodies": [values | rates], "grid": {} if "omega0" in rates else {"omega0": 1.0}}).bodies[0]
+        return load(values)
     except DefinitionError as refused:
-        raise DefinitionError(str(refused).replace("definition: bodies[0].", "body: ")) from None
+        text = str(refused).replace("definition: bodies[0].", "body: ")
+        raise DefinitionError(text.replace("definition: ", "body: ")) from None
+
+
+def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
+    """Return a body checked by the rules of a definition, with its requested spin."""
+    rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
+    grid = {} if "omega0" in rates else {"omega0": 1.0}
+    body = loaded({"bodies": [values | rates], "grid": grid}, load).bodies[0]
     shapes.refuse_impossible("body: moments", body.moments)
     return body
 
@@ -178,14 +187,14 @@ def answer(
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
-    turn, size = wording.duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
+    turn, size = duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
     rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn})"
     lines = [*_described(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
     about_axes = spins(body.moments, **spun, axes=axes)
     if any(spin.flip_period is not None for spin in about_axes):
         lines.append(f"flip times are for ε = {size}; larger perturbations flip sooner")
     for one in about_axes:
-        text, twist = in_words(one, wording.duration), twist_of(body.moments, one.axis, spun) if thrown else None
+        text, twist = in_words(one), twist_of(body.moments, one.axis, spun) if thrown else None
         facts["axes"].append(asdict(one) | {"max_tilt": math.radians(one.max_tilt)})
         if thrown:
             facts["axes"][-1]["twist_thrown"] = twist
@@ -204,10 +213,11 @@ def axes_of(value: object) -> Axes:
 
 
 def _described(body: SpunBody) -> Iterator[str]:
-    if body.solid is not None:
-        yield wording.solid_in_words(body.solid)
+    if (solid := body.solid) is not None:
+        size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
+        yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
     if body.principal is not None:
-        yield from wording.principal_axes(body.principal)
+        yield from principal_axes(body.principal)
         yield "axes 1, 2, 3 in the order of ascending moments"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"
@@ -219,6 +229,6 @@ def _described(body: SpunBody) -> Iterator[str]:
 
 def _known(body: SpunBody) -> Iterator[str]:
     if body.observed is not None:
-        yield f"observed: {wording.duration(body.observed.period_days * wording.DAY)}, {body.observed.what}"
+        yield f"observed: {duration(body.observed.period_days * DAY)}, {body.observed.what}"
     if body.note:
         yield f"note: {' '.join(body.note.split())}"

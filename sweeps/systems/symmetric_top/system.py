@@ -1,15 +1,17 @@
 """The free symmetric top, spun at any angle to its figure axis: its definition, its columns and its references."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from kernels.triangle import triangle_margin
+from sweeps.schema.boxes import Dataset
 from sweeps.schema.definition import Definition, Integration
-from sweeps.schema.parameters import grid_model
-from sweeps.schema.values import TOLERANCE, Positive, Tolerance, key, mapping
+from sweeps.schema.parameters import grid_model, key, mapping
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance
 from sweeps.systems.symmetric_top import variables
-from sweeps.systems.system import Dynamics, Kernel
+from sweeps.systems.system import Dynamics, Kernel, Point
 
 A_POINT = {"ratio": 1.5, "omega3": 1.0, "half_angle": 30.0}
 
@@ -51,6 +53,24 @@ class SymmetricTop(Dynamics):
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return symmetric_top.survey(points, *settings)
+
+    def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
+        """Return ω(t) and q(t) from a point of a map, in closed form; see `Dynamics.motion`.
+
+        The default duration is two turns of the precession, or four rotations where that takes over 10,000.
+        """
+        import xarray as xr
+
+        from kernels import exact
+        from kernels import symmetric_top as top
+        from sweeps.systems.motion import as_columns, instants, span, time
+
+        ratio, spin = float(point["ratio"]), float(point["omega3"])
+        rate, rotation = abs(float(top.precession_rate(ratio, spin))), 2 * math.pi / abs(spin)
+        times = instants(duration or span(4 * math.pi / rate if rate > 0 else math.inf, rotation), samples, rotation)
+        omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
+        followed = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
+        return xr.Dataset(as_columns(*followed, "closed form"), {"time": time(times, "the start")})
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where I3 exceeds the sum of the two other moments."""

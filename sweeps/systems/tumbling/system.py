@@ -7,9 +7,8 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from sweeps.schema.parameters import grid_model, spread
+from sweeps.schema.parameters import grid_model, key, mapping, spread
 from sweeps.schema.refusals import Problem, display, refusals
-from sweeps.schema.values import key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS

@@ -5,8 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sweeps.schema.parameters import grid_model
-from sweeps.schema.values import key, mapping
+from sweeps.schema.parameters import grid_model, key, mapping
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS

@@ -7,14 +7,16 @@ import numpy as np
 from pydantic import BeforeValidator, model_validator
 
 from sweeps.schema.definition import Integration
+from sweeps.schema.parameters import Strict, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Positive, Strict, choice, converted, finite, key, mapping, switch, whole
+from sweeps.schema.values import Positive, choice, finite, whole
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
 from sweeps.systems.uncertain_bodies import designs, distribution
 from sweeps.systems.uncertain_bodies.measuring import BodySampling
+from sweeps.systems.uncertain_bodies.possible import ENTRIES
 
 SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
@@ -22,7 +24,7 @@ COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx
 
 def share(value: Any) -> float:
     """Return a relative standard deviation from 0.05 or "5 %"."""
-    amount = finite(converted(value, "1"), SHARE)
+    amount = finite(value, SHARE, "1")
     if not 0 <= amount < 1:
         raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
     return amount
@@ -33,11 +35,10 @@ Share = Annotated[float, BeforeValidator(share, json_schema_input_type=float | s
 
 def _shares(count: int):
     def check(value: Any) -> tuple[float, ...]:
-        if isinstance(value, tuple | list):
-            if len(value) != count:
-                raise refusal(f"has {len(value)} fractions", f"{count} of them, or one for all")
-            return tuple(map(share, value))
-        return (share(value),) * count
+        values = value if isinstance(value, tuple | list) else (value,) * count
+        if len(values) != count:
+            raise refusal(f"has {len(values)} fractions", f"{count} of them, or one for all")
+        return tuple(map(share, values))
 
     return BeforeValidator(check, json_schema_input_type=float | str | list[float | str])
 
@@ -54,7 +55,7 @@ def _phase(value: Any) -> float | str:
     if value == distribution.ANY:
         return value
     allowed = f"a standard deviation ≥ 0 in rad, or {distribution.ANY}"
-    amount = finite(converted(value, "rad"), allowed)
+    amount = finite(value, allowed, "rad")
     if amount < 0:
         raise refusal("is negative", allowed)
     return amount
@@ -92,8 +93,7 @@ class Uncertainty(Strict):
     @property
     def spin(self) -> dict[str, float | str]:
         """Of omega0, epsilon and phase what is uncertain."""
-        values = {name: getattr(self, name) for name in distribution.SPIN}
-        return {name: value for name, value in values.items() if value not in (None, 0)}
+        return {name: value for name in distribution.SPIN if (value := getattr(self, name)) not in (None, 0)}
 
 
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
@@ -105,7 +105,6 @@ GivenUncertainty = Annotated[
     ),
 ]
 Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
-Seed = Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")]
 
 
 class UncertainBody(SpunBody):
@@ -130,7 +129,7 @@ class UncertainDefinition(NearAxisDefinition):
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
     uncertainty: GivenUncertainty = key(f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = key("least number of draws of each body", 10_000)
-    seed: Seed = key("seed of the draws: whole, ≥ 0", 1)
+    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
     method: Annotated[str, choice(designs.METHODS)] = key(
         "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
     )
@@ -169,10 +168,9 @@ class UncertainDefinition(NearAxisDefinition):
         for i, body in enumerate(self.bodies):
             given = body.uncertainty or self.uncertainty
             where = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
-            if given is None:
-                wrong.append(Problem(where, "", "is missing", f"{UNCERTAIN}, here or for all bodies"))
-                continue
             try:
+                if given is None:
+                    raise InertiaError("", "is missing", f"{UNCERTAIN}, here or for all bodies")
                 _distribution(body, given)
             except InertiaError as error:
                 wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
@@ -191,18 +189,17 @@ def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distr
         allowed = f"uncertainty of its moments, or a tensor of {body.name}"
         raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
     entries, frame = moments, np.eye(3)
-    if use_tensor := wants_tensor or (given.inertia is not None and body.tensor is not None):
+    if wants_tensor or (given.inertia is not None and body.tensor is not None):
         frame, tensor = np.array(body.principal.axes), np.array(body.tensor)
-        entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in distribution.possible.ENTRIES])
+        entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in ENTRIES.values()])
     if given.tensor is not None and len(set(given.tensor)) > 1:
-        for name, entry, share in zip(distribution.ENTRIES, entries, given.tensor, strict=True):
+        for name, entry, share in zip(ENTRIES, entries, given.tensor, strict=True):
             if entry == 0 and share > 0:
                 wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
                 raise InertiaError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
     if given.covariance is not None:
         covariance = distribution.checked_covariance(np.array(given.covariance), entries)
     else:
-        shares = given.tensor if use_tensor else given.moments
-        shares = (given.inertia or 0.0) if shares is None else np.array(shares)
-        covariance = distribution.relative(entries, shares)
+        shares = next((s for s in (given.tensor, given.moments, given.inertia) if s is not None), 0.0)
+        covariance = distribution.relative(entries, np.array(shares))
     return distribution.Distribution(moments, frame, entries, covariance, given.spin)

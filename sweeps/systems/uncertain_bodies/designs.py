@@ -45,14 +45,13 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
     from scipy.special import ndtri
 
     count, size = replicates(draws)
-    seeds = np.random.SeedSequence([seed, stream]).spawn(count)
     numbers = np.empty((count, size, dimension))
 
-    def fill(number):
-        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seeds[number])), out=numbers[number])
+    def fill(row, seed):
+        ndtri(_uniforms(method, dimension, size, np.random.default_rng(seed)), out=row)
 
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(fill, range(count)) if threads > 1 else map(fill, range(count)))
+        list((pool.map if threads > 1 else map)(fill, numbers, np.random.SeedSequence([seed, stream]).spawn(count)))
     numbers.flags.writeable = False
     return numbers
 

@@ -12,7 +12,6 @@ from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies import possible
 
-ENTRIES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 ANY = "any"  # a phase of which nothing is known
 MOST_EPSILON = 0.999  # a drawn nudge beyond that counts as that
 SPIN = ("omega0", "epsilon", "phase")
@@ -26,7 +25,7 @@ class Distribution:
 
     moments: np.ndarray  #: principal moments, in the order of the axes 1, 2, 3
     axes: np.ndarray  #: principal axes as rows, in the coordinates of the tensor
-    entries: np.ndarray  #: the three moments, or the six entries of the tensor (`ENTRIES`), that are drawn
+    entries: np.ndarray  #: the three moments, or the six entries of the tensor (`possible.ENTRIES`), that are drawn
     covariance: np.ndarray  #: theirs
     #: of omega0 and epsilon the relative standard deviation, of phase that in rad or `ANY`; what is left out is known
     #: exactly.
@@ -42,7 +41,7 @@ class Distribution:
         """Of each set of entries that depend on each other: name, their numbers, a factor F of F Fᵀ = covariance."""
         from scipy.sparse.csgraph import connected_components
 
-        names, blocks = ENTRIES if self.is_tilted else MOMENTS, []
+        names, blocks = tuple(possible.ENTRIES) if self.is_tilted else MOMENTS, []
         uncertain = np.flatnonzero(np.diag(self.covariance) > 0)
         _, label = connected_components(self.covariance[np.ix_(uncertain, uncertain)], directed=False)
         for block in (uncertain[label == k] for k in dict.fromkeys(label)):
@@ -142,7 +141,6 @@ def checked_covariance(covariance: np.ndarray, values: np.ndarray) -> np.ndarray
         wrong = f"is not positive: it has the eigenvalue {least:.4g}"
         raise InertiaError("(a matrix)", wrong, "no variance below 0 in any direction")
     spread = np.sqrt(np.diag(covariance))
-    # what a tensor's off-diagonal entry can be at most is half the sum of the diagonal ones beside it
     for k, most in enumerate(np.abs(values[:3])):
         if spread[k] >= most:
             wrong = f"makes an uncertainty of {100 * spread[k] / most:.4g} %, entry {k + 1}"

@@ -153,8 +153,7 @@ class _Body:
         columns = dict(zip(MOMENTS, moments.T, strict=True)) | angles | {"omega0": np.ones(len(moments))}
 
         def follow(part):
-            tile = {name: values[part] for name, values in columns.items()}
-            return twist.survey(tile, self.integration.tolerance)
+            return twist.survey({name: values[part] for name, values in columns.items()}, self.integration.tolerance)
 
         twists = self._tiled(follow, len(moments))
         sizes = np.abs(np.where(np.isnan(twists["twist"]), twists["twist_exact"], twists["twist"]))
@@ -168,17 +167,15 @@ class _Body:
         middle = (self.moments[:, a] > others[0]) != (self.moments[:, a] > others[1])
         unstable = rates["regime"] == UNSTABLE
         decided = (unstable | np.isin(rates["regime"], STABLE)) & (rates["status"] == 0)
-        summary = {}
-        for name, holds in (("probability_middle", middle), ("probability_unstable", unstable)):
-            summary |= _share(name, holds.reshape(self.shape))
+        summary = _share("probability_middle", middle.reshape(self.shape))
+        summary |= _share("probability_unstable", unstable.reshape(self.shape))
 
         def spread(name):
             return _quantiles(f"{name}_quantile", np.nan_to_num(rates[f"{name}_reduced"], nan=0.0).reshape(self.shape))
 
         for quantiles in self.run(spread, ("growth_rate", "frequency")):
             summary |= quantiles
-        likely = float(summary["probability_unstable"])
-        undecided = 1.0 - float(np.mean(decided))
+        likely, undecided = summary["probability_unstable"], 1.0 - float(np.mean(decided))
         return summary | {
             "impossible_naive": float(np.mean(self.impossible)),
             "undecided": undecided,
@@ -191,8 +188,8 @@ class _Body:
         shape = self.shape[0], rate.size // self.shape[0]
         turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
         summary = _share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
-        for name in nonlinear:
-            summary |= _quantiles(f"{name}_quantile", nonlinear[name].reshape(shape))
+        for name, values in nonlinear.items():
+            summary |= _quantiles(f"{name}_quantile", values.reshape(shape))
         return summary | {"draws_followed": rate.size}
 
     def _moment_summary(self, axis: int) -> dict:
@@ -203,7 +200,7 @@ class _Body:
         variance = distribution.covariance[axis - 1, axis - 1]
         if distribution.is_tilted:  # of an entry along the axis: exact where the axes do not tilt
             direction = distribution.axes[axis - 1]
-            weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES])
+            weights = np.array([(1 + (i != j)) * direction[i] * direction[j] for i, j in possible.ENTRIES.values()])
             variance = max(weights @ distribution.covariance @ weights, 0.0)
         return {
             "moment_mean_requested": float(distribution.moments[axis - 1]),

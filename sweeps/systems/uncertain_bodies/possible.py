@@ -26,8 +26,8 @@ import numpy as np
 SOFT = 0.01  # δ over the largest standard deviation of a second moment
 FLOOR = 1e-12  # least δ over the sum of the second moments: what the doubles of moments can hold
 
-# Entries of a symmetric tensor in the order of a covariance: xx, yy, zz, xy, xz, yz.
-ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# of a symmetric tensor, in the order of a covariance
+ENTRIES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 
 
 def softness(covariance: np.ndarray, moments: np.ndarray) -> float:

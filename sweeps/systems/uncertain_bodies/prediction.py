@@ -8,13 +8,15 @@ import numpy as np
 
 from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
-from sweeps.systems.bodies import wording
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.motion import duration
 from sweeps.systems.rigid_body.definition import SpunBody
+from sweeps.systems.rigid_body.prediction import loaded
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.definition import UncertainBody, UncertainDefinition
-from sweeps.systems.uncertain_bodies.distribution import ENTRIES, Distribution
+from sweeps.systems.uncertain_bodies.distribution import Distribution
+from sweeps.systems.uncertain_bodies.possible import ENTRIES
 from sweeps.systems.uncertain_bodies.variables import VARIABLES
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
@@ -61,12 +63,7 @@ def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: 
     except UnreadableError as unreadable:
         raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
-    values |= {name: given[name] for name in OPTIONS if given[name] is not None}
-    try:
-        return load(values)
-    except DefinitionError as refused:
-        text = str(refused).replace("definition: bodies[0].", "body: ")
-        raise DefinitionError(text.replace("definition: ", "body: ")) from None
+    return loaded(values | {name: given[name] for name in OPTIONS if given[name] is not None}, load)
 
 
 def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
@@ -101,12 +98,12 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
     for rate, chance in zip(summary["growth_rate_quantile"][3:], (5, 1), strict=True):
         if rate > 0:
-            text += f"; with {chance} % probability perturbations grow e-fold in {wording.duration(1 / rate)} or less"
+            text += f"; with {chance} % probability perturbations grow e-fold in {duration(1 / rate)} or less"
     probability = _probability(summary, "flip", summary["draws_followed"])
     text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
-        text += f", median time between flips {wording.duration(sooner[2])}"
+        text += f", median time between flips {duration(sooner[2])}"
     is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])

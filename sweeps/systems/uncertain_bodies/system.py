@@ -7,7 +7,7 @@ import numpy as np
 
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.family import FreeBody
-from sweeps.systems.rigid_body.kernels import FLIPS, SURVEY
+from sweeps.systems.rigid_body.system import FLIPS, SURVEY
 from sweeps.systems.system import Cost, Kernel, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, measuring, variables

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
-from sweeps.systems.bodies.wording import DAY, HOUR
+from sweeps.systems.motion import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body.presentation.look import LINES, LOOK, cut_at, settings
 from sweeps.systems.rigid_body.variables import REGIMES

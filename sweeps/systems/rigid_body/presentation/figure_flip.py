@@ -17,9 +17,9 @@ from kernels import exact
 from sweeps.figure import colors, style
 from sweeps.schema.boxes import Dataset, along, blocks, dimensions, nearest_by
 from sweeps.systems.bodies import outline as outlines
-from sweeps.systems.bodies.attitude import rotated
 from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
+from sweeps.systems.motion import rotated
 from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.presentation.look import settings

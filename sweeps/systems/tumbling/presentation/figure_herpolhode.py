@@ -8,7 +8,7 @@ from matplotlib.patches import Circle
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.systems.bodies.attitude import rotated
+from sweeps.systems.motion import rotated
 from sweeps.systems.tumbling.system import SYSTEM
 
 PERIODS, POINTS = 7, 8000

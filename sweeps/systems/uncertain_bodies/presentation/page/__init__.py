@@ -126,13 +126,9 @@ def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
     from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
 
     values = {key: value for key, value in definition_of(ds.attrs).items() if key in MEANT}
-    given = values.get("bodies")
-    given = given if isinstance(given, tuple | list) else ()
-    named = {str(body.get("name")): body for body in given if isinstance(body, dict)}
-    meant = {}
+    given, meant = values.get("bodies"), {}
+    named = {str(one.get("name")): one for one in (given if isinstance(given, tuple) else ()) if isinstance(one, dict)}
     for number, name in enumerate(map(str, ds["body"].values.tolist())):
-        if name not in named:
-            continue
         try:
             body = named[name]
             if "mesh" in body:  # that is not read: the map carries its moments
@@ -157,6 +153,5 @@ def _spread(ds: Dataset, points: dict[str, int]) -> dict:
         return {"spread": {}, "levels": [], "inputs": []}
     values = {name: _rows(ds[name].transpose(*points, ...).values).tolist() for name in names}
     rows = {n: [[float(f"{v:.6g}") if math.isfinite(v) else None for v in row] for row in v] for n, v in values.items()}
-    levels = ds["quantile"].values.tolist() if "quantile" in ds.coords else []
-    inputs = [str(name) for name in ds["input"].values.tolist()] if "input" in ds.coords else []
+    levels, inputs = (ds[dim].values.tolist() if dim in ds.coords else [] for dim in ("quantile", "input"))
     return {"spread": rows, "levels": levels, "inputs": inputs}

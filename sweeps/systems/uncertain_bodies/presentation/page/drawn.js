@@ -44,7 +44,7 @@ function drawnChoice(columns) {
   const or = (name, usual) => (numbers.includes(name) ? name : usual);
   const [across, up] = [or(state.across, SHAPE[0]), or(state.up, SHAPE[1])];
   const told = columns[state.told] ? state.told : columns.growth_rate ? "growth_rate" : up;
-  return { numbers, across, up, told };
+  return { across, up, told };
 }
 
 /** From the least to the greatest of a cloud along each side, with room around it; on the triangle as wide as high. */
@@ -79,14 +79,10 @@ function drawDrawn() {
   const under = onTriangle ? stabilityRegions(axis, Math.max(...ranges.flat())) : [];
   draw(target, [drawnDots(columns, x, y), ...under, ring], layout);
   fillDrawnWords(found, axis, onTriangle, at);
-  drawDistribution(columns[choice.told]);
+  const told = columns[choice.told];
+  drawHistogram({ ...told, longName: symbolText(told.name) }, Array.from(told.values, (value) => ({ value })), document.getElementById("drawn-histogram"), "draws");
   showTable("drawn-table", () => drawnTable(found));
   showDrawnControls(choice);
-}
-
-function drawDistribution(column) {
-  const dots = Array.from(column.values, (value) => ({ value }));
-  drawHistogram({ ...column, longName: symbolText(column.name) }, dots, document.getElementById("drawn-histogram"), "draws");
 }
 
 function drawnDots(columns, x, y) {

@@ -10,14 +10,13 @@ function spreadAt(name, place) {
   return [theMap.spread[name]?.[at], theMap.spread[`${name}_error`]?.[at]].map((row) => row ?? []);
 }
 
-const SPREADS = { // name → words, unit
-  growth_rate_quantile: ["growth rate", "s⁻¹"], frequency_quantile: ["angular frequency", "rad s⁻¹"],
-  flip_period_quantile: ["time between two flips", "s"], max_tilt_quantile: ["largest tilt", "rad"], twist_quantile: ["twist", "rad"],
+const SPREADS = {
+  growth_rate_quantile: "growth rate (s⁻¹)", frequency_quantile: "angular frequency (rad s⁻¹)",
+  flip_period_quantile: "time between two flips (s)", max_tilt_quantile: "largest tilt (rad)", twist_quantile: "twist (rad)",
 };
 
 function spreadWords(name) {
-  const [words, unit] = SPREADS[name] ?? [name.replaceAll("_", " "), ""];
-  return `${words}${unit ? ` (${unit})` : ""}`;
+  return SPREADS[name] ?? name.replaceAll("_", " ");
 }
 
 /** One line for each axis: the share of the draws that do not exceed a value. */
