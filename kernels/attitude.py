@@ -48,7 +48,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels import solution
-from kernels.elliptic import Ladder, climb, jacobi_short, ladder, separatrix_functions
+from kernels.elliptic import Ladder, climb, jacobi_short, ladder
 from kernels.jit import INLINE, OPTIONS, njit
 from kernels.rigid_body import relabel
 from kernels.straight import formula
@@ -190,13 +190,10 @@ def middle_shift(turning, sn, cn, dn):
 def third_kind(v, top):
     """Return J(v) of the module's docstring for any v."""
     nu = top.turning.nu
-    if top.motion.m1 <= 0.0:
-        if abs(v) > SETTLED_TANH:
-            root = math.sqrt(nu)
-            bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
-            return (v - bent) / (1.0 + nu)
-        s, c, d = separatrix_functions(v)
-        return s * s * s / 3.0 * carlson_rj(c * c, d * d, 1.0, 1.0 + nu * s * s)
+    if top.motion.m1 <= 0.0 and abs(v) > SETTLED_TANH:
+        root = math.sqrt(nu)
+        bent = math.atan(root * math.tanh(v)) / root if root > 0.0 else math.tanh(v)
+        return (v - bent) / (1.0 + nu)
     s, c, d = climb(v, top.second)
     turns = math.floor(v * top.second.ah / math.pi + 0.5)
     if turns % 2.0 != 0.0:
@@ -247,9 +244,8 @@ def prepare(moments, start):
     turned = -1.0 if w_d < 0.0 else 1.0
     w = (w_s, turned * w_c, turned * w_d) if on_j else (turned * w_s, w_c, turned * w_d)
     turning = constants(solution.by_role(s, c, d, I1, I2, I3), w, top.p, top.m, top.m1)
-    I_d, I_j, I_k = relabel(I1, I2, I3, d)
+    g = relabel(I1 / turning.L, I2 / turning.L, I3 / turning.L, d)
     w_d, w_j, w_k = (w[2], w[0], w[1]) if on_j else (w[2], w[1], w[0])
-    g = I_d / turning.L, I_j / turning.L, I_k / turning.L
     motion = solution.Motion(top.p, top.m, top.m1, top.axes, top.c, w, unit)
     frame = Frame(d, turned, on_j, g, (g[0] * w_d, g[1] * w_j, g[2] * w_k))
     complement = landen_complement(top.m1)

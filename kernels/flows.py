@@ -127,8 +127,7 @@ def _take_means(Y, weight, runs, count, n, used, h, most):
                     mean = 0.5 * (Y[there * n + i, lane] + Y[(there + 1) * n + i, lane])
                     Y[to * n + i, lane] = mean if used[lane] > most else Y[here * n + i, lane]
             for lane in range(lanes):
-                both = weight[there + 1, lane]
-                weight[to, lane] = both if used[lane] > most else weight[here, lane]
+                weight[to, lane] = weight[there + 1, lane] if used[lane] > most else weight[here, lane]
             for i in range(n):
                 for lane in range(lanes):
                     Y[to * n + i, lane] *= weight[to, lane]

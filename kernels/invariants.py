@@ -114,11 +114,9 @@ def _characteristics(A, n, N, c, T):
     """Write the coefficients c of det(λ - A), c[n] = 1, and N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
     whole_vectors()
     lanes, nn = A.shape[1], n * n
-    c[:], N[:] = 0.0, 0.0
-    for lane in range(lanes):
-        c[n, lane] = 1.0
-        for i in range(n):
-            N[i * n + i, lane] = 1.0
+    c[:], N[:], c[n] = 0.0, 0.0, 1.0
+    for i in range(n):
+        N[i * n + i] = 1.0
     for k in range(1, n + 1):
         product_in_lanes(A, N[(k - 1) * nn : k * nn], T, n)
         for i in range(n):

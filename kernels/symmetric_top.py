@@ -166,9 +166,7 @@ def _load(S, lane, tops, i, steps):
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
     whole_vectors()
-    for row in (APART, ED, LD, OUT, TURNED_VERSINE, TURNED_SINE):
-        for lane in range(W):
-            S[row + lane] = 0.0
+    S[TURNED_VERSINE:BODY_LOW] = 0.0
     for motion in (0, MOMENTUM):
         M = S[motion:]
         M[FIRST:MOMENTUM] = 0.0
@@ -326,10 +324,9 @@ def _run_blocks(tops, order, starts, intervals, raw):
             _load(S, lane, tops, order[first + min(lane, count - 1)], n)
         _begin(S)
         for k in range(1, intervals + 1):
-            _advance(S, n)
-            _advance(S[MOMENTUM:], n)
-            _sample_angle(S, k, intervals)
-            _sample_angle(S[MOMENTUM:], k, intervals)
+            for motion in (0, MOMENTUM):
+                _advance(S[motion:], n)
+                _sample_angle(S[motion:], k, intervals)
             _sample_state(S)
         _halve(S, n)
         for lane, i in enumerate(order[first : first + count]):
