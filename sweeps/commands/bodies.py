@@ -111,10 +111,7 @@ def _motion(args):
     motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
     with style.drawn_for(style.ITS_OWN), films.drawn_for(args.output):
         moved, frames = motion_of(args, kind not in motion.FORMATS)
-        if kind in motion.FORMATS:
-            motion.write(moved, args.output)
-        else:
-            films.write(frames(moved), args.output)
+        motion.write(moved, args.output) if kind in motion.FORMATS else films.write(frames(moved), args.output)
     print(args.output)
 
 

@@ -47,14 +47,12 @@ def with_all_dimensions(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
         raise RefusedError(f"ds: has no points along {empty[0]}; allowed: a slice with one point or more")
     if isinstance(ds, PlainMap):
         return ds
-    return _in_order(_widened(ds, layout), layout)
+    return _in_order(ds if all(one.ndim for one in ds.coords.values()) else _widened(ds, layout), layout)
 
 
 def _widened(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":
     """Return the slice with a dimension of length one for each that `isel` or `sel` took."""
     taken = [str(name) for name, coordinate in ds.coords.items() if not coordinate.ndim]
-    if not taken:
-        return ds
     along = {name: dims for name, dims in layout.over.items() if {*dims} <= {*ds.coords}}
     if anchor := next((dim for dim in (POINT.name, layout.along) if dim in taken), ""):
         along |= dict.fromkeys(_of_one(ds, anchor, layout), (anchor,))

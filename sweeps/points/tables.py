@@ -147,9 +147,8 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fix
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
         for values in filter(len, source.parts([column.place for column in columns])):
-            num, by_column = len(rows), np.ascontiguousarray(values.T)
+            num, by_column = len(rows), np.ascontiguousarray(values.T) * [[column.factor] for column in columns]
             for column, column_values in zip(columns, by_column, strict=True):
-                column_values *= column.factor
                 _check_column(column, column_values, num)
             _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
             rows.resize(num + len(values), axis=0)
@@ -157,8 +156,7 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fix
             ends.append([by_column.min(axis=1), by_column.max(axis=1)])
         if not ends:
             raise refusal("", display(source.name), "has no rows", "a row for each point, below the names")
-        low, high = np.moveaxis(ends, 1, 0)
-        rows.attrs["ends"] = np.stack([low.min(axis=0), high.max(axis=0)], axis=1)
+        rows.attrs["ends"] = np.stack([np.min(ends, axis=0)[0], np.max(ends, axis=0)[1]], axis=1)
 
 
 def _size(cached: Path) -> tuple[int, np.ndarray] | None:

@@ -61,25 +61,27 @@ class Structure:
 
 def read_structure(file: FileBytes) -> Structure:
     """Return what a file holds, as it says itself, but for its numbers."""
-    path, size = file.name, file.size
     _check_superblock(file)
-    answer = sandbox.run_in_child(partial(_structure_or_refusal, file), size)
+    answer = sandbox.run_in_child(partial(_structure_or_refusal, file), file.size)
     if answer is None:
         wrong = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
-        raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}")
+        raise MapError(f"{file.name}: {wrong}; allowed: {ALLOWED}")
     if "refused" in answer:
-        raise MapError(f"{path}: {answer['refused']}")
-    variables = {}
-    for name, values in answer["variables"].items():
-        facts = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
-        try:
-            facts["places"] = np.array(values["places"], dtype=np.int64)
-        except OverflowError:
-            wrong = f"variable {name!r} lies where no file reaches (it is damaged)"
-            raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
-        variables[name] = StoredVariable(**facts)
-        _check_places(path, name, variables[name], size)
+        raise MapError(f"{file.name}: {answer['refused']}")
+    variables = {name: _stored(file, name, facts) for name, facts in answer["variables"].items()}
     return Structure(answer["attributes"], variables)
+
+
+def _stored(file: FileBytes, name: str, facts: dict) -> StoredVariable:
+    facts = {key: tuple(value) if isinstance(value, list) else value for key, value in facts.items()}
+    try:
+        facts["places"] = np.array(facts["places"], dtype=np.int64)
+    except OverflowError:
+        wrong = f"variable {name!r} lies where no file reaches (it is damaged)"
+        raise MapError(f"{file.name}: {wrong}; allowed: {ALLOWED}") from None
+    held = StoredVariable(**facts)
+    _check_places(file.name, name, held, file.size)
+    return held
 
 
 def _check_superblock(file: FileBytes) -> None:

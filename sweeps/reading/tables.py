@@ -205,8 +205,7 @@ class _Csv(Source):
             bad = np.stack([pd.to_numeric(one, errors="coerce").isna().to_numpy() for one in some])
             if not bad.any():
                 break
-            row = int(np.argmax(bad.any(axis=0)))
-            place = int(np.argmax(bad[:, row]))
+            row, place = map(int, np.argwhere(bad.T)[0])
             value = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
             return refusal(
                 self.headings[place][0], value, "is no number", "a number in every row, with a decimal point"

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps.points import columns
+from sweeps import systems
 from sweeps.points.estimate import BLOCK_POINTS
 from sweeps.points.loading import read
 from sweeps.points.sweep import Grid
@@ -50,7 +50,7 @@ grid:
 BARS = {"few": 3e6, "all": 2e6}  # points a second, by the wall on two cores, that the pipeline is to come to
 COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
 STAGES = {  # what no sweep can do without, in this order, and the function that does it
-    "kernels": (columns, "part"),
+    "kernels": (type(systems.resolve("rigid_body")), "columns"),
     "points": (Grid, "points"),
     "reading": (StoredValues, "read"),
     "writing and hashing": (MapFile, "put_columns"),
