@@ -87,6 +87,10 @@ class Graph:
             self.nodes.append(node)
         return self._numbers[node]
 
+    def is_exponential(self, number: int) -> bool:
+        """Return True if a function grows or falls as the exponential of its argument."""
+        return self.nodes[number].weights[0].expr.has(sp.exp, sp.sinh, sp.cosh, sp.tanh)
+
     def moves(self, number: int) -> bool:
         """Return True if a node depends on the state."""
         return self.nodes[number].kind != CONSTANT
