@@ -166,6 +166,17 @@ def test_no_step_passes_a_pulse(width):
         assert abs(ds[name][2] - width * np.sqrt(np.pi)) <= ds[f"{name}_error"][2]
 
 
+def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
+    """The integral of 1/cosh from -5 to 5; the error was a third of what it was off by."""
+    system = System("Pulse")
+    x, y = system.state("x", bounds=(-9, 9)), system.state("y", bounds=(-9, 9))
+    system.rate(x, 1 + 0 * x)
+    system.rate(y, 1 / sp.cosh(x - 5))
+    ds = sweeps.motion(system, {"x": 0.0, "y": 0.0}, np.linspace(0.0, 10.0, 5))
+    assert abs(ds.y[4] - 4 * np.arctan(np.tanh(2.5))) <= ds.y_error[4] + 4e-16  # roundings of the reference
+    assert ds.y_error[4] < 2e-13
+
+
 @pytest.mark.parametrize("steepness", [10.0, 100.0, 1000.0])
 def test_no_step_passes_a_switch(steepness):
     """A force -tanh(k x) in place of -sign x: v²/2 + ln(2 cosh k x)/k is conserved. Once off by 100 times itself."""
