@@ -39,7 +39,9 @@ _SUM = lines(
 class Path(NamedTuple):
     """Runs on their way through their samples; a state's and a function's series stand in rows of these numbers."""
 
-    table: np.ndarray  #: shape (runs, rows): states, the time last; functions; a row unread; the step; constants
+    table: (
+        np.ndarray
+    )  #: shape (runs, rows): states, the time last; functions; the bound of :func:`_choose`; the step; constants
     low: np.ndarray  #: what is left of each series below its rounding, shape (runs, series)
     size: np.ndarray  #: largest size of each state so far, shape (runs, states)
     due: np.ndarray  #: number of each run, and of its next sample, shape (2, runs)
@@ -48,6 +50,7 @@ class Path(NamedTuple):
 PATH = types.NamedTuple([*(float64[:, ::1],) * 3, int64[:, ::1]], Path)
 LONGER, LEAST = 16.0, 1e-290  # of a step; and of its last terms over their sizes
 SHORTER = 0.05  # of a step whose terms are no numbers
+MOST_BEYOND = 20.0  # times its bound that an argument may change by in a step that is then made shorter
 GUESSED = 0.5  # terms of a step that is to be shorter than this share of theirs are found again
 LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last vanish
 
@@ -55,6 +58,9 @@ LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last 
 @njit(**OPTIONS)
 def _choose(S, terms, step, size, share, next_step, tolerance):
     """Write how much of the step each lane makes, and its next step; 0 where terms have to be found again.
+
+    The row before that of the step is 0, or how far an argument changes in it, over what it may; negative where
+    functions are to be worked out afresh after it.
 
     By the power 3/64, a little less than 1/20: it takes no logarithm, and steps follow one another.
     """
@@ -74,8 +80,10 @@ def _choose(S, terms, step, size, share, next_step, tolerance):
         root = math.sqrt(math.sqrt(math.sqrt(math.sqrt(tolerance / share[lane]))))
         longer = root / math.sqrt(math.sqrt(root))
         longer = LONGER if longer > LONGER else longer
-        next_step[lane] = S[step, lane] * (longer if longer > 0.0 else SHORTER)
-        share[lane] = longer if longer >= GUESSED else 0.0
+        bound = abs(S[step - 1, lane])
+        within = LONGER if not bound > 0.0 else 1.0 if bound < 1.0 else 1.0 / bound if bound < MOST_BEYOND else SHORTER
+        next_step[lane] = S[step, lane] * (min(longer, 2.0 * within) if longer > 0.0 else SHORTER)
+        share[lane] = min(longer, within) if (longer >= GUESSED) & ~(bound >= MOST_BEYOND) else 0.0
 
 
 @njit(**OPTIONS)
@@ -192,7 +200,7 @@ def follow(expand, path, times, tolerance, steps, out):
         _write_samples(rows, S, terms, step, low, share, times, number, due, out)
         _move(rows, S, terms, low, share)
         for lane in range(W):
-            left[lane] -= 1
+            left[lane] = 0 if S[step - 1, lane] < 0.0 else left[lane] - 1
             S[step, lane] = next_step[lane]
             if due[lane] < count and not next_step[lane] >= LEAST:
                 for k in range(due[lane], count):

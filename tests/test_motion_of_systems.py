@@ -152,6 +152,45 @@ def test_an_error_covers_a_halving_that_undoes_a_rounding_of_the_time():
         assert abs(float(ds[name][1] - value)) <= ds[f"{name}_error"][1]
 
 
+@pytest.mark.parametrize("width", [0.3, 1e-2, 1e-6])
+def test_no_step_passes_a_pulse(width):
+    """From where all of its terms are 0; also of the time. Once 0, with an error of 0."""
+    system = System("Pulses")
+    x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
+    pulse = sp.exp(-(((x - 5) / width) ** 2))
+    for state, rate in zip((x, y, z), (1 + 0 * x, pulse, pulse.subs(x, system.time)), strict=True):
+        system.rate(state, rate)
+    ds = sweeps.motion(system, {"x": 0.0, "y": 0.0, "z": 0.0}, [0.0, 7.0, 10.0])
+    for name in "yz":
+        assert ds[f"{name}_error"][2] < 1e-6 * width  # a rounding of the place, 1e-15, in the narrowest
+        assert abs(ds[name][2] - width * np.sqrt(np.pi)) <= ds[f"{name}_error"][2]
+
+
+def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
+    """The integral of 1/cosh from -5 to 5; the error was a third of what it was off by."""
+    system = System("Pulse")
+    x, y = system.state("x", bounds=(-9, 9)), system.state("y", bounds=(-9, 9))
+    system.rate(x, 1 + 0 * x)
+    system.rate(y, 1 / sp.cosh(x - 5))
+    ds = sweeps.motion(system, {"x": 0.0, "y": 0.0}, np.linspace(0.0, 10.0, 5))
+    assert abs(ds.y[4] - 4 * np.arctan(np.tanh(2.5))) <= ds.y_error[4] + 4e-16  # roundings of the reference
+    assert ds.y_error[4] < 2e-13
+
+
+@pytest.mark.parametrize("steepness", [10.0, 100.0, 1000.0])
+def test_no_step_passes_a_switch(steepness):
+    """A force -tanh(k x) in place of -sign x: v²/2 + ln(2 cosh k x)/k is conserved. Once off by 100 times itself."""
+    system = System("Switch")
+    x, v = system.state("x", bounds=(-9, 9)), system.state("v", bounds=(-9, 9))
+    system.rate(x, v)
+    system.rate(v, -sp.tanh(steepness * x))
+    ds = sweeps.motion(system, {"x": [1.0, 0.5, 0.7, 0.2], "v": [0.0, 0.3, 0.1, -0.3]}, np.linspace(0.0, 10.0, 5))
+    energy = ds.v**2 / 2 + np.logaddexp(steepness * ds.x, -steepness * ds.x) / steepness
+    assert ds.status.values.tolist() == [0] * 4
+    # |force| <= 1; roundings of the energy itself
+    assert (abs(energy - energy[:, 0]) <= ds.x_error + abs(ds.v) * ds.v_error + 4e-16).all()
+
+
 def test_a_motion_that_ends_in_finite_time_is_missing():
     system = System("Blow-up")
     x = system.state("x", bounds=(-9, 9))

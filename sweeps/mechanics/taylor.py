@@ -26,7 +26,7 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 import hashlib
 import json
 import sys
-from functools import cached_property
+from functools import cached_property, reduce
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +74,7 @@ CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quan
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
 COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
 SAMPLES_TIMES_CHARACTERS = 4e10
+STEEP, UNSEEN = 4.0, 100.0  # change of an exponential's argument in a step; beyond it nothing of a pulse is seen
 
 
 def in_quotes(text: str) -> str:
@@ -166,9 +167,9 @@ class Code:
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, list(x.T))
             hat = self.values.deviations(U, slopes, parameters, 1.0, low.T)[0] if low.any() else [0.0] * len(U)
-            rows[:, : self.n], rows[:, self.epsilon_row], rows[:, self.step_row] = x, 1.0, step
+            rows[:, : self.n], rows[:, self.epsilon_row], rows[:, self.step_row] = x, 0.0, step
             for number, at in self.remainders.items():
-                rows[:, at] = U[number] + hat[number]
+                rows[:, at] = U[number] + np.where(np.isfinite(hat[number]), hat[number], 0.0)  # beyond f's last digit
             for (_, number), at in self.constants.items():
                 rows[:, at] = U[number]
         return rows
@@ -296,8 +297,8 @@ class Code:
 
     def _step_lines(self):
         functions = self.graph.functions
-        nodes = self._needed([*self.graph.rates, *functions])
-        last = self._needed([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
+        nodes = self._needed([*self.graph.rates, *functions, *self._bounded])
+        last = self._needed([*(self.graph.nodes[f].parts[0] for f in functions), *self._bounded], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
         for n in range(self.order + 1):
             if n:
@@ -375,6 +376,30 @@ class Code:
         for row, name in enumerate(names):
             for n in range(1, self.order + 1):
                 yield f"S[{(self.rows + (self.order + 1) * row + n - 1) * W} + lane] = {name}_{n}"
+
+        if self._bounded:
+            yield from self._bound()
+
+    @property
+    def _bounded(self):
+        """Return the arguments of exponential functions far from equilibria, where a step could pass their pulses.
+
+        Where exp(-u) is too small to be seen, so are all its terms, however close its pulse is.
+        """
+        exponential = [f for f in self.graph.functions if self.graph.is_exponential(f)]
+        return [] if self.graph.near else sorted({self.graph.nodes[f].parts[0] for f in exponential})
+
+    def _bound(self):
+        """Yield lines that write how far arguments change in a step over what they may, STEEP or up to ±UNSEEN.
+
+        It is negative where functions cannot follow, and have to be worked out afresh after the step.
+        """
+        for k in self._bounded:
+            yield f"t{k} = {' + '.join(f'abs(u{k}_{n})' for n in range(1, self.order + 1))}"
+        most = "max({}, {})".format
+        yield f"t = {reduce(most, (f't{k} / max({STEEP}, abs(u{k}_0) - {UNSEEN})' for k in self._bounded))}"
+        unseen = reduce(most, (f"min(t{k}, abs(u{k}_0) - {UNSEEN})" for k in self._bounded))
+        yield f"S[{self.epsilon_row * W} + lane] = 0.0 - t if {unseen} > {STEEP} else t"
 
     def _text(self):
         if not self.graph.near:
