@@ -81,9 +81,8 @@ def columns(found, period, reciprocal=True, with_errors=True):
         return _by_eigenvalues(M, error, period, reciprocal)
     second = None if second is None or np.isnan(second).all() else second
     with np.errstate(all="ignore"):
-        found = invariants(M, error, second)
-        smooth = [found[name] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
-        spreads = [found[f"{name}_error"] for name in (INVARIANTS if d == 4 else ("trace", "determinant"))]
+        found, names = invariants(M, error, second), INVARIANTS if d == 4 else ("trace", "determinant")
+        smooth, spreads = ([found[name + end] for name in names] for end in ("", "_error"))
         if d == 4:
             smooth[1] = smooth[1] * (np.nan if second is None else np.where(smooth[1] == second[0], 1.0, np.nan))
         elif reciprocal:

@@ -80,12 +80,9 @@ def equations(m, n, entries):
         unknown, weights, starts = terms(m, n, (i, j))
         for stage in range(STAGES):
             row, slope = rows[stage * m + i], f"s_{stage * len(entries) + e}"
-            for column, weight in [(k * m + unknown, -weights[stage, k]) for k in range(STAGES)]:
+            added = [(k * m + unknown, -weights[stage, k]) for k in range(STAGES)]
+            for column, weight in [*added, *((size + state, factor[stage]) for state, factor in starts)]:
                 row[column] = " + ".join(filter(None, [row.get(column), f"{float(weight)!r} * {slope}"]))
-            for state, factor in starts:
-                row[size + state] = " + ".join(
-                    filter(None, [row.get(size + state), f"{float(factor[stage])!r} * {slope}"])
-                )
     for i in range(n):
         weights = WHOLE_TWICE if i < n - m else WHOLE
         last = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
@@ -197,13 +194,8 @@ def flow(step, compose, factors, slopes, lengths, numbers):
     n, steps, followed, height = numbers
     (_, count, points), parts = slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
-    length, ratio, result, records = (
-        rows_of(len(lengths)),
-        rows_of(size),
-        rows_of(3 * size + 3),
-        scratch((steps + 1) * height),
-    )
-    out = np.empty((3 * size + 3, points))
+    length, ratio, records = rows_of(len(lengths)), rows_of(size), scratch((steps + 1) * height)
+    result, out = rows_of(3 * size + 3), np.empty((3 * size + 3, points))
     s, R = S.reshape(S.size // W, W), records.reshape(records.size // W, W)
     for first in range(0, points, W):
         load(lengths, first, length)

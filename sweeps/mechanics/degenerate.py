@@ -60,17 +60,12 @@ class Degenerate:
             no term holds the motion; the others are NaN there).
         """
         with np.errstate(all="ignore"):
-            c = np.stack(self._series(*parameters, place))
-            a = np.stack(self._a(*parameters, place))
-            columns = {name: np.full(place.size, np.nan) for name in ("frequency", "frequency_error", "amplitude")}
-            order = np.zeros(place.size, dtype=np.int8)
-            for m in HOLDING:
-                held, A, frequency, error = _held_by(m, c, a, x, v)
-                chosen = held & (order == 0)
-                order[chosen] = m
-                for name, values in (("frequency", frequency), ("frequency_error", error), ("amplitude", A)):
-                    columns[name][chosen] = values[chosen]
-        return {f"degenerate_{name}": values for name, values in columns.items()} | {"degenerate_order": order}
+            c, a = (np.stack(function(*parameters, place)) for function in (self._series, self._a))
+            held, *values = zip(*(_held_by(m, c, a, x, v) for m in HOLDING), strict=True)
+        columns = {"degenerate_order": np.select(held, HOLDING, 0).astype(np.int8)}
+        for name, of_orders in zip(("amplitude", "frequency", "frequency_error"), values, strict=True):
+            columns[f"degenerate_{name}"] = np.select(held, of_orders, np.nan)
+        return columns
 
 
 def _held_by(m, c, a, x, v):

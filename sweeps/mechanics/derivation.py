@@ -83,23 +83,17 @@ def _of_coordinates(system):
     t, R, Q = system.time, sum(system.dissipation_terms, sp.Integer(0)), system.forces
     _check_dissipation(system, R)
     check_positive(system, q, a)
-    inner, other = _velocity_terms(a, q, v), []
+    inner, other, n = [], [], range(len(q))
     for i, x in enumerate(q):
-        turning = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in range(len(q)))
+        terms = ((a[i, j].diff(q[k]) - a[j, k].diff(x) / 2) * v[j] * v[k] for j in n for k in n)
+        inner.append(expanded(sp.Add(*terms)))
+        turning = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in n)
         other.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - sp.simplify(turning) - b[i].diff(t))
     forces = [extra - V.diff(x) - terms for extra, x, terms in zip(other, q, inner, strict=True)]
     if V.has(t):  # what holds no coordinate makes no force
         V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
     natural = not any(other) and not any(e.has(t) for e in (V, *forces, *a))
     return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
-
-
-def _velocity_terms(a, q, v):
-    """Yield (∂a_ij/∂q_k − ½ ∂a_jk/∂q_i) q̇_j q̇_k, of each coordinate."""
-    n = range(len(q))
-    for i in n:
-        terms = ((a[i, j].diff(q[k]) - a[j, k].diff(q[i]) / 2) * v[j] * v[k] for j in n for k in n)
-        yield expanded(sp.Add(*terms))
 
 
 def reduced(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:

@@ -49,6 +49,7 @@ KINKED = {
 class DescribedParameter:
     """A number that a sweep gives or varies: symbol, unit (UDUNITS), value where a sweep gives none, and bounds."""
 
+    name: str  #: the key in a sweep's `grid`
     symbol: sp.Symbol
     unit: str
     default: float
@@ -56,11 +57,6 @@ class DescribedParameter:
     least: float | None
     most: float | None
     meaning: str
-
-    @property
-    def name(self) -> str:
-        """The key in a sweep's `grid`."""
-        return self.symbol.name
 
     @property
     def allowed(self) -> str:
@@ -80,6 +76,7 @@ class DescribedParameter:
 class State:
     """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle."""
 
+    name: str
     symbol: sp.Symbol  #: as it stands in the rates
     unit: str  #: UDUNITS text
     bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
@@ -90,11 +87,6 @@ class State:
     periodic: bool = False  #: whether both bounds are one place (an angle that goes round)
     #: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
     hold: sp.Expr | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the symbol."""
-        return self.symbol.name
 
 
 @dataclass(frozen=True)
@@ -165,7 +157,7 @@ class System:
         self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
-            symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
+            name, symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
         )
         if not parameter.allows(parameter.default):
             wrong = f"default {default!r} is out of range"
@@ -204,7 +196,7 @@ class System:
         size = self._size(name, size, self._moving())
         velocity = sp.Symbol(f"{name}_dot", real=True)
         self.coordinates[name] = Coordinate(
-            symbol, unit, ends, size, meaning or name, periodic, hold, velocity=velocity, momentum=momentum
+            name, symbol, unit, ends, size, meaning or name, periodic, hold, velocity=velocity, momentum=momentum
         )
         return symbol
 
@@ -245,7 +237,7 @@ class System:
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds)
         size = self._size(name, (high - low) / 4 if size is None else size)
-        self.states[name] = State(symbol, unit, (low, high), size, meaning or name)
+        self.states[name] = State(name, symbol, unit, (low, high), size, meaning or name)
         return symbol
 
     def rate(self, state: sp.Symbol, f) -> None:

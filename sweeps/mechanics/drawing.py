@@ -7,7 +7,8 @@ import sympy as sp
 def circle(radius=1.0, centre=(0, 0), corners=36) -> list[tuple]:
     """Return the points of a closed circle in a plane."""
     angles = 2 * np.pi * np.arange(corners + 1) / corners
-    return [(centre[0] + radius * c, centre[1] + radius * s) for c, s in _rounded(np.cos(angles), np.sin(angles))]
+    places = np.column_stack([np.cos(angles), np.sin(angles)]).round(6).tolist()
+    return [(centre[0] + radius * c, centre[1] + radius * s) for c, s in places]
 
 
 def spring(start, end, width, turns=6) -> list[tuple]:
@@ -56,10 +57,6 @@ def satellite(moments, roll, pitch, yaw) -> list[tuple]:
         *(("mass", [_placed(turned, tip)], label) for label, tip in axes),
         *(("line", [(0, 0, 0), end], label) for label, end in (("Earth", (0, 0, -1.5)), ("orbit", (1.5, 0, 0)))),
     ]
-
-
-def _rounded(*values):
-    return zip(*(v.round(6).tolist() for v in values), strict=True)
 
 
 def _placed(turned, point) -> tuple:

@@ -18,7 +18,7 @@ def expanded(e: sp.Expr) -> sp.Expr:
     return sp.expand(e) if e.count_ops() <= SHORT else e
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Equations:
     """Rates of the states x; of coordinates x = (q, q̇), and forces stand in place of accelerations, a q̈ = f."""
 
@@ -32,50 +32,19 @@ class Equations:
     natural: bool
     hamiltonian: bool  #: whether nothing but T and V makes the forces of coordinates: Hamilton's equations
 
-    @property
-    def parameters(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the parameters, in the description's order."""
-        return tuple(p.symbol for p in self.system.parameters.values()) or (NOTHING,)
-
-    @property
-    def places(self) -> tuple:
-        """The coordinates or states that an equilibrium is a place of."""
-        return self.system.kept or tuple(self.system.states.values())
-
-    @property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of all that moves: coordinates, then velocities; or states."""
-        return (*self.q, *self.v)
-
-    @property
-    def m(self) -> int:
-        """Number of coordinates or states, which an equilibrium is a place of."""
-        return len(self.q)
-
-    @property
-    def n(self) -> int:
-        """Number of all that moves."""
-        return len(self.q) + len(self.v)
-
-    @property
-    def still(self) -> dict[sp.Symbol, sp.Integer]:
-        """The velocities, all zero."""
-        return dict.fromkeys(self.v, sp.Integer(0))
-
-    @cached_property
-    def timed(self) -> bool:
-        """Return True if the time stands in the equations, which then need have no equilibrium."""
-        return any(e.has(self.system.time) for e in (*self.f, self.V, *(self.a or ())))
-
-    @property
-    def conservative(self) -> bool:
-        """Return True if the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved."""
-        return self.hamiltonian and not self.timed
-
-    @property
-    def forces(self) -> tuple[sp.Expr, ...]:
-        """Forces, or rates of states: what vanishes at an equilibrium, where it is at rest."""
-        return self.f[len(self.v) :]
+    def __post_init__(self):
+        #: symbols of the parameters, in the description's order
+        self.parameters = tuple(p.symbol for p in self.system.parameters.values()) or (NOTHING,)
+        #: the coordinates or states that an equilibrium is a place of
+        self.places = self.system.kept or tuple(self.system.states.values())
+        self.states = (*self.q, *self.v)  #: symbols of all that moves: coordinates, then velocities; or states
+        self.m, self.n = len(self.q), len(self.states)  #: how many these are: of an equilibrium, and of all that moves
+        self.still = dict.fromkeys(self.v, sp.Integer(0))  #: the velocities, all zero
+        self.forces = self.f[len(self.v) :]  #: forces, or rates of states: what vanishes at an equilibrium, at rest
+        #: whether the time stands in the equations, which then need have no equilibrium
+        self.timed = any(e.has(self.system.time) for e in (*self.f, self.V, *(self.a or ())))
+        #: whether the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved
+        self.conservative = self.hamiltonian and not self.timed
 
     @cached_property
     def pulls(self) -> tuple[sp.Expr, ...]:
@@ -114,35 +83,11 @@ class Equations:
         cubic = [self.hessian[i, j].diff(self.q[k]) for i in m for j in m[i:] for k in m[j:]]
         return tuple(cubic + [self.a[i, j].diff(x) for i in m for j in m[i:] for x in self.q])
 
-    @property
-    def jacobian(self) -> sp.Matrix:
-        """The Jacobian at an equilibrium, symbolic; in numbers a⁻¹ is never formed."""
-        if not self.v:
-            return self.slopes
-        upper = sp.zeros(self.m, self.m).row_join(sp.eye(self.m))
-        return upper.col_join(self.a.subs(self.still).inv() * self.slopes)
-
-    @property
-    def energy_terms(self) -> tuple[sp.Expr, ...]:
-        """The terms of the energy of coordinates, where it is conserved: the kinetic one, and those of V."""
-        v = sp.Matrix(self.v)
-        return ((v.T * self.a * v)[0] / 2, *sp.Add.make_args(expanded(self.V))) if self.conservative else ()
-
-    @property
-    def spelled(self) -> tuple[sp.Expr, ...]:
-        """All expressions that a run needs."""
-        return (*self.f, self.V, *self.system.conserved_quantities.values())
-
     @cached_property
     def gradients(self) -> sp.Matrix:
         """Derivatives of the conserved quantities by the states, shape (quantities, n)."""
         quantities = list(self.system.conserved_quantities.values())
         return sp.Matrix(len(quantities), self.n, lambda i, j: quantities[i].diff(self.states[j]))
-
-    @cached_property
-    def curvatures(self) -> tuple[sp.Matrix, ...]:
-        """Second derivatives of the conserved quantities by the states."""
-        return tuple(sp.hessian(e, self.states) for e in self.system.conserved_quantities.values())
 
     @cached_property
     def second(self) -> tuple[bool, ...]:

@@ -19,7 +19,6 @@ Nothing here knows a unit: places are compared over their bounds, and F vanishes
 roundings of a place holds 0.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,11 +76,6 @@ class Found:
         return Found(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def joined(parts: Sequence[Found]) -> Found:
-    """Return the points of all parts, one part after the other."""
-    return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
-
-
 def find(problem: Landscape, parameters) -> Found:
     """Find all equilibria of points, given as one array (points,) for each parameter, in the description's order."""
     given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
@@ -92,7 +86,8 @@ def find(problem: Landscape, parameters) -> Found:
     key, last_key, equilibria = b"".join(p.tobytes() for p in rows), *problem.last
     if key != last_key:
         chunks = [[p[start : start + CHUNK] for p in rows] for start in range(0, first.size, CHUNK)]
-        equilibria = joined([_found(problem, chunk) for chunk in chunks])
+        parts = [_found(problem, chunk) for chunk in chunks]
+        equilibria = Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
         problem.last = key, equilibria
     return equilibria[inverse]
 
@@ -256,18 +251,14 @@ class _All:
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
         functions = self.problem.tape.formulas(np.ascontiguousarray(constants))
         where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
-        room, parts = 4 * len(bounds) + 1000, []
+        room, parts = 4 * len(bounds) + 1000, [(each[:0], each[:0], np.empty((0, 2, 2, self.n)))]
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
             boxes_found = roots.Boxes(records, boxes, progress)
             count = roots.search(enclosures.enclose, functions, where, roots.Limits(*limits), boxes_found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
-        return (
-            tuple(np.concatenate(x) for x in zip(*parts, strict=True))
-            if parts
-            else (each, each, np.empty((0, 2, 2, self.n)))
-        )
+        return tuple(np.concatenate(x) for x in zip(*parts, strict=True))
 
     def still(self, owner, place, near=TINY):
         """Return whether F vanishes within some roundings of places, or within a fraction of the ranges."""
@@ -467,11 +458,8 @@ class _All:
             if dimension[hidden].any():
                 self.certified[point] = FAMILY
                 if not (self.problem.takes_members and self.problem.system.labels):
-                    j = hidden[dimension[hidden].argmax()]
-                    self.flat[point], self.direction[point, self.problem.free] = (
-                        True,
-                        direction[j] / np.abs(direction[j]).max(),
-                    )
+                    along = direction[hidden[dimension[hidden].argmax()]]
+                    self.flat[point], self.direction[point, self.problem.free] = True, along / np.abs(along).max()
                 hidden = hidden[dimension[hidden] == 0]
             noted = list(zip(self.place[zeros], self.reach[zeros], strict=True))
             for j in alone:

@@ -6,7 +6,7 @@ makes a long code shorter. Far from equilibria the time is a state whose rate is
 
 import sympy as sp
 
-from sweeps.mechanics.equations import Equations
+from sweeps.mechanics.equations import Equations, expanded
 from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
@@ -61,8 +61,10 @@ def _timed(g):
 def _closed(g, accelerations):
     equations = g.equations
     g.rates = (*(g.build(x) for x in equations.v), *accelerations)
-    terms = tuple(g.build(e) for e in equations.energy_terms)
-    g.watched = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural] if terms)
+    if equations.conservative:
+        v = sp.Matrix(equations.v)
+        terms = tuple(map(g.build, ((v.T * equations.a * v)[0] / 2, *sp.Add.make_args(expanded(equations.V)))))
+        g.watched = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural])
     return g
 
 

@@ -52,10 +52,8 @@ class Node:
 class Graph:
     """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
 
-    Args:
-        equations: the equations of motion.
-        near: whether deviations are from an equilibrium, where velocities and forces vanish; else all that moves is
-            its own deviation (U = 0, epsilon = 1), and the time is the last of the states.
+    Where it is `near`, deviations are from an equilibrium, at which velocities and forces vanish; else all that moves
+    is its own deviation (U = 0, epsilon = 1), and the time is the last of the states.
     """
 
     def __init__(self, equations, near: bool = True):
@@ -71,14 +69,10 @@ class Graph:
         self.watched: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
-        self._moving, spelled = {*self.states}, sp.Tuple(*equations.spelled)
+        self._moving, quantities = {*self.states}, equations.system.conserved_quantities.values()
+        spelled = sp.Tuple(*equations.f, equations.V, *quantities)  # all that a run needs
         self._roots = {p.base for p in spelled.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
         self._turns = {e.args[0] for e in spelled.atoms(sp.sin, sp.cos)}
-
-    @property
-    def functions(self) -> tuple[int, ...]:
-        """The FUNCTION nodes, in order."""
-        return tuple(self.slopes)
 
     def add(self, node: Node) -> int:
         """Add a node unless it is there already, and return its number."""
@@ -295,7 +289,7 @@ class Values:
         self._derivatives, self._second = {}, {}
         nodes, weights = special.roots_jacobi(nodes, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
-        for number in graph.functions:
+        for number in graph.slopes:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
             self._derivatives[number] = lambdified((u, *self._parameters), [lam.expr, lam.expr.diff(u)])

@@ -36,24 +36,27 @@ class Landscape:
         self.held = [0 if place.hold is None else place.hold for place in places]
         #: which of the coordinates close on themselves
         self.periodic = np.array([place.periodic for place in places])
-        self._bounds = lambdified(self.parameters, [bound for place in places for bound in place.bounds])
+        bounds = [bound for place in places for bound in place.bounds]
+        self._bounds = lambdified(self.parameters, bounds)
+        #: whether neither bounds nor held coordinates depend on parameters
+        self.is_steady = not any(sp.sympify(e).free_symbols for e in (*bounds, *self.held))
         self._holds = lambdified(self.parameters, self.held)
-        names = [label.get(place.symbol, self._unnamed(place)) for label in system.labels.values() for place in places]
+        # what a name leaves out begins amid the bounds, or anywhere
+        unnamed = {place.symbol: sum(place.bounds) / 2 if self.takes_members else sp.nan for place in places}
+        names = [(unnamed | label)[x] for label in system.labels.values() for x in self.symbols]
         self._labels = lambdified(self.parameters, [sp.sympify(name) for name in names])
         if system.follow and system.labels:
             raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
         slopes, self._arguments = list(equations.slopes), (*self.parameters, *self.symbols)
         self._slopes, self._terms = self._written(slopes), self._written([magnitude(e) for e in slopes])
         self._a = self._written(equations.a.subs(equations.still)) if equations.v else None
-        self._third = self._written(equations.third) if equations.natural else None
-        gradients, bends = list(equations.gradients), [e for matrix in equations.curvatures for e in matrix]
+        #: third derivatives of V and first ones of a, a list of arrays
+        self.third = self._written(equations.third) if equations.natural else None
+        quantities, gradients = system.conserved_quantities.values(), list(equations.gradients)
+        bends = [e for quantity in quantities for e in sp.hessian(quantity, equations.states)]
         self._gradients = [self._written(es) for es in (gradients, map(magnitude, gradients))]
         self._curvatures, self._bends = (self._written(es) for es in (bends, map(magnitude, bends)))
         self._sizes = self._written([self._size(place) for place in equations.places])
-
-    def _unnamed(self, place):
-        """Return the start of a coordinate or state that a name leaves out: amid the bounds, or anywhere, NaN."""
-        return sum(place.bounds) / 2 if self.takes_members else sp.nan
 
     @cached_property
     def whole(self) -> Tape:
@@ -75,12 +78,6 @@ class Landscape:
         held = {x: hold for i, (x, hold) in enumerate(zip(self.symbols, self.held, strict=True)) if i not in self.free}
         forces = [sp.factor_terms(self.F[i].subs(held)) for i in self.free]
         return Tape(forces, [*(self.symbols[i] for i in self.free), *self.parameters], ())
-
-    @cached_property
-    def is_steady(self) -> bool:
-        """True where neither bounds nor held coordinates depend on parameters."""
-        steady = (*(bound for place in self.places for bound in place.bounds), *self.held)
-        return not any(sp.sympify(e).free_symbols for e in steady)
 
     def constants(self, parameters, high=None):
         """Return the constants of `tape`, for one array (points,) for each parameter; see `Tape.constants`."""
@@ -162,10 +159,6 @@ class Landscape:
     def a(self, parameters, x):
         """Return the kinetic matrix of coordinates, shape (points, m, m)."""
         return self._shaped(self._a, (self.m, self.m), parameters, x)
-
-    def third(self, parameters, x):
-        """Return the third derivatives of V and the first of a, a list of arrays."""
-        return self._third(*parameters, *x)
 
     def gradients(self, parameters, x):
         """Return the derivatives of the conserved quantities and their terms' absolute values: (points, q, n)."""

@@ -35,6 +35,8 @@ class Model:
         self.system = system
         self.equations = derive(system)
         self.names = tuple(system.parameters)
+        energy = ("energy",) if self.equations.conservative else ()
+        self.quantities = tuple(system.conserved_quantities) or energy  #: names of what is conserved
         self._lock, self._perturbed = threading.Lock(), {}
 
     @cached_property
@@ -84,11 +86,6 @@ class Model:
         return Degenerate(self.equations)
 
     @cached_property
-    def quantities(self) -> tuple[str, ...]:
-        """Names of what is conserved."""
-        return tuple(self.system.conserved_quantities) or (("energy",) if self.equations.conservative else ())
-
-    @cached_property
     def n(self) -> int:
         """Number of eigenvalues: states less the conserved quantities that are independent, at the defaults."""
         N = self.equations.n
@@ -114,9 +111,9 @@ class Model:
             from sweeps.mechanics import relative as measurement
         return measurement
 
-    def theory(self, points, **further) -> dict:
+    def theory(self, points) -> dict:
         """Return the predictions of linear theory for points; see `measurement`."""
-        return self.measurement.theory(self, points, **further)
+        return self.measurement.theory(self, points)
 
     def survey(self, points, *settings, **further) -> dict[str, np.ndarray]:
         """Return all columns of points, in units; see `measurement`."""
@@ -150,22 +147,16 @@ class Model:
             `place` (points, m), NaN where there is none; `hidden`, `dimension`, `certified` and `decided` as of
             `equilibria.Found`; `status`, OK or why there is none.
         """
-        first, inverse = equilibria.runs_of(parameters)
-        zeros = self.equilibria([p[first] for p in parameters])
-        place = zeros.places[inverse, slot]
-        cases = [
-            ~np.isnan(place).any(axis=1),
-            zeros.flat[inverse],
-            zeros.crowded[inverse],
-            zeros.certified[inverse] != equilibria.PROVED,
-        ]
+        zeros, each = self.equilibria(parameters), np.arange(slot.size)
+        place, undecided = zeros.places[each, slot], zeros.certified != equilibria.PROVED
+        cases = [~np.isnan(place).any(axis=1), zeros.flat, zeros.crowded, undecided]
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {
             "place": place,
-            "hidden": zeros.hidden[inverse, slot],
-            "dimension": zeros.dimension[inverse, slot],
-            "certified": zeros.certified[inverse],
-            "decided": zeros.decided[inverse],
+            "hidden": zeros.hidden[each, slot],
+            "dimension": zeros.dimension[each, slot],
+            "certified": zeros.certified,
+            "decided": zeros.decided,
             "status": np.select(cases, kinds, statuses.NO_EQUILIBRIUM).astype(np.int8),
         }
 
@@ -186,10 +177,9 @@ class Model:
             point, slot = np.nonzero(~np.isnan(self.equilibria(parameters).places).any(axis=-1))
             at = [p[point] for p in parameters]
             there = self.located(at, slot)
-            slopes = self.landscape.slopes(at, list(there["place"].T))
+            place, slopes = there["place"], self.landscape.slopes(at, list(there["place"].T))
             yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(self, *slopes)
-            proved = relative.definite(self, at, there["place"], there["hidden"])
-            yield "stable by a definite conserved quantity", proved
+            yield "stable by a definite conserved quantity", relative.definite(self, at, place, there["hidden"])
         if self.quantities:
             zeros = self.equations.n - self.n
             left_out = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""

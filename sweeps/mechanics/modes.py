@@ -32,15 +32,11 @@ WIDEST = 30.0
 
 
 def normal_modes(hessian, a):
-    """Return the signed ω² and the modes of many points.
-
-    Args:
-        hessian: V″, shape (points, n, n).
-        a: kinetic matrix, shape (points, n, n), positive definite.
+    """Return the signed ω² and the modes of many points, from V″ and kinetic matrices, shape (points, n, n).
 
     Returns:
         ω² in s-2, shape (points, n), ascending, and the modes, shape (points, n, n), mode k in [:, :, k], its largest
-        component positive; NaN where V″ or a is not finite or a is not positive.
+        component positive; NaN where V″ or a is not finite or a is not positive definite.
     """
     points, n = hessian.shape[:2]
     if n == 1:

@@ -65,7 +65,7 @@ def _linear(landscape, parameters, place, hidden):
     heavier = changed(lambda x: landscape.a(parameters, list(x.T)), place, error)
     changes = pulled / (S * S)[:, None, None] + heavier
     uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
-    twice = _twice(landscape.third(parameters, q), terms, a, sizes)
+    twice = _twice(landscape.third(*parameters, *q), terms, a, sizes)
     linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes}
     return linear | {"twice": twice, "terms": terms, "positive": modes.positive(a), "uncertain": uncertain}
 
@@ -103,7 +103,9 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     unsound = here & ~np.isfinite(theory["scale"] * theory["modes"].sum(axis=(1, 2)))
     unbound = np.where(theory["positive"], statuses.NON_FINITE, statuses.KINETIC_ENERGY_NOT_POSITIVE)
     status[unsound] = unbound[unsound]
-    wide = _too_wide(model.landscape, points, theory, np.flatnonzero(here & ~unsound))
+    which = np.flatnonzero(here & ~unsound)
+    chosen, nudge = [p[which] for p in theory["parameters"]], (points["epsilon"] * theory["sizes"].T).T[which]
+    wide = which[modes.too_wide(model.landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
     status[wide], unsound[wide] = statuses.PERTURBATION_TOO_LARGE, True
     which = np.flatnonzero(here & ~unsound)
     reach, share = np.ones(size), np.ones(size)
@@ -122,14 +124,6 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     return {"raw": raw, "status": status, "spacing": spacing, "reach": reach, "share": share}
 
 
-def _too_wide(landscape, points, theory, which):
-    """Return which points' perturbation leaves the neighbourhood of their place."""
-    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[which]
-    chosen = [p[which] for p in theory["parameters"]]
-    nudge = epsilon[:, None] * theory["sizes"][which]
-    return which[modes.too_wide(landscape, chosen, theory["place"][which], theory["terms"][which], nudge)]
-
-
 def _nudge(points, theory, part, direction):
     """Return the perturbation of relative size one and its components along the modes.
 
@@ -141,10 +135,9 @@ def _nudge(points, theory, part, direction):
     vectors = _nudged_first(theory["modes"][part], np.asarray(points["mode"])[part] - 1)
     first = vectors[:, :, 0]
     unit = 1.0 / np.abs(first / sizes).max(axis=1)
-    one = np.ones(part.size)
     if direction is None:
-        projection = np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
-        along = first * unit[:, None]
+        one = np.ones(part.size)
+        along, projection = first * unit[:, None], np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
         return {"along": along, "projection": projection, "start": one, "reach": one, "allowed": 0.0 * one}
     along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
     along = along / np.abs(along / sizes).max(axis=1)[:, None]
@@ -246,7 +239,8 @@ def _columns(model, points, theory, measured):
         np.abs(columns["growth_rate_logslope"] - columns["growth_rate_reduced"]) + columns["growth_rate_reduced_error"]
     )
     for name in ("growth_rate", "frequency"):
-        columns[f"{name}_stderr"] = _rate_stderr(raw[:, kernel.RAW.stderr], columns[name])
+        rate, nothing = columns[name], np.full_like(S, np.nan)
+        columns[f"{name}_stderr"] = np.divide(0.5 * raw[:, kernel.RAW.stderr], rate, out=nothing, where=rate > 0.0)
     amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
     columns |= {"amplitude": amplitude, "initial_phase": angle}
     if model.system.follow:
@@ -277,10 +271,6 @@ def _log_slope(raw, regime):
     e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
     is_long_enough = e_folds >= measure.LEAST_EFOLDS
     return {"growth_rate_logslope": np.where(is_long_enough, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
-
-
-def _rate_stderr(stderr, rate):
-    return np.divide(0.5 * stderr, rate, out=np.full_like(rate, np.nan), where=rate > 0.0)
 
 
 def _lecture_solution(size, phase, S, frequency):

@@ -34,7 +34,6 @@ from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
-from sweeps.mechanics.perturbed import PerturbedCode
 
 TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
@@ -140,13 +139,8 @@ class Variation:
     def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
 
-        Where slopes are no such sums there are no parts, and the slopes are those at all phases.
-
-        Args:
-            parameters: arrays (points,).
-            x: states, arrays (phases, points), or of equilibria (1, points).
-            phases: of the period, shape (phases,).
-            still: whether all points are at rest.
+        Where slopes are no such sums there are no parts, and the slopes are those at all phases. Phases have the shape
+        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is `still`.
         """
         m, n, points = self.m, self.equations.n, parameters[0].size
         if still and self._separate:
@@ -325,11 +319,6 @@ class Base:
         rows = [*a, *divided(a, np.eye(m).tolist())]
         return np.array([np.broadcast_to(x, points) for row in rows for x in row])
 
-    @property
-    def code(self) -> PerturbedCode:
-        """The generated steps of the perturbed motion: all points have to be at rest, or all not."""
-        return self.model.perturbed(bool(self.still[0]))
-
     @cached_property
     def number(self) -> np.ndarray:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
@@ -339,11 +328,6 @@ class Base:
         return segments + self.even * segments % 2
 
     # -- of points of one kind
-
-    @property
-    def first_steps(self) -> int:
-        """Number of steps of a period that the variational flow tries first, even: four for three segments."""
-        return 2 * (5 * int(self.number[0]) // 8 + 1)
 
     def varied(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray]:
         """Return the variational flow over a period that begins at a phase, in an even number of steps.
@@ -372,7 +356,7 @@ class Base:
         The perturbation has the size epsilon, relative to the states' sizes, shape (points,); each segment has so many
         steps.
         """
-        n, K, code = self.sizes.shape[1], int(self.number[0]), self.code
+        n, K, code = self.sizes.shape[1], int(self.number[0]), self.model.perturbed(bool(self.still[0]))
         some, sides = K // 2 if self.even[0] else K, [1.0] if code.linear or self.mirrored[0] else [1.0, -1.0]
         phases, (directions, owner) = np.arange(some if code.is_mixed else 1) / K, code.directions
         place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
@@ -405,7 +389,7 @@ class Base:
 
         In longer steps the matrices from both phases differed by `last`.
         """
-        steps = steps or self.first_steps
+        steps = steps or 2 * (5 * int(self.number[0]) // 8 + 1)  # an even number: four for three segments
         (flow, (*entries, trace)) = self.varied(steps)
         coarser, _ = self.varied(4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
         (other,) = matrices_of(np.array(entries), self.sizes.shape[1])

@@ -71,15 +71,11 @@ def _joined(terms: list[str]) -> str:
 
 
 class PerturbedCode(Code):
-    """The rows of the scratch array and the text of the module.
+    """The rows of the scratch array and the text of the module; the last state of the graph is the time.
 
     Rows, each W long: of the base motion (X its states, the time last; U functions' values and constants; epsilon; h
     the step), of a perturbed one (x deviations of the states; e what its steps left out of each; w functions'
-    deviations), and the terms of the base motion.
-
-    Args:
-        graph: of any motion: its last state is the time.
-        still: whether the base motion is an equilibrium at all times.
+    deviations), and the terms of the base motion. Where it is `still`, this is an equilibrium at all times.
     """
 
     def __init__(self, graph: Graph, still: bool):
@@ -314,7 +310,9 @@ class PerturbedCode(Code):
         if not self.linear:
             perturbed.insert(0, f"epsilon = {self._load('epsilon', 0)}")
         first = len(self.base)
-        shared = self._shared(base, perturbed)
+        made = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
+        read = {name for line in perturbed for name in re.findall(r"\b[BKR]_\d+_\d+\b", line)}
+        shared = (name for name in made if name in read)  # the base motion's terms that perturbed motions read
         series = {name: first + len(self.perturbed) + k for k, name in enumerate(shared)}
         base = [*base, *(f"S[{row * W} + lane] = {name}" for name, row in series.items())]
         perturbed = [*(f"{name} = S[{row * W} + lane]" for name, row in series.items()), *perturbed]
@@ -340,9 +338,3 @@ class PerturbedCode(Code):
         if late:
             yield f"late = {' + '.join(late)}"
             yield f"{row} = {row} + late * (late / ({' + '.join([*early, repr(TINY)])})){size}"
-
-    def _shared(self, base, perturbed):
-        """Return the names of the base motion's terms that perturbed motions read, in order."""
-        made = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
-        read = {name for line in perturbed for name in re.findall(r"\b[BKR]_\d+_\d+\b", line)}
-        return [name for name in made if name in read]

@@ -40,25 +40,18 @@ def usual_runs(model) -> int:
 # -- theory
 
 
-def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> dict[str, np.ndarray]:
-    """Return the eigenvalues and eigenvectors of the Jacobian at points.
-
-    Args:
-        model: of any system.
-        points: each parameter and `equilibrium` (slot from 0), shape (points,).
-        vectors: whether to return `left` and `right` vectors.
+def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the eigenvalues of the Jacobian at points, given by each parameter and `equilibrium` (slot from 0).
 
     Returns:
-        `place`; `eigenvalues` (s-1, complex, ordered), `condition`, `left` and `right` vectors (last axis: the
-        eigenvalue; in units of the states' sizes, within what is conserved), shape (points, n[, n]); `scale`
-        (s-1), `sizes` (points, N), `basis` (points, N, n), `matrix` (points, n, n): the Jacobian in that basis.
-        NaN where there is no equilibrium.
+        `place`; `eigenvalues` (s-1, complex, ordered) and `condition`, shape (points, n); `scale` (s-1), `sizes`
+        (points, N), `basis` of what is not conserved (points, N, n, in units of the sizes), `matrix` (points, n, n):
+        the Jacobian in that basis. NaN where there is no equilibrium.
     """
     slot = np.asarray(points["equilibrium"])
     parameters = model.parameters(points, slot.size)
     located = model.located(parameters, slot)
-    place = located["place"]
-    x, land = list(place.T), model.landscape
+    x, land = list(located["place"].T), model.landscape
     with np.errstate(all="ignore"):
         slopes, terms = land.slopes(parameters, x)
         J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
@@ -68,8 +61,7 @@ def theory(model, points: Mapping[str, np.ndarray], vectors: bool = False) -> di
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
         changes = _changes(model, parameters, x, sizes, terms, gradients)
-    located |= _eigen(matrix, S) | (_vectors(matrix, S) if vectors else {})
-    located |= {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+    located |= _eigen(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
     located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
     return located | {"moved": _moved(model, located)}
 
@@ -79,8 +71,8 @@ def _jacobian(model, parameters, x, slopes, terms):
     sizes = model.landscape.sizes(parameters, x)
     if not model.equations.v:
         return slopes, terms, sizes
-    inverse = _inverse(model, parameters, x)
-    m = model.equations.m
+    m, a = model.equations.m, model.landscape.a(parameters, x)
+    inverse = matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN where there is none
     J, bound = (np.zeros((len(sizes), model.equations.n, model.equations.n)) for _ in range(2))
     J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
     J[:, m:] = inverse @ slopes
@@ -117,12 +109,6 @@ def _shifts(moved, condition):
     n = condition.shape[1]
     with np.errstate(invalid="ignore"):
         return np.where(moved > 0.0, np.fmin(n * condition.max(1) * moved, 2.0 * moved ** (1.0 / n)), 0.0)
-
-
-def _inverse(model, parameters, x):
-    """Return a⁻¹ of coordinates, NaN where there is none."""
-    a = model.landscape.a(parameters, x)
-    return matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))
 
 
 def paired(model, slopes, terms):
@@ -247,8 +233,7 @@ def _run(model, points, theory, part, runs, sampling):
     motions = [(size, sign) for size in SIZES for sign in (1.0, -1.0)] if twice.any() else [(1.0, 1.0)]
     x = [sizes * (basis @ direction) for direction in directions(model.n, runs)]
     starts = [(size * epsilon, sign * y.T) for y in x for size, sign in motions]
-    starts = model.code.starts(parameters, theory["place"][part], starts)
-    starts = starts.reshape(part.size, runs, len(motions), -1)
+    starts = model.code.starts(parameters, theory["place"][part], starts).reshape(part.size, runs, len(motions), -1)
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
     family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
     scale = theory["scale"][part]
@@ -285,16 +270,12 @@ def _columns(model, theory, measured):
     shift = (S * _shifts(theory["moved"], theory["condition"]))[:, None]
     re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
     e_re, e_im = e_re + shift, e_im + shift
-    true = theory["eigenvalues"]
-    columns = {}
-    wider = _exchanged(re, im, e_re, e_im, S)
-    for name, exact, value, error in (
-        ("eigenvalue_real", true.real, re, wider[0]),
-        ("eigenvalue_imag", true.imag, im, wider[1]),
-    ):
-        columns |= {f"{name}_theory": exact, name: value, f"{name}_error": error}
-    growth, error = _growth(re, e_re)
-    columns |= {"growth_rate_theory": true.real.max(1), "growth_rate": growth, "growth_rate_error": error}
+    true, wider = theory["eigenvalues"], _exchanged(re, im, e_re, e_im, S)
+    table = {  # by theory, as measured, its error
+        "eigenvalue_real": (true.real, re, wider[0]),
+        "eigenvalue_imag": (true.imag, im, wider[1]),
+        "growth_rate": (true.real.max(1), *_growth(re, e_re)),
+    }
     smooth, exact = None, None
     if n == 4:
         blurred = [factor * theory["moved"] * S**power for factor, power in MOVED]
@@ -302,8 +283,8 @@ def _columns(model, theory, measured):
         smooth = [(value, error + w) for (value, error), w in zip(measurements, blurred, strict=True)]
         predicted = zip(_invariants(theory["matrix"]), blurred, (2, 4, 4), strict=True)
         exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
-        for name, (value, error), (true_value, _) in zip(INVARIANTS, smooth, exact, strict=True):
-            columns |= {f"{name}_theory": true_value, name: value, f"{name}_error": error}
+        table |= {name: (v, *both) for name, (v, _), both in zip(INVARIANTS, exact, smooth, strict=True)}
+    columns = {name + kind: row[k] for name, row in table.items() for k, kind in enumerate(("_theory", "", "_error"))}
     slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"]) + shift
     pairs = theory["paired"]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
@@ -353,17 +334,6 @@ def _eigen(matrix, S):
 def _ordered(values, S):
     """Return eigenvalues in order, and which of the unsorted each is."""
     return matrices.ordered(values, 2.0 * codes.SAME * np.nan_to_num(S))
-
-
-def _vectors(matrix, S):
-    """Return left and right vectors of the eigenvalues in order."""
-    right, left = (np.full(matrix.shape, np.nan, dtype=complex) for _ in range(2))
-    values = np.full(matrix.shape[:2], np.nan, dtype=complex)
-    sound = np.flatnonzero(np.isfinite(matrix).all((1, 2)))
-    values[sound], right[sound] = np.linalg.eig(matrix[sound])
-    right = np.take_along_axis(right, _ordered(values, S)[1][:, None, :], axis=2)
-    left[sound] = matrices.by_matrix(np.linalg.inv, right[sound])  # none of a matrix without a basis of right ones
-    return {"left": np.conj(np.swapaxes(left, 1, 2)), "right": right}
 
 
 def _invariants(matrix):

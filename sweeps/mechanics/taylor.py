@@ -92,7 +92,7 @@ class Code:
     def __init__(self, graph: Graph):
         self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
         self.n = len(graph.rates)
-        self.remainders = {number: self.n + k for k, number in enumerate(graph.functions)}
+        self.remainders = {number: self.n + k for k, number in enumerate(graph.slopes)}
         self.states = self.n + len(self.remainders)
         self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
@@ -296,7 +296,7 @@ class Code:
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
-        functions = self.graph.functions
+        functions = self.graph.slopes
         nodes = self._needed([*self.graph.rates, *functions, *self._bounded])
         last = self._needed([*(self.graph.nodes[f].parts[0] for f in functions), *self._bounded], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]

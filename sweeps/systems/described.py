@@ -94,7 +94,7 @@ class Described(Dynamics):
     def mechanism(self) -> "Model":
         """The derived equations and what runs points through them."""
         with self._lock:
-            return self._named(self._model)
+            return named(self.name, self._model)
 
     def _model(self):
         from sweeps.mechanics.model import Model
@@ -106,10 +106,6 @@ class Described(Dynamics):
                 "the time, or sweeps.motion"
             )
         return model
-
-    def _named(self, work: Callable[[], Any]) -> Any:
-        """Return the result of a call; its refusals name this system first."""
-        return named(self.name, work)
 
     @property
     def references(self) -> str:
@@ -179,9 +175,9 @@ class Described(Dynamics):
             DescriptionError: for what is wrong with the description, and where no point has one, or every point more
                 than there is room for.
         """
-        values = self._named(lambda: self._looked_at(grid))
-        self._named(self._code)  # what cannot be integrated is refused here
-        if wrong := self._named(lambda: self.refusal(values)):
+        values = named(self.name, lambda: self._looked_at(grid))
+        named(self.name, self._code)  # what cannot be integrated is refused here
+        if wrong := named(self.name, lambda: self.refusal(values)):
             raise DescriptionError(f"{self.name}: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:

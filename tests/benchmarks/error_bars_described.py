@@ -57,7 +57,10 @@ class Exact:
         else:
             flow = self.flow
             symbols, vanishing = [place.symbol for place in flow.places], list(flow.pulls)
-            matrices = [flow.jacobian.subs(flow.still)]
+            matrices = [flow.slopes]
+            if flow.v:
+                upper = sp.zeros(flow.m).row_join(sp.eye(flow.m))
+                matrices = [upper.col_join(flow.a.subs(flow.still).inv() * flow.slopes)]
         parameters = [p.symbol for p in self.model.system.parameters.values()]
         slopes = sp.Matrix([[e.diff(x) for x in symbols] for e in vanishing])
         labels = [[label.get(x) for x in symbols] for label in self.model.system.labels.values()]

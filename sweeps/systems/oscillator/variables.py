@@ -2,7 +2,7 @@
 
 from sweeps.schema.values import Phase
 from sweeps.schema.variables import Parameter, Quantity, Variable
-from sweeps.systems.rates import variables as rates
+from sweeps.systems import rates
 from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")

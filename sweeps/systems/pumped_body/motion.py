@@ -61,11 +61,9 @@ def model(inverse: bool) -> Model:
 def survey(points, inverse: bool = False, tolerance: float = 1e-12) -> dict[str, np.ndarray]:
     """Return all columns of points; see `sweeps.mechanics.periodic`.
 
-    Args:
-        points: axis (1, 2 or 3), I1, I2, I3 (common unit), depth1, depth2, depth3, lag1, lag2, lag3 (rad), frequency
-            (rad s-1), omega0 (rad s-1), epsilon and phase (rad), each an array (n,).
-        inverse: whether 1/I_i is modulated, and not I_i.
-        tolerance: truncation allowed over the period, relative to the matrix.
+    Points are axis (1, 2 or 3), I1, I2, I3 (common unit), depth1, depth2, depth3, lag1, lag2, lag3 (rad), frequency
+    (rad s-1), omega0 (rad s-1), epsilon and phase (rad), each an array (n,). With `inverse`, 1/I_i is modulated, and
+    not I_i. Over the period the tolerance of truncation is relative to the matrix.
     """
     axis, frequency = np.asarray(points["axis"]), np.asarray(points["frequency"], dtype=np.float64)
     given = {"direction": points["phase"], "epsilon": points["epsilon"], "equilibrium": np.zeros(axis.size, dtype=int)}

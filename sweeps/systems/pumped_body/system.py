@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import Field
@@ -16,6 +16,9 @@ from sweeps.systems.bodies.variables import Axes
 from sweeps.systems.periodic.system import OnePeriod, Periodic, PeriodicDefinition
 from sweeps.systems.pumped_body import variables
 from sweeps.systems.system import Dynamics, Kernel, Points
+
+if TYPE_CHECKING:
+    from sweeps.mechanics.model import Model
 
 PHASES = 32
 REFINED = 5  # parabolas through three phases, each an eighth as far apart
@@ -56,7 +59,7 @@ class PumpedBody(Dynamics):
 
     def bound(self, definition: PumpedDefinition) -> "PumpedBody":
         """Return the system with the definition's kind of modulation."""
-        return PumpedBody(is_inverse(definition))
+        return PumpedBody(definition.modulation == "inverse")
 
     def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
         """Return (axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
@@ -79,32 +82,28 @@ class PumpedBody(Dynamics):
         """Return where one moment exceeds the sum of the others at some time of the period."""
         return least_margin(points, self.inverse) < 0
 
-    def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
-        """Return what periodic systems share, and the generated code of the definition's kind of modulation."""
+    @property
+    def mechanism(self) -> "Model":
+        """The derived equations and what runs points through them."""
         from sweeps.systems.pumped_body import motion
 
-        kinds = (False, True) if definition is None else (is_inverse(definition),)
-        codes = [motion.model(kind).perturbed_code(True) for kind in kinds]
+        return motion.model(self.inverse)
+
+    def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
+        """Return what periodic systems share, and the generated code of the definition's kind of modulation."""
+        kinds = (PumpedBody(False), PumpedBody(True)) if definition is None else (self.bound(definition),)
+        codes = [kind.mechanism.perturbed_code(True) for kind in kinds]
         return *super().kernels_of(definition), *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used; they depend on no parameter."""
-        from sweeps.systems.pumped_body import motion
-
-        model = motion.model(self.inverse)
-        return model.proofs([np.array([p.default]) for p in model.system.parameters.values()])
+        parameters = self.mechanism.system.parameters.values()
+        return self.mechanism.proofs([np.array([p.default]) for p in parameters])
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
-        from sweeps.systems.pumped_body import motion
-
-        code = motion.model(self.inverse).perturbed_code(True)
-        return described.fingerprint(self.kernels, code, Path(motion.__file__).read_bytes())
-
-
-def is_inverse(definition: PumpedDefinition) -> bool:
-    """Return whether a definition modulates the inverses of the moments."""
-    return definition.modulation == "inverse"
+        equations = Path(__file__).with_name("motion.py").read_bytes()
+        return described.fingerprint(self.kernels, self.mechanism.perturbed_code(True), equations)
 
 
 def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:

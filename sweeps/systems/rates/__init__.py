@@ -1,5 +1,61 @@
-"""The part of a page for systems with a signed square of a rate: the signed rate, and where linear theory ends."""
+"""What systems with a signed square of a rate share: columns, and the part of a page that says where theory ends.
 
+Columns are by linear theory, as measured, reduced to no amplitude, with errors.
+"""
+
+from dataclasses import replace
 from pathlib import Path
 
+from sweeps.schema.variables import Variable
+from sweeps.systems.shared_variables import rows
+
 FILES = tuple(Path(__file__).parent / name for name in ("nudges.html", "rates.js"))
+
+
+def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
+    """Return name → variable, from Ω² to the slope of the logarithm.
+
+    The measurement is `reduced` to an infinitesimal perturbation, `by` says how in one word; the logarithm is taken of
+    `size`, below 0.01 of `window`. With `sparse` most points of a map do not grow.
+    """
+    variables = rows(
+        "omega_squared_theory  s-2  Ω² (negative: unstable), linear theory",
+        _measured("omega_squared", "s-2", "Ω²", " (negative: unstable), measured [measurement]", reduced, by),
+        """
+        amplitude_shift     s-2  finite-amplitude shift of Ω²
+        growth_rate_theory  s-1  growth rate, linear theory; 0 where not unstable
+        """,
+        _measured("growth_rate", "s-1", "growth rate", ", measured; 0 where not unstable", reduced, by),
+        "frequency_theory  rad s-1  angular frequency, linear theory; 0 where not stable",
+        _measured("frequency", "rad s-1", "angular frequency", ", measured; 0 where not stable", reduced, by),
+        f"""
+        growth_rate_logslope        s-1  growth rate from the slope of the logarithm of {size} (naive method)
+            comment: missing where its window (2 to 1000 times the start, below 0.01 {window}) holds fewer than two
+            e-folds
+        growth_rate_logslope_error  s-1  error of the growth rate from the log slope
+            comment: its distance from the extrapolated growth rate, and the error of that rate
+        """,
+    )
+    for name, one in variables.items():
+        quantity = name.removesuffix("_reduced")  # whose theory is that of the reduced one, too
+        compared = f"{quantity}_theory" in variables
+        theory, none = f"{quantity}_theory" if compared else "", compared and quantity != "omega_squared"
+        variables[name] = replace(one, theory=theory, zero_is_none=none, sparse=sparse and name.startswith("growth"))
+    slope = replace(variables["growth_rate_logslope"], theory="growth_rate_theory", aside=True)
+    return variables | {"growth_rate_logslope": slope}
+
+
+def _measured(name: str, units: str, noun: str, more: str, reduced: str, by: str) -> str:
+    """Return the rows of a measured rate, its scatter and error, and the same reduced."""
+    return f"""
+    {name}                {units}  {noun}{more}
+    {name}_stderr         {units}  standard error of the measured {noun}
+        comment: scatter of the samples only, without the bias of a finite amplitude
+    {name}_error          {units}  error of the measured {noun}
+        comment: bounds the distance from linear theory: scatter, integration error, bias of the finite amplitude, and
+        rounding
+    {name}_reduced        {units}  {noun} extrapolated to zero amplitude
+        comment: the measurement for an infinitesimal perturbation: {reduced}
+    {name}_reduced_error  {units}  error of the extrapolated {noun}
+        comment: as omega_squared_error, with the amplitude bias that the {by} leaves
+    """

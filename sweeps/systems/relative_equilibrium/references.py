@@ -9,6 +9,7 @@ integrators, the estimator or theory's Jacobian. Of where the equilibrium is, on
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -55,31 +56,24 @@ class Linearised:
         self.rates = rates_of(equations)
         conserved = list(equations.system.conserved_quantities.values())
         self._conserved = sp.lambdify((*equations.parameters, *equations.states), conserved, "numpy")
-        self._found: dict[tuple, tuple[Solved, Solved]] = {}
+        self._solved = lru_cache(KEPT)(self._solve)
 
     def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
         """Return eigenvalues at a point from a differenced Jacobian and from motions."""
-        names = self.model.names
-        slot = self.model.system.names.index(str(point["equilibrium"]))
-        key = (*(float(point[name]) for name in names), slot)
-        if key not in self._found:
-            if len(self._found) >= KEPT:
-                self._found.clear()
-            self._found[key] = self._looked(list(key[:-1]) or [0.0], slot)
-        return self._found[key]
+        parameters = tuple(float(point[name]) for name in self.model.names) or (0.0,)
+        return self._solved(parameters, self.model.system.names.index(str(point["equilibrium"])))
 
-    def _looked(self, parameters, slot):
+    def _solve(self, parameters, slot):
         point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
         x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
-        place = theory["place"][0]
-        x[: place.size] = place
+        x[: self.model.equations.m] = theory["place"][0]
         none = Solved(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
         if not (np.isfinite(x).all() and np.isfinite(S)) or np.abs(self.rates(parameters, x) / sizes).max() > STILL * S:
             return none, none
         basis = self._free(parameters, x, sizes)
-        step = 1j * STEP * sizes
-        J = np.array([self.rates(parameters, x + step * e).imag / STEP / sizes for e in np.eye(x.size)]).T
+        steps = 1j * STEP * sizes * np.eye(x.size)
+        J = np.array([self.rates(parameters, x + step).imag / STEP / sizes for step in steps]).T
         moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
         by_matrix = _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN)
         return by_matrix, _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION)

@@ -2,9 +2,9 @@
 
 from kernels import statuses
 from sweeps.schema.variables import Parameter, Variable
+from sweeps.systems import rates
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.rates import variables as rates
 from sweeps.systems.shared_variables import STEPS, regime, rows, status
 
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not

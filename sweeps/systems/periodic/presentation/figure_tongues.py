@@ -29,16 +29,9 @@ EXACT = "Mathieu's curves, exact"
 def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
     """Draw regimes over the two longest parameters, a panel for each value of a third.
 
-    There is no picture where one parameter varies at most, and where all of it would be of one colour.
-
-    Args:
-        ds: a map of multipliers.
-        at: dimension → the value of which the figure is.
-        what: is perturbed.
-        look: of regimes and parameters.
-        curves: function of a panel's map and the names along its sides that returns a label and curves, or None; those
-            with the label EXACT stand for the boundary by linear theory.
-        ax: where; left out, on a figure of its own.
+    There is no picture where one parameter varies at most, and where all of it would be of one colour. The figure is of
+    one value of each dimension in `at`; `what` is perturbed. `curves`, of a panel's map and the names along its sides,
+    returns a label and curves, or None; those with the label EXACT stand for the boundary by linear theory.
     """
     part = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
     x, y, third = planes.sides(part["regime"], ())

@@ -54,8 +54,8 @@ class PumpedBodyPresentation(Presentation):
 
         def about(axis: int):
             title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
-            curves = lambda one, x, y: figure_shapes.mathieu(ds, one, axis, y) if x == "frequency" else None  # noqa: E731
-            return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
+            curves = lambda one, x, y: figure_shapes.mathieu(one, axis, y) if x == "frequency" else None  # noqa: E731
+            return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves if _is_inverse(ds) else None)
 
         tongues = {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}
         return tongues | self.against_theory(ds)

@@ -9,7 +9,6 @@ from scipy.interpolate import CubicSpline
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
-from sweeps.reading.definitions import mapping_of
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, Curves, characteristic, ends
 from sweeps.systems.presentation.look import Look
@@ -21,13 +20,12 @@ NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theo
 
 def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     """Draw a panel for each axis of a map over a grid of shapes."""
-    at = fixed_at(ds)
-    fixed = {name: ds[name].values[i] for name, i in at.items() if name not in ("epsilon", "phase", "multiplier")}
+    aside = ("epsilon", "phase", "multiplier")
+    fixed = {name: ds[name].values[i] for name, i in fixed_at(ds).items() if name not in aside}
     words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
-    axes = ds["axis"].values.tolist()
-    figure, places = style.panels(len(axes), (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    figure, places = style.panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
     regimes = Regimes(REGIMES, look, DEEPEST)
-    for place, axis in zip(places, axes, strict=True):
+    for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
         place.contour(*triangle.places(ds), np.abs(trace), [2.0], colors=colors.INK, linewidths=0.8)
@@ -40,32 +38,28 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def mathieu(ds: xr.Dataset, one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
+def mathieu(one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
     """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
 
     With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
     ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
     """
-    others = [i for i in (1, 2, 3) if i != axis]
     modulated = {f"depth{i}" for i in (1, 2, 3) if one[f"depth{i}"].values.any()}
-    inverse = mapping_of(ds.attrs["definition"]).get("modulation") == "inverse"
-    if not inverse or modulated != {depth} or depth == f"depth{axis}":
+    if modulated != {depth} or depth == f"depth{axis}":
         return None
     j = int(depth[-1])
-    (i,) = set(others) - {j}
+    (i,) = {1, 2, 3} - {axis, j}
     if any(one[name].size > 1 for name in ("I1", "I2", "I3", "omega0")):
         return None
     Ii, Ij, Ik, spin = (float(one[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
     scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
-    curves = []
-    for sign in (1.0, -1.0):
-        few, many = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000)
-        q = sign * many
-        for a in CubicSpline(np.log(few), characteristic(few), axis=1)(np.log(many)):
-            with np.errstate(invalid="ignore", divide="ignore"):
-                square = scale * mean / a
-                frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
-            curves.append((np.where(square > 0.0, frequency, np.nan), at))
-    low, high = ends(one, depth)
-    inside = [(f, d, (d >= low) & (d <= high)) for f, d in curves]
-    return EXACT, [(f, np.where(here, d, np.nan)) for f, d, here in inside if here.any()]
+    few, many, (low, high) = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000), ends(one, depth)
+    values, curves = CubicSpline(np.log(few), characteristic(few), axis=1)(np.log(many)), []
+    for q, a in ((q, a) for q in (many, -many) for a in values):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            square = scale * mean / a
+            frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
+        inside = (at >= low) & (at <= high) & (square > 0.0)
+        if inside.any():
+            curves.append((frequency, np.where(inside, at, np.nan)))
+    return EXACT, curves
