@@ -300,7 +300,7 @@ def _said(ds, summary: Summary, kept) -> dict:
     definition = str(ds.attrs.get("definition", ""))
     return {
         "title": str(ds.attrs.get("title", "")) or "A stability map",
-        "about": _about(definition),
+        "about": [text for text in paragraphs(definition)[:2] if "`" not in text],  # not those about its own keys
         "definition": definition,
         "attributes": {k: str(v) for k, v in ds.attrs.items() if k not in ("definition", "title")},
         "points": summary.points,
@@ -316,15 +316,15 @@ def _said(ds, summary: Summary, kept) -> dict:
     }
 
 
-def _about(definition: str) -> list[str]:
-    """Return first paragraphs of the comment with which a definition begins; not those about its own keys."""
+def paragraphs(definition: str) -> list[str]:
+    """Return the paragraphs of the comment with which a definition begins, before or after its title."""
     lines = []
     for line in definition.splitlines():
-        if not line.startswith("#"):
+        if line.startswith("#"):
+            lines.append(line.lstrip("#").strip())
+        elif lines or not line.startswith("title:"):
             break
-        lines.append(line.lstrip("#").strip())
-    paragraphs = [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
-    return [text for text in paragraphs[:2] if "`" not in text]
+    return [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
 
 
 def _where(ds, at: Mapping[str, int]) -> list[tuple]:
