@@ -184,7 +184,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
 
 def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
     """Return the map with dollar signs escaped, so that Matplotlib draws its text literally."""
-    title = _plain(_one_line(ds.attrs.get("title", "")))
+    title = _plain(shortened(" ".join(str(ds.attrs.get("title", "")).split()), MAX_TITLE))  # on one line
     if isinstance(ds, PlainMap):
         return ds.reworded(ds.attrs | {"title": title}, _plain)
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
@@ -196,12 +196,6 @@ def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
 
 def _is_named(coordinate: "xr.DataArray") -> bool:
     return coordinate.dtype.kind in "OU" and coordinate.ndim == 1 and any("$" in str(v) for v in coordinate.values)
-
-
-def _one_line(title: object) -> str:
-    """Return a title on one line, however many lines the file's has."""
-    line = " ".join(str(title).split())
-    return line if len(line) <= MAX_TITLE else line[: MAX_TITLE - 1] + "…"
 
 
 def _plain(value: object) -> object:

@@ -22,7 +22,7 @@ from markupsafe import Markup
 from sweeps import systems
 from sweeps.figure import colors
 from sweeps.figure import style as figure_style
-from sweeps.maps.summary import Summary, place, pointwise, read, rule, specifications
+from sweeps.maps.summary import Summary, place, pointwise, read, rule, share, specifications
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import blocks, dimensions, flags, own_of_points
@@ -272,7 +272,7 @@ def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "percent": _percent, "words": systems.presentation_of(ds).look.words}
+    environment.filters |= {"number": _text, "share": share, "words": systems.presentation_of(ds).look.words}
     environment.filters["long_name"] = lambda name: str(ds[name].attrs.get("long_name", name))
     scripts = _part(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
@@ -349,10 +349,3 @@ def _text(value) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     return figure_style.number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)
-
-
-def _percent(share: float) -> str:
-    """Return a share in per cent, and never 100 % of a part."""
-    if share == 1.0:
-        return "100 %"
-    return f"{min(share, 0.99999):.3%}".replace("%", " %")

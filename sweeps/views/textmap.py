@@ -11,6 +11,7 @@ from sweeps.figure.printing import table
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import Deviation, Summary, leading_flag, place, rule, share
 from sweeps.schema.boxes import along, dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.schema.refusals import shortened
 from sweeps.systems.presentation.look import Look
 
 if TYPE_CHECKING:
@@ -243,5 +244,4 @@ def _few(size: int, most: int) -> list[int]:
 
 def _short(value) -> str:
     value = value.item() if hasattr(value, "item") else value
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return text if len(text) <= 16 else text[:15] + "…"
+    return shortened(f"{value:.4g}" if isinstance(value, float) else str(value), 16)
