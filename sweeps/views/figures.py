@@ -37,21 +37,14 @@ BLOCK_POINTS = 2**20
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
     """Open a map for drawing, without loading a library where its figures need none."""
     plain_map = admission.opened(path)
-    if plain := drawn_plainly(plain_map):
-        return plain
+    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
+    if not is_slice and systems.presentation_of(plain_map).draws_plainly(plain_map):
+        startup.leave_out_the_compiler()
+        return plain_map
     plain_map.close()
     from sweeps.maps import storage
 
     return storage.open_map(path)
-
-
-def drawn_plainly(plain_map: PlainMap) -> PlainMap | None:
-    """Return a plain map where all of its figures can be drawn from one, otherwise None."""
-    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
-    if is_slice or not systems.presentation_of(plain_map).draws_plainly(plain_map):
-        return None
-    startup.leave_out_the_compiler()
-    return plain_map
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
