@@ -6,7 +6,6 @@ names each by its hash. All text that comes from the file is escaped by the temp
 
 import base64
 import hashlib
-import json
 import math
 import urllib.parse
 from collections.abc import Mapping
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import jinja2
 import numpy as np
+from jinja2.utils import htmlsafe_json_dumps  # JSON that cannot end the element in which it stands
 from markupsafe import Markup
 
 from sweeps import systems
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from sweeps.maps.plain import PlainMap, PlainVariable
 
 LIMIT = 8_000_000  # bytes of a page
+JSON = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
 # before those of a map's own system; main.js is the last
 SCRIPTS = (
     "numbers.js",
@@ -247,11 +248,9 @@ def _asset(name: str) -> str:
     return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
 
 
-def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
-    """Return a system's files of one kind for the page; of sections "first", on the first screen, or others."""
-    paths = [path for path in page.files if path.suffix == kind]
-    if name is not None:
-        paths = [path for path in paths if (path.stem == "first") == bool(name)]
+def _texts(page: Page, kind: str, is_first: bool | None = None) -> list[str]:
+    """Return a system's files of one kind for the page; all, or those of the first screen, or others."""
+    paths = (path for path in page.files if path.suffix == kind and is_first in (None, path.stem == "first"))
     return [path.read_text(encoding="utf-8") for path in paths]
 
 
@@ -260,31 +259,23 @@ def _hash(script: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def _json(value) -> Markup:
-    """Return JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
-    text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
-        text = text.replace(sign, escape)
-    return Markup(text)
-
-
 def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters |= {"number": _text, "share": share, "words": systems.presentation_of(ds).look.words}
     environment.filters["long_name"] = lambda name: str(ds[name].attrs.get("long_name", name))
-    scripts = _part(part, ".js") or [_asset("part.js")]
+    scripts = _texts(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=f"{_hash(program)} 'sha256-{plotly.digest()}'",
-        style=Markup("\n".join((_asset("style.css"), *_part(part, ".css")))),
-        first=Markup("\n".join(_part(part, ".html", "first"))),
-        sections=Markup("\n".join(_part(part, ".html", ""))),
+        style=Markup("\n".join((_asset("style.css"), *_texts(part, ".css")))),
+        first=Markup("\n".join(_texts(part, ".html", True))),
+        sections=Markup("\n".join(_texts(part, ".html", False))),
         program=Markup(program),
         plotly=plotly.deflated(),
-        payload=_json(payload(ds, part, packed, kept)),
+        payload=htmlsafe_json_dumps(payload(ds, part, packed, kept), **JSON),
         columns=[column.text for column in packed],
         question=part.question,
         keys=part.keys,
