@@ -225,13 +225,13 @@ class Polhode:
         from rich.console import Console
 
         from sweeps.maps import selection, summary
-        from sweeps.views import text_summary, textmap
+        from sweeps.views import textmap
 
         ds = summary.pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})
-        text_summary.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
+        textmap.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
         return written.getvalue()
 
 

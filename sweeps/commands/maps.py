@@ -26,7 +26,7 @@ def add_show(commands) -> None:
 
 def _show(args):
     from sweeps.maps import admission, selection, summary
-    from sweeps.views import text_summary, textmap
+    from sweeps.views import textmap
 
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
@@ -37,7 +37,7 @@ def _show(args):
             printing.print_json(_facts(ds, totals))
         else:
             console = printing.console()
-            text_summary.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
+            textmap.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
 
 
 def _facts(ds, totals) -> dict:

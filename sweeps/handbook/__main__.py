@@ -13,6 +13,7 @@ NEEDED = {"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-des
 NEEDED |= {"ipykernel": "ipykernel", "trimesh": "trimesh"}
 HERE = Path(__file__).parent
 COLUMNS = "84"  # letters in a line of what commands print
+_say = partial(print, flush=True)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -40,10 +41,6 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"handbook: {refused}", file=sys.stderr)
         return 2
     return _html(work, args.output.resolve())
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)
 
 
 def _write_numbers(work: Path) -> int:

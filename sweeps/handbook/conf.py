@@ -14,7 +14,7 @@ project = "Polhode"
 author = "Polhode"
 version = release = sweeps.__version__
 html_title = f"Polhode {release}"
-extensions = [*("myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.napoleon"), "sweeps.handbook.directives"]
+extensions = [*("myst_nb", "sphinx_design", "sphinx.ext.autodoc", "sphinx.ext.napoleon"), "sweeps.handbook.formulas"]
 exclude_patterns = ["included/**"]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3

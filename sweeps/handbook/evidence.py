@@ -14,7 +14,7 @@ import xarray as xr
 from sweeps.handbook import numbers, pages
 
 MAPS = Path(__file__).parent / "maps"
-DRAWING = ("systems", "views", "figure", "captions")  # packages of the code that draws
+DRAWING = ("systems", "views", "figure")  # packages of the code that draws
 
 
 def definitions() -> dict[str, Path]:

@@ -1,10 +1,16 @@
-"""Formulas as MathML, by docutils. MathML needs no script and no font from elsewhere."""
+"""Sphinx's part: formulas as MathML by docutils, without scripts and fonts, and pictures described in words."""
 
 import html
 import re
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 LARGE = re.compile(r"\\([bB]ig)(?![a-zA-Z])")
 SHORT_FRACTION = re.compile(r"\\[td]?frac\s*(\d)\s*(\d)")
@@ -26,3 +32,38 @@ def mathml(tex: str, block: bool = False) -> str:
             accented.extend((base, over))
             both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)
     return ElementTree.tostring(root, encoding="unicode")
+
+
+def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
+    try:
+        return mathml(tex, block)
+    except MathError as error:
+        from sphinx.util import logging
+
+        logging.getLogger(__name__).warning("%s: %s", error, tex, location=where)
+        return f"<code>{html.escape(tex)}</code>"
+
+
+def _inline(translator, node: nodes.math) -> None:
+    translator.body.append(_mathml(node.astext(), False, node))
+    raise nodes.SkipNode
+
+
+def _block(translator, node: nodes.math_block) -> None:
+    number = f'<span class="eqno">({node["number"]})</span>' if node.get("number") else ""
+    tag = translator.starttag(node, "div", CLASS="math")
+    translator.body.append(tag + number + _mathml(node.astext(), True, node) + "</div>\n")
+    raise nodes.SkipNode
+
+
+def _describe_pictures(app: "Sphinx", tree: nodes.document) -> None:
+    for caption in tree.findall(nodes.caption):
+        for image in caption.parent.findall(nodes.image):
+            image["alt"] = caption.astext()
+
+
+def setup(app: "Sphinx") -> dict:
+    """Register the renderer of formulas."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+    app.connect("doctree-read", _describe_pictures)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

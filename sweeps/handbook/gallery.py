@@ -14,6 +14,7 @@ from sweeps.handbook import evidence
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema import DEFAULT_SYSTEM
+from sweeps.views import report
 
 MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes
 MANY = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}  # of systems whose points cost little
@@ -80,24 +81,15 @@ def _ranges(entries: dict) -> Iterator[dict]:
 
 
 def story(text: str) -> str:
-    """Return the first paragraph of a definition's comment, or its title."""
-    comments = []
-    for line in text.splitlines():
-        if line.startswith("#"):
-            comments.append(line[1:].strip())
-        elif comments or not line.startswith("title:"):
-            break
-    paragraph = " ".join(comments).strip() if "" not in comments else " ".join(comments[: comments.index("")])
-    if len(paragraph) < 60 and "" in comments:  # a question: its answer too
-        rest = comments[comments.index("") + 1 :]
-        paragraph += " " + " ".join(rest[: rest.index("")] if "" in rest else rest)
-    return paragraph
+    """Return the first paragraph of a definition's comment; of a question, its answer too."""
+    first, *others = report.paragraphs(text)
+    return f"{first} {others[0]}" if len(first) < 60 and others else first
 
 
 def make(work: Path, say: Callable[[str], None]) -> None:
     """Measure every shipped sweep with fewer points, and write its picture and report below `work`."""
     import sweeps
-    from sweeps.views import figures, report
+    from sweeps.views import figures
 
     for name, path in _definitions(work):
         map_path = evidence.measured(path, work / "gallery" / "maps", say)

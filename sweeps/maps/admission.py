@@ -123,8 +123,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
     for name, value in attributes.items():
         text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
         if not name.startswith("_"):  # the netCDF library's own
-            most = MAX_FILE_BYTES if name in WHOLE else MOST_TEXT
-            texts[name] = text if len(text) <= most else text[: most - 1] + "…"
+            texts[name] = shortened(text, MAX_FILE_BYTES if name in WHOLE else MOST_TEXT)
     version = texts.get("contract_version", "")
     if not is_readable(version):
         stated = _shown(version) or "missing"

@@ -243,9 +243,10 @@ def rule(summary: Summary) -> str:
     return f"{summary.compared:,} of {summary.points:,} points (status ok, regime as predicted, not marginal)"
 
 
-def share(part: int, whole: int) -> str:
+def share(part: int, whole: int, decimals: int = 1) -> str:
     """Return a fraction in per cent that is 0 or 100 only where it is exactly that."""
     if part in (0, whole):
         return "0 %" if part == 0 else "100 %"
-    percent = min(max(100 * part / whole, 0.1), 99.9)
-    return f"{percent:.1f} %" if math.isfinite(percent) else ""
+    least = 10.0**-decimals
+    percent = min(max(100 * part / whole, least), 100 - least)
+    return f"{percent:.{decimals}f} %" if math.isfinite(percent) else ""

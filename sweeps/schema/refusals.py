@@ -84,9 +84,9 @@ def _plain_or_quoted(text: str) -> str:
     return text if re.fullmatch(r"[\w ().,/~+-]{1,120}", text) else shortened(repr(text))
 
 
-def shortened(text: str) -> str:
-    """Return text shortened to the length of a message."""
-    return text if len(text) <= _SHOWN_CHARACTERS else text[: _SHOWN_CHARACTERS - 1] + "…"
+def shortened(text: str, most: int = _SHOWN_CHARACTERS) -> str:
+    """Return text of at most so many characters; by default as many as a message shows."""
+    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def display(value: Any) -> str:

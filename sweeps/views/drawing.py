@@ -15,7 +15,7 @@ def worker() -> Iterator[Executor]:
     pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
     try:
         with interrupts.left_to_the_parent():
-            pool.submit(_load)
+            pool.submit(int)  # which starts the process
         yield pool
     finally:
         interrupts.abandon(pool)
@@ -32,7 +32,4 @@ def draw(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
 def _begin() -> None:
     interrupts.end_with_the_parent()
     startup.configure()
-
-
-def _load() -> None:
     from sweeps.views import figures  # noqa: F401

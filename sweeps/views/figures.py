@@ -37,21 +37,14 @@ BLOCK_POINTS = 2**20
 def opened(path: str | Path) -> "xr.Dataset | PlainMap":
     """Open a map for drawing, without loading a library where its figures need none."""
     plain_map = admission.opened(path)
-    if plain := drawn_plainly(plain_map):
-        return plain
+    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
+    if not is_slice and systems.presentation_of(plain_map).draws_plainly(plain_map):
+        startup.leave_out_the_compiler()
+        return plain_map
     plain_map.close()
     from sweeps.maps import storage
 
     return storage.open_map(path)
-
-
-def drawn_plainly(plain_map: PlainMap) -> PlainMap | None:
-    """Return a plain map where all of its figures can be drawn from one, otherwise None."""
-    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
-    if is_slice or not systems.presentation_of(plain_map).draws_plainly(plain_map):
-        return None
-    startup.leave_out_the_compiler()
-    return plain_map
 
 
 def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
@@ -184,7 +177,7 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
 
 def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
     """Return the map with dollar signs escaped, so that Matplotlib draws its text literally."""
-    title = _plain(_one_line(ds.attrs.get("title", "")))
+    title = _plain(shortened(" ".join(str(ds.attrs.get("title", "")).split()), MAX_TITLE))  # on one line
     if isinstance(ds, PlainMap):
         return ds.reworded(ds.attrs | {"title": title}, _plain)
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
@@ -196,12 +189,6 @@ def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
 
 def _is_named(coordinate: "xr.DataArray") -> bool:
     return coordinate.dtype.kind in "OU" and coordinate.ndim == 1 and any("$" in str(v) for v in coordinate.values)
-
-
-def _one_line(title: object) -> str:
-    """Return a title on one line, however many lines the file's has."""
-    line = " ".join(str(title).split())
-    return line if len(line) <= MAX_TITLE else line[: MAX_TITLE - 1] + "…"
 
 
 def _plain(value: object) -> object:

@@ -6,7 +6,6 @@ names each by its hash. All text that comes from the file is escaped by the temp
 
 import base64
 import hashlib
-import json
 import math
 import urllib.parse
 from collections.abc import Mapping
@@ -17,12 +16,13 @@ from typing import TYPE_CHECKING
 
 import jinja2
 import numpy as np
+from jinja2.utils import htmlsafe_json_dumps  # JSON that cannot end the element in which it stands
 from markupsafe import Markup
 
 from sweeps import systems
 from sweeps.figure import colors
 from sweeps.figure import style as figure_style
-from sweeps.maps.summary import Summary, place, pointwise, read, rule, specifications
+from sweeps.maps.summary import Summary, place, pointwise, read, rule, share, specifications
 from sweeps.process.files import replaced
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import blocks, dimensions, flags, own_of_points
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from sweeps.maps.plain import PlainMap, PlainVariable
 
 LIMIT = 8_000_000  # bytes of a page
+JSON = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
 # before those of a map's own system; main.js is the last
 SCRIPTS = (
     "numbers.js",
@@ -247,11 +248,9 @@ def _asset(name: str) -> str:
     return (files("sweeps.views") / "page" / name).read_text(encoding="utf-8")
 
 
-def _part(page: Page, kind: str, name: str | None = None) -> list[str]:
-    """Return a system's files of one kind for the page; of sections "first", on the first screen, or others."""
-    paths = [path for path in page.files if path.suffix == kind]
-    if name is not None:
-        paths = [path for path in paths if (path.stem == "first") == bool(name)]
+def _texts(page: Page, kind: str, is_first: bool | None = None) -> list[str]:
+    """Return a system's files of one kind for the page; all, or those of the first screen, or others."""
+    paths = (path for path in page.files if path.suffix == kind and is_first in (None, path.stem == "first"))
     return [path.read_text(encoding="utf-8") for path in paths]
 
 
@@ -260,31 +259,23 @@ def _hash(script: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def _json(value) -> Markup:
-    """Return JSON that cannot end the element it stands in: every `<`, `>` and `&` is written as an escape."""
-    text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    for sign, escape in (("&", "\\u0026"), ("<", "\\u003c"), (">", "\\u003e")):
-        text = text.replace(sign, escape)
-    return Markup(text)
-
-
 def _page(ds, part: Page, summary: Summary, packed: list[Packed], kept) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "percent": _percent, "words": systems.presentation_of(ds).look.words}
+    environment.filters |= {"number": _text, "share": share, "words": systems.presentation_of(ds).look.words}
     environment.filters["long_name"] = lambda name: str(ds[name].attrs.get("long_name", name))
-    scripts = _part(part, ".js") or [_asset("part.js")]
+    scripts = _texts(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
     return template.render(
         policy=f"{_hash(program)} 'sha256-{plotly.digest()}'",
-        style=Markup("\n".join((_asset("style.css"), *_part(part, ".css")))),
-        first=Markup("\n".join(_part(part, ".html", "first"))),
-        sections=Markup("\n".join(_part(part, ".html", ""))),
+        style=Markup("\n".join((_asset("style.css"), *_texts(part, ".css")))),
+        first=Markup("\n".join(_texts(part, ".html", True))),
+        sections=Markup("\n".join(_texts(part, ".html", False))),
         program=Markup(program),
         plotly=plotly.deflated(),
-        payload=_json(payload(ds, part, packed, kept)),
+        payload=htmlsafe_json_dumps(payload(ds, part, packed, kept), **JSON),
         columns=[column.text for column in packed],
         question=part.question,
         keys=part.keys,
@@ -300,7 +291,7 @@ def _said(ds, summary: Summary, kept) -> dict:
     definition = str(ds.attrs.get("definition", ""))
     return {
         "title": str(ds.attrs.get("title", "")) or "A stability map",
-        "about": _about(definition),
+        "about": [text for text in paragraphs(definition)[:2] if "`" not in text],  # not those about its own keys
         "definition": definition,
         "attributes": {k: str(v) for k, v in ds.attrs.items() if k not in ("definition", "title")},
         "points": summary.points,
@@ -316,15 +307,15 @@ def _said(ds, summary: Summary, kept) -> dict:
     }
 
 
-def _about(definition: str) -> list[str]:
-    """Return first paragraphs of the comment with which a definition begins; not those about its own keys."""
+def paragraphs(definition: str) -> list[str]:
+    """Return the paragraphs of the comment with which a definition begins, before or after its title."""
     lines = []
     for line in definition.splitlines():
-        if not line.startswith("#"):
+        if line.startswith("#"):
+            lines.append(line.lstrip("#").strip())
+        elif lines or not line.startswith("title:"):
             break
-        lines.append(line.lstrip("#").strip())
-    paragraphs = [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
-    return [text for text in paragraphs[:2] if "`" not in text]
+    return [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
 
 
 def _where(ds, at: Mapping[str, int]) -> list[tuple]:
@@ -349,10 +340,3 @@ def _text(value) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     return figure_style.number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)
-
-
-def _percent(share: float) -> str:
-    """Return a share in per cent, and never 100 % of a part."""
-    if share == 1.0:
-        return "100 %"
-    return f"{min(share, 0.99999):.3%}".replace("%", " %")

@@ -28,7 +28,7 @@ def lines(figure, gid):
 
 @pytest.mark.parametrize("moments", ORDERS)
 def test_the_scene_is_the_body_as_it_is_and_no_mirror_image(moments):
-    scene = Scene.of(np.array(moments))
+    scene = Scene(np.array(moments))
     np.testing.assert_allclose(scene.moments, np.array(moments)[list(scene.axes)] / 1.5, rtol=1e-15)
     turned = np.eye(3)[list(scene.axes)]
     assert np.linalg.det(turned) == pytest.approx(1.0)
@@ -40,7 +40,7 @@ def test_the_scene_is_the_body_as_it_is_and_no_mirror_image(moments):
 
 @pytest.mark.parametrize("moments", ORDERS)
 def test_curves_have_the_colour_of_their_side_of_the_separatrix(moments):
-    scene = Scene.of(np.array(moments))
+    scene = Scene(np.array(moments))
     curves = figure_polhodes.polhodes(scene)
     assert {kind for kind, _ in curves} == {"stable_minor", "stable_major", "unstable"}
     for kind, curve in curves:
@@ -53,7 +53,7 @@ def test_curves_have_the_colour_of_their_side_of_the_separatrix(moments):
 
 
 def test_what_is_seen_is_the_near_side():
-    scene = Scene.of(np.array([1.0, 1.5, 2.2]))
+    scene = Scene(np.array([1.0, 1.5, 2.2]))
     for _, curve in figure_polhodes.polhodes(scene):
         for point, facing in zip(curve[::40], scene.facing(curve[::40]), strict=True):
             # from a point of the near side the line of sight leaves the ellipsoid, elsewhere it enters it

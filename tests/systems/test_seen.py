@@ -12,7 +12,7 @@ from sweeps.maps import verify
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
-from sweeps.systems.tumbling.presentation.figure_herpolhode import herpolhode
+from sweeps.systems.tumbling.presentation.figure_tumbling import herpolhode
 
 RACKET = {"name": "racket", "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}
 THROWS = {"system": "twist", "bodies": [RACKET], "grid": {"chi": [0.01, 0.13201, 0.5], "omega0": [1.0, 10.0]}}

@@ -701,7 +701,11 @@ def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
             const { plane } = polhode.map;
             const on = (x, y) => [xaxis._offset + x, yaxis._offset + y];
             const cells = plane.y.flatMap((Y) => plane.x.map((X) => on(xaxis.d2p(X), yaxis.d2p(Y))));
-            const names = plane.names.map(({ x, y }) => on(xaxis.l2p(x), yaxis.l2p(y)));
+            const box = document.getElementById("map").getBoundingClientRect();
+            const names = [...document.querySelectorAll("#names span")].map((name) => {
+                const { left, top, width, height } = name.getBoundingClientRect();
+                return [left - box.left + width / 2, top - box.top + height / 2];
+            });
             return { cells, names, bottom: yaxis._offset + yaxis._length, left: xaxis._offset };
         }"""
     )

@@ -9,11 +9,8 @@ function decodeBase64(text) {
 }
 
 async function inflate(text) {
-  const stream = new DecompressionStream("deflate");
-  const writer = stream.writable.getWriter();
-  writer.write(decodeBase64(text));
-  writer.close();
-  return new Uint8Array(await new Response(stream.readable).arrayBuffer());
+  const stream = new Blob([decodeBase64(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
 const NUMBER_TYPES = { f8: Float64Array, f4: Float32Array, i1: Int8Array, i2: Int16Array, i4: Int32Array };

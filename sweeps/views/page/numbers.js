@@ -9,10 +9,8 @@ function superscript(text) {
 /** UDUNITS text: "rad s-1" becomes "rad s⁻¹", and "1" nothing. */
 function unitText(units) {
   if (!units || units === "1") return "";
-  if (!unitText.known.has(units)) unitText.known.set(units, units.replace(/([A-Za-z])(-?\d+)/g, (_, letter, power) => letter + superscript(power)));
-  return unitText.known.get(units);
+  return units.replace(/([A-Za-z])(-?\d+)/g, (_, letter, power) => letter + superscript(power));
 }
-unitText.known = new Map();
 
 /** A number with so many significant digits: 1.5e-7 becomes 1.5 × 10⁻⁷. */
 function numberText(value, digits = 6) {

@@ -170,19 +170,24 @@ function pointShown() {
   return part.shownAt?.() ?? [across, theMap.slant ? theMap.slant.up(across, up) : up];
 }
 
-/** Puts an element on a pixel of the plot; hides it beside that. */
-function placeOver(target, x, y) {
+/** A pixel across the plot at which something of half a width has room. */
+function withRoom(x, half) {
+  return Math.max(half, Math.min(document.getElementById("map")._fullLayout.xaxis._length - half, x));
+}
+
+/** Puts an element of half a width on a pixel of the plot; hides it beside that. */
+function placeOver(target, x, y, half = 0) {
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   target.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
-  target.style.translate = `${xaxis._offset + x}px ${yaxis._offset + y}px`;
+  target.style.translate = `${xaxis._offset + withRoom(x, half)}px ${yaxis._offset + y}px`;
 }
 
 /** Writes the regions' names over the plot: were they Plotly's, it would lay out everything whenever one moves. */
 function placeNames() {
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
-  const labels = theMap.plane.names.map(({ x, y, xanchor, text }) => {
-    const label = element("span", { textContent: text.replace("<br>", "\n"), className: xanchor });
-    placeOver(label, xaxis.l2p(x), yaxis.l2p(y));
+  const labels = theMap.plane.names.map(({ x, y, half, text }) => {
+    const label = element("span", { textContent: text.replace("<br>", "\n") });
+    placeOver(label, xaxis.l2p(x), yaxis.l2p(y), half);
     return label;
   });
   document.getElementById("names").replaceChildren(...labels);
@@ -229,9 +234,10 @@ const SAVE = {
   name: "save",
   title: "Download plot as a PNG",
   get icon() { return Plotly.Icons.camera; },
-  click: ({ data, layout }) => {
+  click: ({ data, layout, _fullLayout: { xaxis } }) => {
     const images = [{ source: document.getElementById("cells").toDataURL(), x: 0, y: 1, sizex: 1, sizey: 1, sizing: "stretch", layer: "below" }];
-    const annotations = [...layout.annotations, ...theMap.plane.names.map((name) => plainly(annotation(name, 0.72)))];
+    const names = theMap.plane.names.map(({ x, y, half, text }) => plainly(annotation({ x: xaxis.p2l(withRoom(xaxis.l2p(x), half)), y, text }, 0.72)));
+    const annotations = [...layout.annotations, ...names];
     Plotly.downloadImage({ data, layout: { ...layout, images, annotations } }, { format: "png", filename: "map" });
   },
 };
@@ -270,9 +276,9 @@ function regionNames(plane) {
   const least = 0.06 * Math.min(rows.length, columns.length);
   return [...best].sort(([a], [b]) => a - b).filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
     const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
-    const xanchor = i < 0.15 * x.length ? "left" : i > 0.85 * x.length ? "right" : "center";
+    const half = 0.32 * textSize(12) * Math.max(...text.split("<br>").map((line) => line.length)); // of its width, about
     const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
-    return { x: log(x, x[i]), y: up, xanchor, text };
+    return { x: log(x, x[i]), y: up, half, text };
   });
 }
 

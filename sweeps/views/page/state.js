@@ -180,6 +180,11 @@ function keepOwn(said = new URLSearchParams()) {
   for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(said.get(`_${name}`));
 }
 
+/** The perturbation of a motion that a system's part keeps. */
+function nudgeOfLink(text) {
+  return Number(text) > 0 && Number(text) < 1 ? Number(text) : null;
+}
+
 /** What a link asks for and does not get, one sentence each. */
 function remarks(said) {
   return [...said].flatMap(([name, text]) => {

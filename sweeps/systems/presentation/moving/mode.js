@@ -172,6 +172,6 @@ function buildMode() {
 
 /** What a system's `part` has of the perturbation shown. */
 const MODES = {
-  kept: { nudge: (text) => (Number(text) > 0 && Number(text) < 1 ? Number(text) : null) },
+  kept: { nudge: nudgeOfLink },
   opening: () => (state.nudge ??= 0.3), // large enough to be seen
 };

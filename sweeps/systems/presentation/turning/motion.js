@@ -15,11 +15,6 @@ const motion = { t: 0, ticks: [] };
 /** What of it the console may look at. */
 const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, Attitude, rotated, motion };
 
-/** The nudge drawn, from a link. */
-function nudgeOfLink(text) {
-  return Number(text) > 0 && Number(text) < 1 ? Number(text) : null;
-}
-
 /** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
 function motionOf(place) {
   const given = part.start(place);

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
+from sweeps.schema.refusals import shortened
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
 from sweeps.systems.rigid_body.presentation.look import LINES, cut_at, moments_over
@@ -134,9 +135,8 @@ def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:
         ax.plot([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, lw=1.1, ls=LINES[axis])
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
-        name = str(fits["body"].values[i])
         ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
-        ax.text(0.085, i, name if len(name) <= LETTERS else name[: LETTERS - 1] + "…", va="center", fontsize=8.0)
+        ax.text(0.085, i, shortened(str(fits["body"].values[i]), LETTERS), va="center", fontsize=8.0)
         for j, x in enumerate(columns):
             text, color = _cell(fits.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)

@@ -1,6 +1,6 @@
 """Polhodes: the curves that the angular velocity traces in a body, on the ellipsoid of one energy, far side faint."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,8 +34,7 @@ HEAD, REACH, MARGIN = 0.055, 0.16, 0.30  # an arrow's length, how far an axis st
 LEAST_FACING = 0.3  # arrows nearer to the outline would be seen from the side
 
 
-@dataclass(frozen=True)
-class AsymmetricBody:
+class AsymmetricBody(NamedTuple):
     """A body with three different moments."""
 
     name: str  #: what it is called; "" on a grid of moments
@@ -43,30 +42,33 @@ class AsymmetricBody:
     units: str  #: "kg m²", or "" where only their ratios are known
 
 
-@dataclass(frozen=True)
 class Scene:
-    """An ellipsoid of energy and where it is seen from."""
+    """An ellipsoid of energy and where it is seen from, of a body with three different moments.
 
-    #: the body's axes (0, 1, 2) along x, y and z: the middle one along y, right-handed as in the body.
-    axes: tuple[int, int, int]
-    moments: np.ndarray  #: principal moments along x, y and z, shape (3,)
-    semi: np.ndarray  #: semi-axes √(I_mid/I) along x, y and z, so that the middle one is 1, shape (3,)
-    view: np.ndarray  #: rows point right, up and towards the reader, shape (3, 3)
+    Attributes:
+        axes: the body's axes (0, 1, 2) along x, y and z: the middle one along y, right-handed as in the body.
+        moments: principal moments along x, y and z over the middle one, shape (3,).
+        semi: semi-axes √(I_mid/I) along x, y and z, shape (3,).
+        kinds: regimes about x, y and z.
+        view: rows point right, up and towards the reader, shape (3, 3).
+        form: the matrix F of the ellipsoid x·F·x = 1 in the reader's directions, shape (3, 3).
+        shadow: the matrix S of its outline x·S·x = 1, shape (2, 2).
+        half: half its width and half its height on the page.
+        size: a length to measure others by, the mean of these.
+    """
 
-    @classmethod
-    def of(cls, moments: np.ndarray) -> "Scene":
-        """Return the scene of a body with three different moments."""
+    def __init__(self, moments: np.ndarray):
         least, middle, greatest = (int(axis) for axis in np.argsort(moments))
-        axes = (least, middle, greatest) if (middle - least) % 3 == 1 else (greatest, middle, least)
-        ordered = moments[list(axes)] / moments[middle]
+        self.axes = (least, middle, greatest) if (middle - least) % 3 == 1 else (greatest, middle, least)
+        self.moments = moments[list(self.axes)] / moments[middle]
+        self.semi = 1.0 / np.sqrt(self.moments)
+        self.kinds = KINDS if self.moments[0] < self.moments[2] else KINDS[::-1]
         (sa, ca), (se, ce) = ((np.sin(x), np.cos(x)) for x in (AZIMUTH, ELEVATION))
-        view = np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
-        return cls(axes, ordered, 1.0 / np.sqrt(ordered), view)
-
-    @property
-    def kinds(self) -> tuple[str, str, str]:
-        """Regimes about x, y and z."""
-        return KINDS if self.moments[0] < self.moments[2] else KINDS[::-1]
+        self.view = np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
+        self.form = (self.view * self.moments) @ self.view.T
+        self.shadow = self.form[:2, :2] - np.outer(self.form[:2, 2], self.form[2, :2]) / self.form[2, 2]
+        self.half = np.sqrt(np.diag(np.linalg.inv(self.shadow)))
+        self.size = float(self.half.mean())
 
     def crossing(self) -> float:
         """Return the eccentric angle θ at which the separatrix meets the ellipse (semi_x cos θ, 0, semi_z sin θ).
@@ -81,24 +83,6 @@ class Scene:
         normal = points * self.moments
         return normal @ self.view[2] / np.linalg.norm(normal, axis=1)
 
-    def form(self) -> np.ndarray:
-        """Return the matrix F of the ellipsoid x·F·x = 1 in the reader's directions, shape (3, 3)."""
-        return (self.view * self.moments) @ self.view.T
-
-    def shadow(self) -> np.ndarray:
-        """Return the matrix S of its outline x·S·x = 1, shape (2, 2)."""
-        form = self.form()
-        return form[:2, :2] - np.outer(form[:2, 2], form[2, :2]) / form[2, 2]
-
-    def half(self) -> np.ndarray:
-        """Return half its width and half its height on the page."""
-        return np.sqrt(np.diag(np.linalg.inv(self.shadow())))
-
-    @property
-    def size(self) -> float:
-        """A length to measure others by: the mean of half width and half height."""
-        return float(self.half().mean())
-
 
 def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     """Draw the polhodes of the most asymmetric possible body of a map; None where all have two equal moments."""
@@ -106,13 +90,13 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     if body is None:
         return None
     figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
-    ax, scene = figure.subplots(), Scene.of(body.moments)
+    ax, scene = figure.subplots(), Scene(body.moments)
     ax.set_axis_off()
     _surface(ax, scene)
     _principal_axes(ax, scene, body)
     for kind, curve in polhodes(scene):
         _curve(ax, scene, kind, curve)
-    (right, up), room = scene.half(), MARGIN * scene.size
+    (right, up), room = scene.half, MARGIN * scene.size
     ax.set(aspect="equal", xlim=(-right - room, right + room), ylim=(-up - room, up + room))
     for kind, words in CURVES.items():
         ax.plot([], [], color=LOOK.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=words)
@@ -226,7 +210,7 @@ def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size
 
 def _surface(ax: Axes, scene: Scene) -> None:
     """Draw the near side of the ellipsoid, shaded, tinted by the regime of each point's polhode, with its outline."""
-    form, shadow, half = scene.form(), scene.shadow(), scene.half()
+    form, shadow, half = scene.form, scene.shadow, scene.half
     pixels = np.linspace(-1.0, 1.0, PIXELS)
     right, up = np.meshgrid(half[0] * pixels, half[1] * pixels)
     inside = 1.0 - (shadow[0, 0] * right**2 + 2 * shadow[0, 1] * right * up + shadow[1, 1] * up**2)
@@ -257,7 +241,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     line = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
         along, end = scene.view[:2, i], scene.semi[i]
-        outline, out = 1.0 / np.sqrt(along @ scene.shadow() @ along), REACH * scene.size / np.hypot(*along)
+        outline, out = 1.0 / np.sqrt(along @ scene.shadow @ along), REACH * scene.size / np.hypot(*along)
         ax.plot(*np.outer(along, [-outline - 0.5 * out, -end]), lw=0.9, zorder=0, **line)
         ax.plot(*np.outer(along, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
@@ -265,7 +249,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         dot = {"marker": "o", "ms": 6.0, "mec": "white", "mew": 0.9, "gid": "spin"}
         ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
-        _axis_label(ax, along * (outline + out), along, text, tall=scene.half()[1] > scene.half()[0])
+        _axis_label(ax, along * (outline + out), along, text, tall=scene.half[1] > scene.half[0])
 
 
 def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: bool) -> None:

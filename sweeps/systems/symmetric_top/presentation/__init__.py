@@ -27,7 +27,7 @@ class SymmetricTopPresentation(Presentation):
         Compared(("precession_rate",), "precession of ω", "omega3"),
         Compared(("momentum_precession_rate",), "precession of L", "omega3"),
     )
-    drawn = (("precession", "figure_precession.draw"), ("cones", "figure_cones.draw"))
+    drawn = (("precession", "figure_tops.draw_precession"), ("cones", "figure_tops.draw_cones"))
 
 
 PRESENTATION = SymmetricTopPresentation

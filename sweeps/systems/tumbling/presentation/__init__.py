@@ -24,7 +24,7 @@ class TumblingPresentation(Presentation):
         "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
     )
     compared = (Compared(("period_psi",), "period in the body"), Compared(("period_phi_encircled",), "period about L"))
-    drawn = (("periods", "figure_periods.draw"), ("herpolhode", "figure_herpolhode.draw"))
+    drawn = (("periods", "figure_tumbling.draw_periods"), ("herpolhode", "figure_tumbling.draw_herpolhode"))
 
 
 PRESENTATION = TumblingPresentation

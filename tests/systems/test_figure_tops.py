@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from sweeps.figure.style import STYLE
-from sweeps.systems.symmetric_top.presentation import figure_cones, figure_precession
+from sweeps.systems.symmetric_top.presentation import figure_tops
 from sweeps.systems.symmetric_top.system import SYSTEM
 from sweeps.views import figures
 
@@ -26,7 +26,7 @@ def by_gid(figure, gid):
 
 def draw(ds):
     with matplotlib.rc_context(STYLE):
-        figure = figure_precession.draw(ds)
+        figure = figure_tops.draw_precession(ds)
         figure.draw_without_rendering()
     return figure
 
@@ -51,7 +51,7 @@ def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
 
 
 def test_a_sphere_has_no_cones(tops):
-    assert figure_cones.draw(tops.isel(ratio=[1])) is None
+    assert figure_tops.draw_cones(tops.isel(ratio=[1])) is None
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.8])
@@ -62,7 +62,7 @@ def test_the_cones_are_those_of_the_motion(ratio):
     omega = np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1)
     L = omega[0] * [1.0, 1.0, ratio]
     in_space, axis = turned.apply(omega), turned.apply([0.0, 0.0, 1.0])
-    theta, beyond = figure_cones.cones(ratio, np.radians(25.0))
+    theta, beyond = figure_tops.cones(ratio, np.radians(25.0))
 
     def angle(a, b):
         return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
