@@ -386,7 +386,7 @@ class Code:
 
         Where exp(-u) is too small to be seen, so are all its terms, however close its pulse is.
         """
-        exponential = [f for f in self.graph.functions if self.graph.is_exponential(f)]
+        exponential = [f for f in self.graph.slopes if self.graph.is_exponential(f)]
         return [] if self.graph.near else sorted({self.graph.nodes[f].parts[0] for f in exponential})
 
     def _bound(self):
