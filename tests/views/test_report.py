@@ -538,7 +538,12 @@ class Opened:
 
     def row(self, name):
         """A value of the row that is shown: (the whole number behind it, its text)."""
-        self.page.evaluate("document.getElementById('all-values').open = true")  # it is filled while it is open
+        self.page.evaluate(  # it is filled while it is open, by an event that comes before the next frame but one
+            """() => {
+                document.getElementById("all-values").open = true;
+                return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+            }"""
+        )
         data = self.page.locator(f'#row tr[data-name="{name}"] data')
         return data.get_attribute("value"), data.text_content()
 
@@ -925,8 +930,8 @@ def test_a_drag_zooms_and_chooses_nothing(opened):
     page.mouse.down()
     page.mouse.move(*opened.center(6, 5), steps=5)
     page.mouse.up()
+    page.wait_for_function("document.getElementById('map')._fullLayout.xaxis.range[0] > 0.5")  # zoomed a bit later
     assert page.evaluate("polhode.state.place") == before
-    assert page.evaluate("document.getElementById('map')._fullLayout.xaxis.range[0]") > 0.5
 
 
 def test_enter_and_space_need_no_mouse(opened):
