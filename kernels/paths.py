@@ -39,9 +39,7 @@ _SUM = lines(
 class Path(NamedTuple):
     """Runs on their way through their samples; a state's and a function's series stand in rows of these numbers."""
 
-    table: (
-        np.ndarray
-    )  #: shape (runs, rows): states, the time last; functions; the bound of :func:`_choose`; the step; constants
+    table: np.ndarray  #: shape (runs, rows): states, the time last; functions; a bound; the step; constants
     low: np.ndarray  #: what is left of each series below its rounding, shape (runs, series)
     size: np.ndarray  #: largest size of each state so far, shape (runs, states)
     due: np.ndarray  #: number of each run, and of its next sample, shape (2, runs)
