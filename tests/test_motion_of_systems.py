@@ -166,6 +166,19 @@ def test_no_step_passes_a_pulse(width):
         assert abs(ds[name][2] - width * np.sqrt(np.pi)) <= ds[f"{name}_error"][2]
 
 
+@pytest.mark.parametrize(("n", "begin"), [(40, 1e-9), (40, 1e-3), (100, 0.01), (256, 0.05)])
+def test_no_step_passes_the_maxima_of_a_high_power(n, begin):
+    """The integral of sin^n over two half turns, from where all terms are 0 or small. Once 0, with an error of 0."""
+    system = System("Powers")
+    x, y = system.state("x", bounds=(-9, 9)), system.state("y", bounds=(-9, 9))
+    system.rate(x, 1 + 0 * x)
+    system.rate(y, sp.sin(x) ** n)
+    ds = sweeps.motion(system, {"x": begin, "y": 0.0}, [0.0, 2.0 * np.pi])
+    wallis = float(2 * sp.pi * sp.binomial(n, n // 2) / 2**n)
+    assert ds.y_error[1] < 1e-12
+    assert abs(ds.y[1] - wallis) <= ds.y_error[1]
+
+
 def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
     """The integral of 1/cosh from -5 to 5; the error was a third of what it was off by."""
     system = System("Pulse")

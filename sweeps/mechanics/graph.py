@@ -25,6 +25,7 @@ Source: the recurrences are those of automatic differentiation (Griewank and Wal
 13); working them in deviations was derived here.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,9 +82,12 @@ class Graph:
             self.nodes.append(node)
         return self._numbers[node]
 
-    def is_exponential(self, number: int) -> bool:
-        """Return True if a function grows or falls as the exponential of its argument."""
-        return self.nodes[number].weights[0].expr.has(sp.exp, sp.sinh, sp.cosh, sp.tanh)
+    def steepness(self, number: int) -> float:
+        """Return n of a function that is a high power u^n, 0 of one that is exponential, NaN of one that is neither."""
+        function = self.nodes[number].weights[0].expr
+        if function.is_Pow and function.exp.is_number and function.exp > MOST_POWER:
+            return float(function.exp)
+        return 0.0 if function.has(sp.exp, sp.sinh, sp.cosh, sp.tanh) else math.nan
 
     def moves(self, number: int) -> bool:
         """Return True if a node depends on the state."""

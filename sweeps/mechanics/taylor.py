@@ -25,6 +25,7 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 
 import hashlib
 import json
+import math
 import sys
 from functools import cached_property, reduce
 from pathlib import Path
@@ -382,24 +383,34 @@ class Code:
 
     @property
     def _bounded(self):
-        """Return the arguments of exponential functions far from equilibria, where a step could pass their pulses.
+        """Return steepness by argument of functions far from equilibria, where a step could pass their pulses.
 
-        Where exp(-u) is too small to be seen, so are all its terms, however close its pulse is.
+        Where exp(-u) or u^n is too small to be seen, so are all its terms, however close its pulse is.
         """
-        exponential = [f for f in self.graph.slopes if self.graph.is_exponential(f)]
-        return [] if self.graph.near else sorted({self.graph.nodes[f].parts[0] for f in exponential})
+        steep = {} if self.graph.near else {f: self.graph.steepness(f) for f in sorted(self.graph.slopes)}
+        return {self.graph.nodes[f].parts[0]: n for f, n in steep.items() if n >= 0.0}
 
     def _bound(self):
         """Yield lines that write how far arguments change in a step over what they may, STEEP or up to ±UNSEEN.
 
-        It is negative where functions cannot follow, and have to be worked out afresh after the step.
+        It is negative where functions cannot follow, and have to be worked out afresh after the step. Of a power u^n
+        it is n ln |u| that may change by as much.
         """
-        for k in self._bounded:
-            yield f"t{k} = {' + '.join(f'abs(u{k}_{n})' for n in range(1, self.order + 1))}"
+        shares, unseen = [], []
+        for k, n in self._bounded.items():
+            yield f"t{k} = {' + '.join(f'abs(u{k}_{order})' for order in range(1, self.order + 1))}"
+            if n:
+                shares.append(f"t{k} / max({STEEP / n} * abs(u{k}_0), {math.exp(-UNSEEN / n)} - abs(u{k}_0))")
+                faint = math.exp(-(UNSEEN + STEEP) / n)
+                unseen.append(
+                    f"({2.0 * STEEP} if (t{k} > {STEEP / n} * abs(u{k}_0)) & (abs(u{k}_0) < {faint}) else 0.0)"
+                )
+            else:
+                shares.append(f"t{k} / max({STEEP}, abs(u{k}_0) - {UNSEEN})")
+                unseen.append(f"min(t{k}, abs(u{k}_0) - {UNSEEN})")
         most = "max({}, {})".format
-        yield f"t = {reduce(most, (f't{k} / max({STEEP}, abs(u{k}_0) - {UNSEEN})' for k in self._bounded))}"
-        unseen = reduce(most, (f"min(t{k}, abs(u{k}_0) - {UNSEEN})" for k in self._bounded))
-        yield f"S[{self.epsilon_row * W} + lane] = 0.0 - t if {unseen} > {STEEP} else t"
+        yield f"t = {reduce(most, shares)}"
+        yield f"S[{self.epsilon_row * W} + lane] = 0.0 - t if {reduce(most, unseen)} > {STEEP} else t"
 
     def _text(self):
         if not self.graph.near:
