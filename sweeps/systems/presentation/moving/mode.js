@@ -142,7 +142,7 @@ function drawMode() {
   words.textContent = shown.words + followedInWords(shown);
   const [{ name, unit }] = shown.curves.map((i) => shown.coordinates[i]);
   const title = shown.curves.length > 1 ? "coordinates" : symbolText(name);
-  const yaxis = { title: { text: labelled(title, unit) }, range: modeRange(shown), exponentformat: "power" };
+  const yaxis = { title: { text: labelled(title, unit) }, range: modeRange(shown), exponentformat: "power", nticks: lecture.on ? 4 : 0 };
   const look = lecture.on ? { height: 0.34 * innerHeight, margin: { l: 64, r: 12, t: 8, b: 3 * textSize() }, legend: { orientation: "h", y: 1, yanchor: "bottom" } } : { height: 300, margin: { l: 64, r: 12, t: 8, b: 44 }, legend: { orientation: "h", y: -0.34 } };
   const layout = { ...look, showlegend: true, dragmode: false, xaxis: { title: { text: "time (s)" }, exponentformat: "power", range: [0, shown.end] }, yaxis };
   draw("mode-plot", modeTraces(shown), layout, { displayModeBar: false });
