@@ -37,7 +37,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from kernels.codes import POLE
+from kernels.codes import POLE, UNIT
 from kernels.matrices import by_matrix
 
 STEPS = 8
@@ -52,7 +52,6 @@ LEAP = 0.25  # of the range, the most in one go
 GROWTHS, LARGER = 3, 1.5  # of a box, how often, and than what is to lie inside
 LEAST = 1e-10  # of the range: half a box
 STALLED = 400
-UNIT = 2.0**-52
 SLACK = 1.0 + 1e-14
 GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the path, between where the one stops and where the other does
 

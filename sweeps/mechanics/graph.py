@@ -25,7 +25,6 @@ Source: the recurrences are those of automatic differentiation (Griewank and Wal
 13); working them in deviations was derived here.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,12 +81,12 @@ class Graph:
             self.nodes.append(node)
         return self._numbers[node]
 
-    def steepness(self, number: int) -> float:
-        """Return n of a function that is a high power u^n, 0 of one that is exponential, NaN of one that is neither."""
+    def steepness(self, number: int) -> float | None:
+        """Return n of a function that is a high power u^n, 0 of one that is exponential, None of all others."""
         function = self.nodes[number].weights[0].expr
         if function.is_Pow and function.exp.is_number and function.exp > MOST_POWER:
             return float(function.exp)
-        return 0.0 if function.has(sp.exp, sp.sinh, sp.cosh, sp.tanh) else math.nan
+        return 0.0 if function.has(sp.exp, sp.sinh, sp.cosh, sp.tanh) else None
 
     def moves(self, number: int) -> bool:
         """Return True if a node depends on the state."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from kernels.matrices import by_matrix
 
-NEIGHBOURHOOD = 4.0  # how much the terms of V″ may grow within a nudge of relative size one
+NEIGHBOURHOOD = 4.0  # how much the terms of V″ may grow within a perturbation of relative size one
 HALVINGS = 100
 NARROWEST = 40  # halvings of half the bounds: a place is known to no better, and what is smaller is no neighbourhood
 VANISHED, NEARBY = 1e-6, 1e-3  # of what the terms amount to within so much of the size

@@ -297,9 +297,9 @@ class Code:
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
-        functions = self.graph.slopes
-        nodes = self._needed([*self.graph.rates, *functions, *self._bounded])
-        last = self._needed([*(self.graph.nodes[f].parts[0] for f in functions), *self._bounded], slopes=False)
+        functions, bounded = self.graph.slopes, [k for k, _ in self._bounded]
+        nodes = self._needed([*self.graph.rates, *functions, *bounded])
+        last = self._needed([*(self.graph.nodes[f].parts[0] for f in functions), *bounded], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
         for n in range(self.order + 1):
             if n:
@@ -381,14 +381,15 @@ class Code:
         if self._bounded:
             yield from self._bound()
 
-    @property
+    @cached_property
     def _bounded(self):
-        """Return steepness by argument of functions far from equilibria, where a step could pass their pulses.
+        """Return argument and steepness of functions far from equilibria, where a step could pass their pulses.
 
         Where exp(-u) or u^n is too small to be seen, so are all its terms, however close its pulse is.
         """
-        steep = {} if self.graph.near else {f: self.graph.steepness(f) for f in sorted(self.graph.slopes)}
-        return {self.graph.nodes[f].parts[0]: n for f, n in steep.items() if n >= 0.0}
+        functions = () if self.graph.near else self.graph.slopes
+        steep = {(self.graph.nodes[f].parts[0], self.graph.steepness(f)) for f in functions}
+        return sorted((k, n) for k, n in steep if n is not None)
 
     def _bound(self):
         """Yield lines that write how far arguments change in a step over what they may, STEEP or up to ±UNSEEN.
@@ -397,7 +398,7 @@ class Code:
         it is n ln |u| that may change by as much.
         """
         shares, unseen = [], []
-        for k, n in self._bounded.items():
+        for k, n in self._bounded:
             yield f"t{k} = {' + '.join(f'abs(u{k}_{order})' for order in range(1, self.order + 1))}"
             if n:
                 shares.append(f"t{k} / max({STEEP / n} * abs(u{k}_0), {math.exp(-UNSEEN / n)} - abs(u{k}_0))")

@@ -1,4 +1,4 @@
-"""What a sweep will take, from its definition alone: points, files, memory, disk, time; and which points cannot be."""
+"""Predicted points, files, memory, disk and time of a sweep, from its definition; and its impossible points."""
 
 import math
 import shutil

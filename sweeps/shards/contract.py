@@ -1,4 +1,4 @@
-"""What a map says beside its measured values, in memory and on disk; results/README.md is this contract in words."""
+"""Attributes and coordinates of a map, in memory and on disk; results/README.md describes this contract."""
 
 import platform
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""What the motions of all systems share: how long they are, how finely they are told, and their columns."""
+"""Duration, sampling and columns that the motions of all systems share."""
 
 import math
 from collections.abc import Mapping

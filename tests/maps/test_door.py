@@ -219,7 +219,7 @@ def test_no_attribute_decides_how_numbers_are_read(path, tmp_path, attribute):
 
 @pytest.mark.parametrize("encoding", [{"scale_factor": 0.5}, {"add_offset": 100.0}, {"_FillValue": -999.0}])
 def test_numbers_that_other_libraries_change_as_they_read_are_refused(path, tmp_path, encoding):
-    """What xarray writes so is another number in the file: once read as it stood there, with no word."""
+    """The file then holds other numbers than xarray was given: they were once read unscaled, without a message."""
     with xr.open_dataset(path) as ds:
         ds.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding={"omega_squared": encoding})
     with pytest.raises(MapError, match=f"omega_squared: has the {next(iter(encoding))}"):

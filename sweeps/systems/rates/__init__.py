@@ -1,4 +1,4 @@
-"""What systems with a signed square of a rate share: columns, and the part of a page that says where theory ends.
+"""Columns and a page part of systems with a signed square of a rate; the part shows where theory ends.
 
 Columns are by linear theory, as measured, reduced to no amplitude, with errors.
 """

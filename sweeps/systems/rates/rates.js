@@ -1,4 +1,4 @@
-// What systems with a signed square of a rate share: the signed rate, and how far it leaves theory as the nudge grows.
+// For systems with a signed square of a rate: that rate, and how far it leaves theory as the perturbation grows.
 //
 // Their `part.nudges` says along which dimension it grows, and over which others there are curves: name → words for
 // that choice, and what a curve at one of its values is called.

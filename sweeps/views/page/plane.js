@@ -29,7 +29,7 @@ class Plane {
     });
     const possible = this.exists.includes(0) ? this.values.filter((_, cell) => this.exists[cell]) : this.values;
     this.impossible = this.values.length - possible.length;
-    this.possible = possible.length > 0 ? possible : this.values; // what is told of: all where nothing can exist
+    this.possible = possible.length > 0 ? possible : this.values; // the values described: all where nothing can exist
   }
 
   /** A cell by its numbers upwards and across: its value, whether what that is of can exist, and its place. */
