@@ -1,6 +1,6 @@
 """The rates of a system's states, and what a run watches, as one graph: of coordinates or of states.
 
-Accelerations are solved for by elimination in a_ij, whose pivots are positive, or by its inverse in symbols, where that
+Accelerations are solved for, a q̈ = f, at each order of their series, or given by a's inverse in symbols, where that
 makes a long code shorter. Far from equilibria the time is a state whose rate is 1.
 """
 
@@ -19,31 +19,25 @@ def graph(equations: Equations, near: bool = True) -> Graph:
     if not equations.v:
         g = Graph(equations, near)
         g.rates = tuple(g.vanishing(e) for e in equations.f)
-        if not near:
-            return _timed(g)
-        quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True)
+        quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True) if near else ()
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
-        return g
-    elimination = _by_elimination(equations, near)
-    if not near:
-        return _timed(elimination)
-    length = len(Code(elimination).text)
+        return _timed(g)
+    solved = _by_order(equations, near)
+    length = len(Code(solved).text)
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
     if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
-        return elimination
-    other = _by_inverse(equations)
-    return other if len(Code(other).text) < length else elimination
+        return solved
+    other = _by_inverse(equations, near)
+    return other if len(Code(other).text) < length else solved
 
 
-def _by_elimination(equations, near=True):
+def _by_order(equations, near=True):
+    g = Graph(equations, near)
+    return _closed(g, g.solved(equations.a, [g.vanishing(e) for e in equations.forces]))
+
+
+def _by_inverse(equations, near=True):
     g, m = Graph(equations, near), equations.m
-    masses = {(i, j): g.build(equations.a[i, j]) for i in range(m) for j in range(i, m)}
-    forces = [g.vanishing(e) for e in equations.forces]
-    return _closed(g, solved(g, masses, forces))
-
-
-def _by_inverse(equations):
-    g, m = Graph(equations), equations.m
     inverse = equations.a.inv().applyfunc(sp.simplify)
     forces = [g.vanishing(gathered(e, equations)) for e in equations.forces]
     rates = []
@@ -54,40 +48,19 @@ def _by_inverse(equations):
 
 
 def _timed(g):
-    g.rates, g.watched = (*g.rates, g.build(1)), ()
+    if not g.near:
+        g.rates = (*g.rates, g.build(1))
     return g
 
 
 def _closed(g, accelerations):
     equations = g.equations
     g.rates = (*(g.build(x) for x in equations.v), *accelerations)
-    if equations.conservative:
+    if equations.conservative and g.near:
         v = sp.Matrix(equations.v)
         terms = tuple(map(g.build, ((v.T * equations.a * v)[0] / 2, *sp.Add.make_args(expanded(equations.V)))))
         g.watched = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural])
-    return g
-
-
-def solved(g: Graph, a: dict, right: list[int]) -> list[int]:
-    """Return the nodes of a⁻¹ right, by elimination without pivoting: a is symmetric and positive definite."""
-    n = len(right)
-    for k in range(n):
-        for i in range(k + 1, n):
-            if g.nodes[a[k, i]].zero:
-                continue
-            factor = g.quotient(a[k, i], a[k, k])
-            for j in range(i, n):
-                if not g.nodes[a[k, j]].zero:
-                    a[i, j] = g.sum((a[i, j], g.product(factor, a[k, j])), (1.0, -1.0))
-            right[i] = g.sum((right[i], g.product(factor, right[k])), (1.0, -1.0))
-    solution = [0] * n
-    for i in reversed(range(n)):
-        rest = right[i]
-        for j in range(i + 1, n):
-            if not g.nodes[a[i, j]].zero:
-                rest = g.sum((rest, g.product(a[i, j], solution[j])), (1.0, -1.0))
-        solution[i] = g.quotient(rest, a[i, i])
-    return solution
+    return _timed(g)
 
 
 def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:

@@ -33,7 +33,7 @@ from scipy import special
 
 from sweeps.schema.refusals import DescriptionError
 
-CONSTANT, X, ADD, MUL, DIV, FUNCTION = "constant", "x", "add", "mul", "div", "function"
+CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
 REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the nearest pole of f
@@ -43,9 +43,11 @@ REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the
 class Node:
     """One node."""
 
-    kind: str  #: CONSTANT (of parameters), X (a state), ADD, MUL, DIV or FUNCTION
-    parts: tuple = ()  #: numbers of the nodes it is made of; the state's number for X
-    weights: tuple = ()  #: for ADD one number a part; for CONSTANT its expression; for FUNCTION its second derivative
+    kind: str  #: CONSTANT (of parameters), X (a state), ADD, MUL, DIV, FUNCTION or SOLVED
+    #: numbers of the nodes it is made of; the state's number for X; for SOLVED a's upper triangle by rows, then f
+    parts: tuple = ()
+    #: for ADD one number a part; the expression of a CONSTANT; the FUNCTION; of SOLVED the row, and how many there are
+    weights: tuple = ()
     zero: bool = False  #: whether its value at the equilibrium is 0 for a reason
 
 
@@ -91,6 +93,18 @@ class Graph:
     def moves(self, number: int) -> bool:
         """Return True if a node depends on the state."""
         return self.nodes[number].kind != CONSTANT
+
+    def behind(self, roots, slopes: bool = True) -> list[int]:
+        """Return what moves of nodes and of all that they depend on; without `slopes` at one order of their series."""
+        nodes, stack = set(), list(roots)
+        while stack:
+            number = stack.pop()
+            if number not in nodes and self.moves(number):
+                nodes.add(number)
+                node = self.nodes[number]
+                stack += node.parts if node.kind != X else ()
+                stack += [self.slopes[number]] if slopes and node.kind == FUNCTION else []
+        return sorted(nodes)
 
     # -- building
 
@@ -139,6 +153,29 @@ class Graph:
         if not self.moves(second):
             return self.product(first, self.build(1 / self.nodes[second].weights[0]))
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
+
+    def solved(self, a: sp.Matrix, forces: list[int]) -> list[int]:
+        """Return the nodes of a⁻¹ f, a symmetric and positive definite; rows that a couples are solved for together."""
+        m, solution = len(forces), {}
+        block = list(range(m))
+        for i, j in [(i, j) for i in range(m) for j in range(m) if a[i, j] != 0] * m:
+            block[i] = block[j] = min(block[i], block[j])
+        for rows in ([i for i in range(m) if block[i] == first] for first in sorted(set(block))):
+            masses = [self.build(a[i, j]) for at, i in enumerate(rows) for j in rows[at:]]
+            right = [forces[i] for i in rows]
+            if len(rows) == 1:
+                solution[rows[0]] = self.quotient(*right, *masses)
+                continue
+            for at, i in enumerate(rows):
+                solution[i] = self.add(Node(SOLVED, (*masses, *right), (at, len(rows)), self.near))
+        return [solution[i] for i in range(m)]
+
+    def coupled(self, number: int) -> tuple[int, dict, tuple]:
+        """Return of a SOLVED node the first that is solved for with it, a's entries by (i, j), and f."""
+        node = self.nodes[number]
+        row, m = node.weights
+        a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.parts, strict=False))
+        return number - row, a | {(j, i): part for (i, j), part in a.items()}, node.parts[-m:]
 
     def vanishing(self, expression) -> int:
         """Return the node of a value that vanishes at an equilibrium: its base is exactly 0 there, without rounding."""
@@ -281,7 +318,8 @@ def lambdified(arguments, expressions, whole=True):
 class Values:
     """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 
-    Functions' remainders are integrals, by a quadrature with so many nodes.
+    Functions' remainders are integrals, by a quadrature with so many nodes. What no function stands on has no deviation
+    here, and far from equilibria no value.
     """
 
     def __init__(self, graph: Graph, nodes: int = REMAINDER_NODES):
@@ -289,22 +327,23 @@ class Values:
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
         self._constants = lambdified(self._parameters, constants, whole=False)
-        self._derivatives, self._second = {}, {}
+        self._functions, self._second = {}, {}
+        self._behind = graph.behind(graph.slopes, slopes=False)
+        self._based = graph.behind(range(len(graph.nodes)) if graph.near else graph.slopes)
         nodes, weights = special.roots_jacobi(nodes, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
         for number in graph.slopes:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
-            self._derivatives[number] = lambdified((u, *self._parameters), [lam.expr, lam.expr.diff(u)])
+            self._functions[number] = lambdified((u, *self._parameters), [lam.expr], whole=False)
             self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)], whole=False)
 
     def bases(self, parameters, q0):
-        """Return U of every node, arrays (n,), from tuples of parameters and places; slopes f′(U) by function node."""
-        U, slopes, nothing = self._constants(*parameters), {}, np.zeros(np.shape(q0[0]))
-        for number, node in enumerate(self.graph.nodes):
-            if node.kind == CONSTANT:
-                U[number] = U[number] + nothing
-            elif node.zero:
+        """Return U of nodes, arrays of up to (n,), from tuples of parameters and places; slopes f′(U) by function."""
+        U, nothing = self._constants(*parameters), np.zeros(np.shape(q0[0]))
+        for number in self._based:
+            node = self.graph.nodes[number]
+            if node.zero:
                 U[number] = nothing
             elif node.kind == X:
                 U[number] = q0[node.parts[0]]
@@ -313,17 +352,16 @@ class Values:
             elif node.kind in (MUL, DIV):
                 a, b = (U[k] for k in node.parts)
                 U[number] = a * b if node.kind == MUL else a / b
-            else:
-                U[number], slopes[number] = self._derivatives[number](U[node.parts[0]], *parameters)
-        return U, slopes
+            elif node.kind == FUNCTION:
+                (U[number],) = self._functions[number](U[node.parts[0]], *parameters)
+        return U, {number: U[slope] for number, slope in self.graph.slopes.items()}
 
     def deviations(self, U, slopes, parameters, epsilon, x):
-        """Return û of every node and the remainders of the functions, for deviations x of the states."""
-        hat, remainders = [None] * len(self.graph.nodes), {}
-        for number, node in enumerate(self.graph.nodes):
-            if node.kind == CONSTANT:
-                hat[number] = np.zeros_like(x[0])
-            elif node.kind == X:
+        """Return û of nodes and the remainders of the functions, for deviations x of the states."""
+        hat, remainders = [np.zeros_like(x[0])] * len(self.graph.nodes), {}
+        for number in self._behind:
+            node = self.graph.nodes[number]
+            if node.kind == X:
                 hat[number] = x[node.parts[0]]
             elif node.kind == ADD:
                 hat[number] = sum(w * hat[k] for w, k in zip(node.weights, node.parts, strict=True))
@@ -333,7 +371,7 @@ class Values:
             elif node.kind == DIV:
                 a, b = node.parts
                 hat[number] = (hat[a] - U[number] * hat[b]) / (U[b] + epsilon * hat[b])
-            else:
+            elif node.kind == FUNCTION:
                 u = node.parts[0]
                 remainders[number] = self._remainder(number, U[u], epsilon, hat[u], parameters)
                 hat[number] = slopes[number] * hat[u] + epsilon * remainders[number]

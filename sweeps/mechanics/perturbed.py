@@ -29,8 +29,8 @@ from functools import cached_property
 import numpy as np
 
 from kernels.blocks import W
-from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, Graph, Values, X
-from sweeps.mechanics.taylor import Code, in_quotes
+from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, SOLVED, Graph, Values, X
+from sweeps.mechanics.taylor import Code, factors, in_quotes, substituted
 
 ORDER = 20
 
@@ -164,8 +164,29 @@ class PerturbedCode(Code):
         """Return the n-th term of a node: B of its base, H of its deviation, F of both; others of these."""
         key = (kind, number, n)
         if key not in self._names:
-            self._put(key, getattr(self, f"_{kind}")(number, n))
+            if kind in "BH" and self.graph.nodes[number].kind == SOLVED:
+                self._solve(kind, number, n)
+            else:
+                self._put(key, getattr(self, f"_{kind}")(number, n))
         return self._names[key]
+
+    def _solve(self, kind, number, n):
+        """Write the n-th terms of all accelerations that are solved for with a node's."""
+        first, a, forces = self.graph.coupled(number)
+        base, whole, mark = kind == "B", "B" if kind == "B" else "F", f"{kind}{first}_"
+        if n == 0:
+            entries = {at: self._term(whole, part, 0) or "0.0" for at, part in a.items()}
+            self._lines[base] += factors(entries, len(forces), mark)
+        right, names = [], [f"{kind}_{first + i}_{n}" for i in range(len(forces))]
+        for i, force in enumerate(forces):
+            terms = [x for x in (self._term(kind, force, n),) if x]
+            for j in range(len(forces)):
+                if not (base or self.still):  # an equilibrium has no accelerations
+                    terms += self._products(("B", first + j), ("H", a[i, j]), n, 0, "-")
+                terms += self._products((whole, a[i, j]), (kind, first + j), n, 1, "-")
+            right.append(_joined(terms) or "0.0")
+        self._lines[base] += substituted(right, names, mark)
+        self._names |= {(kind, first + i, n): name for i, name in enumerate(names)}
 
     def _F(self, number, n):
         base, hat = self._term("B", number, n), self._term("H", number, n)

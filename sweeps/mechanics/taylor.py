@@ -5,12 +5,13 @@ each node of the graph gives its n-th term from the ones before it,
 
 .. math:: (uv)_n = U v_n + V u_n + \varepsilon\sum_{k=0}^n u_k v_{n-k}, \qquad
           (u/v)_n = \Big(u_n - W v_n - \varepsilon\sum_{k=1}^n v_k w_{n-k}\Big)\Big/(V + \varepsilon v_0), \qquad
-          \tilde w_n = \frac1n\sum_{k=1}^n k\,u_k\,g_{n-k}
+          \tilde w_n = \frac1n\sum_{k=1}^n k\,u_k\,g_{n-k}, \qquad
+          (A + \varepsilon a_0)\,v_n = f_n - \varepsilon\sum_{k=1}^n a_k v_{n-k}
 
-(all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \varepsilon\tilde w_n`), and
-:math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's node. A Taylor step was preferred to a Runge-Kutta one of
-order 8: it needs no sine or power inside the loop over lanes, its terms are relative to the nudge, and for Euler's
-equations it is the very step that the rigid body takes.
+(all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \varepsilon\tilde w_n`; v the accelerations that a matrix
+A + ε a couples, which is factorised once a step), and :math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's
+node. A Taylor step was preferred to a Runge-Kutta one of order 8: it needs no sine or power inside the loop over lanes,
+its terms are relative to the nudge, and for Euler's equations it is the very step that the rigid body takes.
 
 Far from equilibria U = 0 and ε = 1 for all that moves, functions are integrated themselves, and `expand` writes the
 terms of the states' and functions' series, of which `kernels.paths` makes steps as long as they allow.
@@ -35,7 +36,7 @@ import numpy as np
 from kernels.blocks import W
 from kernels.cache import cache_folder, load
 from kernels.codes import FAR_ORDER, ORDER
-from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, Graph, Values, X
+from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, Graph, Values, X
 from sweeps.process.files import replaced
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
@@ -202,18 +203,6 @@ class Code:
 
     # -- the step
 
-    def _needed(self, roots, slopes=True):
-        """Return the nodes that some nodes depend on, in order; without ``slopes`` at one order of their series."""
-        nodes, stack = set(), list(roots)
-        while stack:
-            number = stack.pop()
-            if number not in nodes and self.graph.moves(number):
-                nodes.add(number)
-                node = self.graph.nodes[number]
-                stack += node.parts if node.kind in (ADD, MUL, DIV, FUNCTION) else ()
-                stack += [self.graph.slopes[number]] if slopes and node.kind == FUNCTION else []
-        return sorted(nodes)
-
     def _term(self, number, n):
         """Return lines that give the n-th term of a node."""
         node = self.graph.nodes[number]
@@ -227,6 +216,8 @@ class Code:
             return [f"{name} = {self._product(*node.parts, n)}"]
         if node.kind == DIV:
             return self._quotient(number, node, n, name)
+        if node.kind == SOLVED:
+            return self._solved(number, n)
         return self._function(number, node, n, name)
 
     def _rate(self, i, n):
@@ -270,13 +261,31 @@ class Code:
         above, below = node.parts
         lines, terms = [], [self._hat(above, n) or "0.0"]
         if n == 0:
-            base = self._base(below)
-            lines.append(f"r{number} = 1.0 / ({base + ' + ' if base else ''}{self._epsilon}u{below}_0)")
+            lines.append(f"r{number} = 1.0 / ({self._at_start(below)})")
         if numerator := self._base(number):
             terms.append(f"{numerator} * u{below}_{n}")
         if n > 0:
             terms.append(f"{self._epsilon}({self._convolution(below, number, 1, n)})")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
+
+    def _solved(self, number, n):
+        """Return lines that give all rows' n-th terms, where the first is due: a_0 v_n = f_n − Σ a_k v_(n−k), k > 0."""
+        first, a, forces = self.graph.coupled(number)
+        if number > first:
+            return []
+        lines = [] if n else factors({at: self._at_start(part) for at, part in a.items()}, len(forces), f"{first}_")
+        right = []
+        for i, force in enumerate(forces):
+            moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
+            known = " + ".join(self._convolution(*pair, 1, n) for pair in moving)
+            right.append((self._hat(force, n) or "0.0") + (f" - {self._epsilon}({known})" if known else ""))
+        names = [f"u{first + i}_{n}" for i in range(len(forces))]
+        return [*lines, *substituted(right, names, f"{first}_")]
+
+    def _at_start(self, number):
+        """Return the text of a node's value at the start of a step."""
+        terms = self._base(number), f"{self._epsilon}u{number}_0" if self.graph.moves(number) else None
+        return " + ".join(filter(None, terms)) or "0.0"
 
     def _function(self, number, node, n, name):
         (inner,) = node.parts
@@ -298,8 +307,8 @@ class Code:
 
     def _step_lines(self):
         functions, bounded = self.graph.slopes, [k for k, _ in self._bounded]
-        nodes = self._needed([*self.graph.rates, *functions, *bounded])
-        last = self._needed([*(self.graph.nodes[f].parts[0] for f in functions), *bounded], slopes=False)
+        nodes = self.graph.behind([*self.graph.rates, *functions, *bounded])
+        last = self.graph.behind([*(self.graph.nodes[f].parts[0] for f in functions), *bounded], slopes=False)
         lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
         for n in range(self.order + 1):
             if n:
@@ -329,9 +338,9 @@ class Code:
     def _check_lines(self):
         watched, moves = self.graph.watched, self.graph.moves
         lines = []
-        for number in self._needed([k for _, terms in watched for k in terms], slopes=False):
+        for number in self.graph.behind([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term(number, 0)
-        for number in self._needed([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
+        for number in self.graph.behind([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
             lines.append(f"t{number} = {self._second(number)}")
         for row, (kind, terms) in enumerate(watched, self.watched_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
@@ -441,6 +450,28 @@ class Code:
 
         module = self.module()
         return Integrator(module.advance, module.check, self.states)
+
+
+def factors(a: dict, m: int, mark: str) -> list[str]:
+    """Return lines of the factors l, 1/r of a = L D Lᵀ, from the texts of a's entries (i, j); names have the mark."""
+    places = [(i, j) for i in range(m) for j in range(i, m)]
+    lines = [f"a{mark}{i}_{j} = {a[i, j]}" for i, j in places]
+    for k in range(m):
+        lines.append(f"r{mark}{k} = 1.0 / a{mark}{k}_{k}")
+        lines += [f"l{mark}{i}_{k} = a{mark}{k}_{i} * r{mark}{k}" for i in range(k + 1, m)]
+        lines += [f"a{mark}{i}_{j} = a{mark}{i}_{j} - l{mark}{i}_{k} * a{mark}{k}_{j}" for i, j in places if i > k]
+    return lines
+
+
+def substituted(right: list[str], names: list[str], mark: str) -> list[str]:
+    """Return lines that give names the solution of L D Lᵀ x = right, with the factors of that mark."""
+    m, lines = len(names), []
+    for i, text in enumerate(right):
+        lines.append(f"y{mark}{i} = {' - '.join([text, *(f'l{mark}{i}_{k} * y{mark}{k}' for k in range(i))])}")
+    for i in reversed(range(m)):
+        known = [f"l{mark}{j}_{i} * {names[j]}" for j in reversed(range(i + 1, m))]
+        lines.append(f"{names[i]} = {' - '.join([f'r{mark}{i} * y{mark}{i}', *known])}")
+    return lines
 
 
 def _newest_last(first: int, n: int) -> list[int]:

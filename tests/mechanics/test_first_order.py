@@ -9,7 +9,7 @@ import sympy as sp
 
 from sweeps.mechanics import System
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.first_order import _by_elimination, gathered, graph
+from sweeps.mechanics.first_order import _by_order, gathered, graph
 from sweeps.mechanics.graph import Values
 from sweeps.mechanics.taylor import Code
 
@@ -59,7 +59,7 @@ def test_a_base_and_its_negative_share_one_inverse_root():
 @pytest.mark.slow
 def test_a_pendulum_in_a_turning_plane_is_a_third_as_long_by_the_inverse():
     flow = flow_of("foucault")
-    assert len(Code(graph(flow)).text) < 0.4 * len(Code(_by_elimination(flow)).text)
+    assert len(Code(graph(flow)).text) < 0.4 * len(Code(_by_order(flow)).text)
 
 
 def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():
