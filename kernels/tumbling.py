@@ -373,7 +373,7 @@ def _solve(I1, I2, I3, ratio, short):
     if not ratio > _limit(I1, I2, I3, short):
         return math.nan, math.nan
     if (I1 == I2) if short else (I2 == I3):  # a symmetric top: the ratio gives the cosine of the angle of L to its axis
-        cosine = 1.0 / ((1.0 + ratio) * (1.0 - I1 / I3)) if short else I1 / (I3 - I1) / ratio
+        cosine = I3 / ((1.0 + ratio) * (I3 - I1)) if short else I1 / (I3 - I1) / ratio
         about, across = (1.0, I3 / I1) if short else (I3 / I1, 1.0)
         return 0.0, across + cosine * cosine * (about - across)
     low, high = 0.0, 600.0
@@ -400,10 +400,11 @@ def inverse(I1, I2, I3, ratio):
     """
     I1, I2, I3, ratio = arrays(I1, I2, I3, ratio)
     out = np.empty((3, 2, ratio.size))
-    for i, (low, middle, wanted) in enumerate(zip(I1 / I3, I2 / I3, ratio, strict=True)):
+    for i, wanted in enumerate(ratio):
+        moments = scaled(I1[i], I2[i], I3[i])
         for mode, short in enumerate((True, False)):
-            out[:2, mode, i] = _solve(low, middle, 1.0, wanted, short)
-            out[2, mode, i] = _limit(low, middle, 1.0, short)
+            out[:2, mode, i] = _solve(*moments, wanted, short)
+            out[2, mode, i] = _limit(*moments, short)
     return dict(zip(("m", "energy", "least_ratio"), out, strict=True))
 
 

@@ -313,8 +313,9 @@ def tumbler(
 
     Returns:
         With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, where a motion has both periods, {energy,
-        energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1. Else the map of the system
-        `observed_periods` over all shapes of bodies, as `survey` gives it.
+        energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1, NaN where the separatrix is so
+        near that the energy does not fix it. Else the map of the system `observed_periods` over all shapes of bodies,
+        as `survey` gives it.
 
     Raises:
         DefinitionError: for ratios of no rigid body, and for numbers out of range.
@@ -326,7 +327,7 @@ def tumbler(
     from sweeps.systems.observed_periods import answers
 
     periods = answers.TwoPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
-    return survey(periods.definition) if ratios is None else answers.of_body(periods, *ratios)
+    return survey(periods.definition) if ratios is None else answers.of_body(periods, ratios)
 
 
 __all__ = ["body", "motion", "open_map", "plot", "point", "run", "survey", "tumbler", "uncertainty"]

@@ -199,7 +199,7 @@ def _tumbler(args):
     if args.ratios and (args.output or args.figure):
         wrong = "is given together with --output or --figure, which need all bodies"
         raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
-    rows = answers.of_body(periods, *args.ratios) if args.ratios else _of_all(args, periods)
+    rows = answers.of_body(periods, args.ratios) if args.ratios else _of_all(args, periods)
     if args.json:
         printing.print_json(rows)
         return

@@ -12,6 +12,7 @@ from scipy.special import ndtr
 
 import sweeps
 from kernels import tumbling
+from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.observed_periods import references
 from sweeps.systems.observed_periods.answers import exclusion
 
@@ -65,18 +66,18 @@ def test_the_energy_gives_mpmaths_ratio_back(times):
     assert seen > 12
 
 
-def test_the_least_ratio_is_that_of_small_oscillations_by_mpmath():
-    for low, middle in bodies(60):
+@pytest.mark.parametrize("unit", [1.0, 3.0])
+def test_the_least_ratio_is_that_of_small_oscillations_by_mpmath(unit):
+    for low, middle in (np.array(bodies(60)) * unit).tolist():
         with mpmath.workdps(40):
-            a, b, c = mpmath.mpf(low), mpmath.mpf(middle), mpmath.mpf(1)
+            a, b, c = mpmath.mpf(low), mpmath.mpf(middle), mpmath.mpf(unit)
             wobble3 = mpmath.sqrt((c - a) * (c - b) / (a * b)) / c  # at L = 1, over the spin L/I3
             wobble1 = mpmath.sqrt((c - a) * (b - a) / (b * c)) / a
             # about axis 3 the long axis goes round with spin and wobble; about axis 1 it precesses alone
             short, long = (1 / c) / wobble3, (1 / a - wobble1) / wobble1
-        found = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
-        # doubles near a symmetric body hold the differences of its moments to that
-        allowed = 1e-13 + 1e-15 / min(middle - low, 1.0 - middle)
-        assert found == pytest.approx([float(short), float(long)], rel=allowed)
+        found = tumbling.inverse(low, middle, unit, 1.0)["least_ratio"][:, 0]
+        # a dozen roundings: differences of nearly equal moments are exact in any unit
+        assert found == pytest.approx([float(short), float(long)], rel=4e-15)
 
 
 @pytest.mark.parametrize(
@@ -163,6 +164,8 @@ VERDICTS = [
         "long-axis mode: possible within the errors: 2.8σ from the limit of small wobbles",
     ),
     (("--ratios", 0.3, 1.0), "short-axis mode: excluded: a symmetric body has no such mode"),
+    (("--P-psi", 1000, "--P-phi", 1), "long-axis mode: possible for 100 % of all shapes"),
+    (("--P-psi", 48, "--P-phi", 1, "--ratios", 0.5, 0.9), "m = 1, too near the separatrix for L/I3"),
 ]
 
 
@@ -193,6 +196,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
     [
         (("--P-psi", -1, "--P-phi", 2), "P_psi: -1 is out of range"),
         (("--P-psi", 1, "--P-phi", 2, "--sigma-psi", -1), "sigma_psi: -1 is out of range"),
+        (("--P-psi", 1, "--P-phi", 1, "--sigma-psi", "1e308 s"), "sigma_psi: '1e308 s' is out of range"),
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.4, 1.2), "I2/I3 1.2 is out of range; allowed: a number in (0, 1]"),
         (
             ("--P-psi", 1, "--P-phi", 2, "--ratios", 0.1, 0.3),
@@ -208,6 +212,12 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
 )
 def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):
     assert told in said(capsys, "tumbler", *arguments, status=2)
+
+
+@pytest.mark.parametrize("given", [{"ratios": (0.5,)}, {"ratios": "ab"}, {"P_phi": 10**400}, {"unit": ["h"]}])
+def test_other_things_than_numbers_are_named(given):
+    with pytest.raises(DefinitionError, match="allowed: "):
+        sweeps.tumbler(**{"P_psi": 1.0, "P_phi": 2.0} | given)
 
 
 def test_a_flat_body_is_asked_of_like_any_other(capsys):

@@ -1,17 +1,17 @@
 """From two observed periods to the energies of a body in each mode, as columns of a map and in words."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kernels import statuses, triangle, tumbling
-from sweeps.schema import units
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, display
+from sweeps.schema.variables import amount
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.observed_periods.variables import EXCLUDED
+from sweeps.systems.observed_periods.variables import EXCLUDED, LONGEST, SHORTEST
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
 NAMES = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
@@ -54,9 +54,10 @@ def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         result[f"parameter_{mode}"] = solved["m"][k]
         given = {"energy": np.where(has, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
         back = tumbling.survey(dict(zip(MOMENTS, moments, strict=True)) | given, 1e-10, measured=False)
-        result[f"momentum_rate_{mode}"] = np.where(has, back["period_psi_exact"] / P_psi, np.nan)
         again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
-        lost |= has & ~(np.abs(again / ratio - 1.0) <= GIVEN_BACK)
+        given_back = has & (np.abs(again / ratio - 1.0) <= GIVEN_BACK)
+        result[f"momentum_rate_{mode}"] = np.where(given_back, back["period_psi_exact"] / P_psi, np.nan)
+        lost |= has & ~given_back
     allowed = [result[f"exclusion_{mode}"] <= EXCLUDED for mode in MODES]
     result["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
     result["status"] = np.where(lost, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
@@ -78,15 +79,14 @@ class TwoPeriods:
     unit: str = "h"  #: s, h or d
 
     def __post_init__(self):
-        if self.unit not in UNITS:
+        if self.unit not in list(UNITS):
             raise DefinitionError(f"unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
         for name in NAMES:
-            value = units.read(given := getattr(self, name), self.unit)
-            least, allowed = (0, "0 or more") if "sigma" in name else (5e-324, "> 0")
-            if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
-                wrong = f"{name}: {given!r} is out of range or in an unknown unit"
-                raise DefinitionError(f"{wrong}; allowed: a finite number, {allowed}, in {units.allowed(self.unit)}")
-            object.__setattr__(self, name, float(value))
+            value = amount(name, given := getattr(self, name), self.unit)
+            least = 0.0 if "sigma" in name else SHORTEST
+            if not least <= value * UNITS[self.unit] <= LONGEST:
+                raise DefinitionError(f"{name}: {display(given)} is out of range; allowed: {least:g} to {LONGEST:g} s")
+            object.__setattr__(self, name, value)
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -104,16 +104,21 @@ class TwoPeriods:
         return {"title": f"Bodies with {' and '.join(parts)}", "system": "observed_periods", "grid": grid}
 
 
-def of_body(periods: TwoPeriods, ratio1: float, ratio2: float) -> list[dict]:
-    """Return what the periods say of one body, for each mode.
+def of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
+    """Return what the periods say of one body, I1/I3 and I2/I3, for each mode.
 
     Returns:
         For each mode {mode, verdict, sigma, least_ratio}, and unless it is excluded energy, energy_stderr, m, omega0.
     """
-    for name, value in (("I1/I3", ratio1), ("I2/I3", ratio2)):
-        if not (math.isfinite(value) and 0 < value <= 1):
+    try:
+        first, second = (float(ratio) for ratio in ratios)
+    except (TypeError, ValueError, OverflowError):
+        wrong = f"--ratios: {display(ratios)} are no two numbers"
+        raise DefinitionError(f"{wrong}; allowed: I1/I3 and I2/I3, each a number in (0, 1]") from None
+    for name, value in (("I1/I3", first), ("I2/I3", second)):
+        if not 0 < value <= 1:
             raise DefinitionError(f"--ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
-    moments = (*sorted((ratio1, ratio2)), 1.0)
+    moments = (*sorted((first, second)), 1.0)
     shapes.refuse_impossible("--ratios", moments)
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
     values = {n: v.item() for n, v in columns({name: np.array([value]) for name, value in point.items()}).items()}
@@ -172,9 +177,12 @@ def in_words(row: dict, periods: TwoPeriods) -> str:
         return f"possible within the errors: {row['sigma']:.2g}σ from the limit of small wobbles{where}"
     if one:
         error = f" ± {row['energy_stderr']:.2g}" if row["energy_stderr"] else ""
-        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, L/I3 = {row['omega0']:.6g} rad s⁻¹"
+        rate = f"L/I3 = {row['omega0']:.6g} rad s⁻¹"
+        rate = "too near the separatrix for L/I3" if math.isnan(row["omega0"]) else rate
+        return f"2T I3/L² = {row['energy']:.6g}{error}, m = {row['m']:.6g}, {rate}"
     if "least_energy" not in row:
         needles = f"needles only, I1/I3 below {ratio / (1 + ratio):.3g}"
         return f"possible for {needles if row['mode'] == 'lam' else 'nearly flat bodies only'}"
+    share = f"{100 * row['shapes']:.2g}".replace("1e+02", "100")
     between = f"from {row['least_energy']:.4g} to {row['greatest_energy']:.4g}"
-    return f"possible for {100 * row['shapes']:.2g} % of all shapes, 2T I3/L² {between}"
+    return f"possible for {share} % of all shapes, 2T I3/L² {between}"

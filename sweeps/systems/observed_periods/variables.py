@@ -28,6 +28,7 @@ def _mode(mode: str) -> str:
     parameter_{mode}      1  parameter m of the elliptic functions of that motion in the {words}
         comment: 0 in the limit of small wobbles and for symmetric bodies, 1 on the separatrix
     momentum_rate_{mode}  rad s-1  L/I3 that gives P_psi in the {words}
+        comment: missing also where the separatrix is so near that the energy, a double, does not fix it to 1e-6
     """
 
 
@@ -48,9 +49,12 @@ VARIABLES = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-PERIOD = Quantity("period", "s", "finite, > 0", Annotated[float, number(lambda x: x > 0, "a number > 0, in s")])
-_ERROR = Annotated[float, number(lambda x: x >= 0, "a number, 0 or more, in s")]
-ERROR = Quantity("error", "s", "finite, 0 or more", _ERROR)
+SHORTEST, LONGEST = 1e-150, 1e150  # of periods, s
+_PERIOD, _ERROR = f"{SHORTEST:g} to {LONGEST:g}", f"0 to {LONGEST:g}"
+PERIOD = Quantity(
+    "period", "s", _PERIOD, Annotated[float, number(lambda x: SHORTEST <= x <= LONGEST, f"{_PERIOD}, in s")]
+)
+ERROR = Quantity("error", "s", _ERROR, Annotated[float, number(lambda x: 0.0 <= x <= LONGEST, f"{_ERROR}, in s")])
 
 PARAMETERS = (
     *bodies.PRINCIPAL,
