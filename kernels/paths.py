@@ -134,7 +134,7 @@ def _write_samples(rows, S, terms, step, low, share, times, number, due, out):
                 within += 1 if times[run, first + k] <= end else 0
             for i in range(N if within > 0 else 0):
                 x, left, c = S[i, lane], low[i, lane], _terms(rows, terms + BLOCK * i, lane)
-                for k in range(TOGETHER):
+                for k in range((within + 7) // 8 * 8):  # whole vectors
                     at = ((times[run, first + k] - t) - rest) * per_step
                     out[run, i, first + k] = x + (_sum(at, c) + left)
             due[lane] += within

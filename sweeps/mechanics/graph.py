@@ -138,14 +138,19 @@ class Graph:
         if not any(map(self.moves, numbers)):
             terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
             return self.build(sum(terms))
-        zero = zero or all(self.nodes[k].zero for k in numbers)
-        return self.add(Node(ADD, tuple(numbers), weights, zero))
+        still = all(self.nodes[k].zero for k in numbers)
+        if weights == (1.0,) and still >= zero:
+            return numbers[0]
+        return self.add(Node(ADD, tuple(numbers), weights, zero or still))
 
     def product(self, first: int, second: int) -> int:
         """Return the node of the product of two nodes."""
         if not (self.moves(first) or self.moves(second)):
             return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
         zero = self.nodes[first].zero or self.nodes[second].zero
+        for factor, other in ((first, second), (second, first)):
+            if not self.moves(factor) and self.nodes[factor].weights[0].is_number:
+                return self.sum((other,), (float(self.nodes[factor].weights[0]),), zero)
         return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
 
     def quotient(self, first: int, second: int) -> int:
@@ -183,18 +188,12 @@ class Graph:
         return self.sum((number,), zero=True) if self.near else number
 
     def _sum(self, terms):
-        numbers, weights, fixed = [], [], []
+        factors = {}  # of what moves in the terms
         for term in terms:
-            weight, rest = term.as_coeff_Mul()
-            if rest.free_symbols & self._moving:
-                numbers.append(self.build(rest))
-                weights.append(float(weight))
-            else:
-                fixed.append(term)
-        if fixed:
-            numbers.append(self.build(sum(fixed)))
-            weights.append(1.0)
-        return self.sum(numbers, weights)
+            factor, moved = term.as_independent(*self._moving, as_Add=False)
+            factors[moved] = factors.get(moved, 0) + factor
+        parts = [(factor * moved).as_coeff_Mul() for moved, factor in factors.items()]
+        return self.sum([self.build(part) for _, part in parts], [float(weight) for weight, _ in parts])
 
     def _product(self, e):
         turned = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
