@@ -120,6 +120,30 @@ def test_a_shaken_pendulum_is_scipys(begin):
     assert ds["theta_dot"].attrs["units"] == "rad s-1"
 
 
+def test_three_rods_far_from_equilibrium_are_scipys():
+    """Masses 1 at the ends of rods of length 1, whose kinetic energy couples all three; SciPy's a⁻¹ is LAPACK's."""
+    system, x, y = System("Three rods"), 0, 0
+    for name in ("one", "two", "three"):
+        angle = system.coordinate(name, "rad", bounds=(-4, 4), periodic=True)
+        x, y = x + sp.sin(angle), y - sp.cos(angle)
+        system.particle(1, (x, y))
+        system.potential(9 * y)
+    hanging = np.array([[3, 2, 1], [2, 2, 1], [1, 1, 1]])
+
+    def rate(t, x):
+        apart = x[:3, None] - x[:3]
+        force = -(hanging * np.sin(apart)) @ x[3:] ** 2 - 9 * np.array([3, 2, 1]) * np.sin(x[:3])
+        return [*x[3:], *np.linalg.solve(hanging * np.cos(apart), force)]
+
+    start = {"one": 1.0, "two": 0.5, "three": -0.3, "one_dot": 0.2, "two_dot": -1.0, "three_dot": 0.5}
+    times = np.linspace(0.0, 2.0, 9)
+    ds = sweeps.motion(system, start, times)
+    exact = solve_ivp(rate, (0, 2), [*start.values()], "DOP853", rtol=1e-13, atol=1e-14, t_eval=times).y
+    off = np.abs([ds[name] for name in start] - exact)
+    assert (off <= np.array([ds[f"{name}_error"] for name in start]) + 1e-10).all()  # DOP853's, 1e-13 a step
+    assert max(ds[f"{name}_error"].max() for name in start) < 1e-9
+
+
 def test_an_error_covers_solutions_that_agree_at_one_time_by_chance():
     """A ball on a turning saddle, whose equations are linear: its motion is a matrix exponential."""
     parameters = {"mass": 1.0368898059619107, "stiffness_x": 1.1666900399586864, "stiffness_y": -0.9432788400989257}
