@@ -248,8 +248,7 @@ def run(integrator, runs, sampling):
     start, size = runs.given[:, 0], runs.size
     limits = np.stack([LARGE / size, np.minimum(measure.LOG_TO * start, measure.LOG_BELOW / size)], axis=1)
     runs = runs._replace(given=np.concatenate([runs.given, limits], axis=1))
-    # energies turn twice as fast as the motion but are a part of it only: 1.5 holds both to the tolerance
-    return refined(integrator, Measurement(take, unloaded, (OWN, 3), ROWS, 1.5), runs, sampling)
+    return refined(integrator, Measurement(take, unloaded, (OWN, 3), ROWS), runs, sampling)
 
 
 def status(raw, intervals, tolerance, spacing):

@@ -96,19 +96,18 @@ class Measurement(NamedTuple):
     raw: Callable
     numbers: tuple[int, ...]  #: as of `run_blocks`, after the numbers of samples and of states
     rows: int  #: of a block
-    share: float = 1.0  #: as of `planned`
 
 
-def planned(size, sampling, share=1.0):
+def planned(size, sampling):
     """Return the steps per sample of each point: from the scale's bound and the perturbation's size.
 
-    A motion whose frequencies are ``share`` times the scale at most keeps the tolerance over the whole run. Whatever
-    the tolerance, what a step leaves out of a small one is some roundings at most: fits average less than that.
+    A motion keeps the tolerance over the whole run. Whatever the tolerance, what a step leaves out of a small one is
+    some roundings at most: fits average less than that.
     """
     sizes, number = np.unique(np.minimum(1.0, measure.WINDOW * size), return_inverse=True)
     left_out = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[number]
-    excess = sampling.intervals * (share * sampling.spacing) ** (ORDER + 1) * left_out / sampling.tolerance
-    least = math.ceil(share * sampling.spacing / LONGEST)
+    excess = sampling.intervals * sampling.spacing ** (ORDER + 1) * left_out / sampling.tolerance
+    least = math.ceil(sampling.spacing / LONGEST)
     return np.clip(np.ceil(np.maximum(excess, 1e-300) ** (1.0 / ORDER)), least, direct.MOST_STEPS).astype(np.int64)
 
 
@@ -204,7 +203,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
 
 def refined(integrator, measurement, runs, sampling):
     """Return the raw results of points, of which those that have not converged are run again with twice the steps."""
-    steps = planned(runs.size, sampling, measurement.share)
+    steps = planned(runs.size, sampling)
     numbers = np.array([sampling.intervals + 1, integrator.states, *measurement.numbers])
     left, raw = np.arange(steps.size), None
     for _ in range(MOST_HALVINGS + 1):
