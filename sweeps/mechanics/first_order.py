@@ -79,18 +79,4 @@ def gathered(e: sp.Expr, equations: Equations) -> sp.Expr:
         terms = sp.Poly(factor, *equations.parameters).terms() if split else ()
         monomials = ((sp.prod(map(sp.Pow, equations.parameters, powers)), x) for powers, x in terms)
         short.append(sp.Add(*(monomial * sp.factor(x) for monomial, x in monomials)) if split else factor)
-    return _in_common(sp.Add(sp.Mul(*short), *others), moving)
-
-
-def _in_common(e, moving):
-    """Return a sum in which the factor that most terms share stands outside, and so on."""
-    terms = sp.Add.make_args(e)
-    powers = [term.as_powers_dict().items() for term in terms]
-    factors = [{x for x, k in factors_of_term if x in moving and k.is_Integer and k > 0} for factors_of_term in powers]
-    counts = {x: sum(x in f for f in factors) for x in sorted(moving, key=str)}
-    most = max(counts, key=counts.get, default=None)
-    if most is None or counts[most] < 2:
-        return e
-    inside = sp.Add(*(term / most for term, f in zip(terms, factors, strict=True) if most in f))
-    outside = sp.Add(*(term for term, f in zip(terms, factors, strict=True) if most not in f))
-    return sp.Mul(most, _in_common(inside, moving), evaluate=False) + _in_common(outside, moving)
+    return sp.Add(sp.Mul(*short), *others)

@@ -18,8 +18,9 @@ sine and no power: sums, products and quotients are all that is left, whatever t
 so :math:`\tilde V` is its rise above the equilibrium in units of :math:`\varepsilon^2`, to all digits.
 
 *Few products of series.* With :math:`d = B^{-1/2}`, where that occurs, every inverse power of B is one of d, whose
-slope is -d³/2; in products tan u is sin u / cos u where these occur; and a product is divided factor by factor, the
-longest one first, so that what has the same divisor is divided once.
+slope is -d³/2; in products tan u is sin u / cos u where these occur; a product is divided factor by factor, the longest
+one first, so that what has the same divisor is divided once; and the state that most terms of a sum share stands
+outside.
 
 Source: the recurrences are those of automatic differentiation (Griewank and Walther, Evaluating Derivatives, chapter
 13); working them in deviations was derived here.
@@ -121,7 +122,7 @@ class Graph:
         if e.is_Symbol:
             return self.add(Node(X, (self.states.index(e),), (), self.near and e in self.equations.still))
         if e.is_Add:
-            return self._sum(e.args)
+            return self._sum(e)
         if e.is_Mul:
             return self._product(e)
         if e.is_Pow:
@@ -187,9 +188,12 @@ class Graph:
         number = self.build(expression)
         return self.sum((number,), zero=True) if self.near else number
 
-    def _sum(self, terms):
+    def _sum(self, e):
+        shared = _in_common(e, self._moving)
+        if shared is not e:
+            return self.build(shared)
         factors = {}  # of what moves in the terms
-        for term in terms:
+        for term in e.args:
             factor, moved = term.as_independent(*self._moving, as_Add=False)
             factors[moved] = factors.get(moved, 0) + factor
         parts = [(factor * moved).as_coeff_Mul() for moved, factor in factors.items()]
@@ -284,6 +288,20 @@ class Graph:
         if f.func not in _INTEGRATED:
             raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
         return self.build(f.diff(*of_u.variables).subs(of_u.variables[0], argument))
+
+
+def _in_common(e, moving):
+    """Return a sum in which the factor that most terms share stands outside, and so on."""
+    terms = sp.Add.make_args(e)
+    powers = [term.as_powers_dict().items() for term in terms]
+    factors = [{x for x, k in factors_of_term if x in moving and k.is_Integer and k > 0} for factors_of_term in powers]
+    counts = {x: sum(x in f for f in factors) for x in sorted(moving, key=str)}
+    most = max(counts, key=counts.get, default=None)
+    if most is None or counts[most] < 2:
+        return e
+    inside = sp.Add(*(term / most for term, f in zip(terms, factors, strict=True) if most in f))
+    outside = sp.Add(*(term for term, f in zip(terms, factors, strict=True) if most not in f))
+    return sp.Mul(most, _in_common(inside, moving), evaluate=False) + _in_common(outside, moving)
 
 
 _KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"

@@ -74,3 +74,17 @@ def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():
     for rate in rates:
         exact = float(rate.subs({k: 2.0, u: place[0], v: place[1]}))
         assert value(g, rate, {k: 2.0}, place) == pytest.approx(exact, rel=1e-14)
+
+
+def test_terms_of_one_motion_and_of_one_factor_are_multiplied_once():
+    system = System("Shared")
+    k, n = (system.parameter(name, "1", default=2.0) for name in "kn")
+    u, v, w = (system.state(name, bounds=(-1, 1)) for name in "uvw")
+    rate = k * u * v + n * u * w + n * u * v - w
+    for state in (u, v, w):
+        system.rate(state, rate)
+    g = graph(derive(system))
+    products = [node for node in g.nodes if node.kind == "mul" and all(map(g.moves, node.parts))]
+    assert len(products) == 1  # u (k v + n v + n w) - w
+    exact = float(rate.subs({k: 2.0, n: 3.0, u: 0.3, v: -0.2, w: 0.7}))
+    assert value(g, rate, {k: 2.0, n: 3.0}, (0.3, -0.2, 0.7)) == pytest.approx(exact, rel=1e-14)
