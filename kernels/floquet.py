@@ -37,6 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.codes import INVARIANTS
+from kernels.matrices import length, total
 from kernels.monodromy import LARGE
 
 STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
@@ -166,11 +167,11 @@ def invariants(M, error, given=None):
     identity = np.eye(M.shape[-1])
     trace, trace_error = np.einsum("nii->n", M), np.einsum("nii->n", error)
     values = {"trace": trace, "trace_error": trace_error}
-    size = np.linalg.norm(error, axis=(1, 2))
+    size = length(error)
 
     def put(name, value, gradient, squares):
         values[name] = value
-        values[f"{name}_error"] = (np.abs(gradient) * error).sum(axis=(1, 2)) + squares
+        values[f"{name}_error"] = total(np.abs(gradient) * error) + squares
 
     if M.shape[-1] == 2:
         (m11, m12), (m21, m22) = M.transpose(1, 2, 0)
@@ -179,13 +180,13 @@ def invariants(M, error, given=None):
         signs = {"determinant": 0.0}
     else:
         put("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
-        second = 0.5 * (trace**2 - np.einsum("nij,nji->n", M, M))
+        second = 0.5 * (trace**2 - total(M * M.swapaxes(1, 2)))
         leading = trace[:, None, None] * identity
         put("second_invariant", second, leading - M.swapaxes(1, 2), 2.0 * size**2)
         put("krein_discriminant", trace**2 - 4.0 * second + 8.0, 4.0 * M.swapaxes(1, 2) - 2.0 * leading, 8.0 * size**2)
         for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
             shifted = M + sign * identity
-            squares = 6.0 * size**2 * (np.linalg.norm(shifted, axis=(1, 2)) + size) ** 2
+            squares = 6.0 * size**2 * (length(shifted) + size) ** 2
             put(name, np.linalg.det(shifted), _cofactors(shifted), squares)
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
     for name, sign in signs.items() if given is not None else ():
@@ -201,10 +202,10 @@ def _by_eigenvalues(M, error, period, reciprocal):
     d, sound = M.shape[-1], np.isfinite(M).all(axis=(1, 2)) & np.isfinite(error).all(axis=(1, 2))
     safe = np.where(sound[:, None, None], M, np.eye(d))
     with np.errstate(all="ignore"):
-        mu, right = np.linalg.eig(safe)
+        mu, right = (x.astype(complex) for x in np.linalg.eig(safe))  # real where all points' are, with other bits
         order = np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)), axis=1)
         mu, right = np.take_along_axis(mu, order, axis=1), np.take_along_axis(right, order[:, None], axis=2)
-        size, norm = np.linalg.norm(error, axis=(1, 2))[:, None], np.linalg.norm(safe, axis=(1, 2))[:, None]
+        size, norm = length(error)[:, None], length(safe)[:, None]
         size = size + ROUNDING * norm
         gap = np.abs(mu[:, :, None] - mu[:, None] + np.where(np.eye(d), np.inf, 0.0)).min(axis=2)
         simple = 1.0 / np.abs(np.linalg.svd(right, compute_uv=False)[:, -1:]) * size  # bounds each condition

@@ -76,7 +76,7 @@ def conditions(A, values, scale):
     one, N, size = np.eye(n)[:, :, None], [], np.empty(values.shape)  # adj(λ - A) = Σ λ^(n-1-k) N_k
     for k in range(n):
         T = _product(A, N[-1]) if k > 1 else A
-        N.append(T - np.trace(T) / k * one if k else one)
+        N.append(T - sum(T[i, i] for i in range(n)) / k * one if k else one)
     for e, (x, y) in enumerate(zip(values.real, values.imag, strict=True)):
         re, im = np.zeros(A.shape), np.zeros(A.shape)
         for term in N:

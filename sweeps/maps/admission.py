@@ -166,7 +166,8 @@ class _Parts:
             self._take_own(held)
         #: names of what is no part of a map, and is not read
         self.others = tuple(name for name in held if name not in self.coordinates and name not in self.variables)
-        points = (one.dims[: len(one.dims) - len(self.specs[n].over)] for n, one in self.variables.items())
+        known = ((one.dims, self.specs[n].over) for n, one in self.variables.items() if n in layout.variables)
+        points = (dims[: len(dims) - len(over)] for dims, over in known)
         self.dims = max(points, key=len, default=())  #: the dimensions of the map's points, in storage order
         #: those that variables have beside them
         self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
@@ -206,7 +207,8 @@ def _check_dimensions(parts: _Parts) -> None:
     for dim in (*dims, *parts.further):
         if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
             value = shortened(repr(dim)) if dim else "(one without a name)"
-            raise _UnlikeError(f"dimensions: {value} has no coordinate; allowed: those of this system's maps")
+            value += " has no coordinate" + (" of type float64" if parts.layout.is_open else "")
+            raise _UnlikeError(f"dimensions: {value}; allowed: those of this system's maps")
     for name in parts.coordinates:
         along = _own_dims(parts, name)
         if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):

@@ -163,7 +163,7 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
         return Check("grid", covers, (f"dimensions: {held}, by the definition {wanted}",))
     # dimensions and types of variables were held against the system's when the map was opened
     missing = [f"{name}: is missing" for name in sweep.variables if name not in ds.variables]
-    return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *missing]))
+    return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *missing, *_wrong_units(ds, sweep)]))
 
 
 def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
@@ -181,6 +181,15 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
         yield f"{shortened(repr(name))}: is no variable of this map"
+
+
+def _wrong_units(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
+    """Yield what has another unit than by the definition: a map of a described system states its own."""
+    expected = {name: attributes for name, (_, _, attributes) in contract.coordinates(sweep).items()}
+    for name, attributes in (expected | {name: one.attributes for name, one in sweep.variables.items()}).items():
+        held, units = (of.get("units", "") for of in (ds[name].attrs if name in ds else attributes, attributes))
+        if held != units:
+            yield f"{name}: is in {shortened(held)}, by the definition in {units}"
 
 
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:

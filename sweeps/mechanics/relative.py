@@ -100,7 +100,7 @@ def _moved(model, theory):
     with np.errstate(all="ignore"):
         error = model.landscape.place_error(chosen, place[rows], theory["hidden"][rows])
         change = changed(at, place[rows], error) * ratio
-        moved[rows] = np.linalg.norm(change, axis=(1, 2)) / S[rows]
+        moved[rows] = matrices.length(change) / S[rows]
     return np.where(moved > ROUNDINGS, moved, 0.0)
 
 
@@ -180,8 +180,8 @@ def _changes(model, parameters, x, sizes, terms, gradients):
     """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
     if model.equations.conservative:
         m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
-        potential = np.einsum("pi,pij,pj->p", sizes[:, :m], terms[:, :, :m], sizes[:, :m])
-        return [(0.5 * (potential + np.einsum("pi,pij,pj->p", sizes[:, m:], a, sizes[:, m:])), 2)]
+        parts = (terms[:, :, :m], sizes[:, :m]), (a, sizes[:, m:])
+        return [(0.5 * sum(matrices.total(A * of[:, :, None] * of[:, None]) for A, of in parts), 2)]
     if not model.quantities:
         return []
     curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, model.landscape.bends(parameters, x), sizes)
@@ -338,7 +338,7 @@ def _ordered(values, S):
 
 def _invariants(matrix):
     """Return S, D and S² - 4D of 4 x 4 matrices."""
-    S = 0.5 * np.einsum("pij,pji->p", matrix, matrix)
+    S = 0.5 * matrices.total(matrix * np.swapaxes(matrix, 1, 2))
     with np.errstate(invalid="ignore"):
         D = np.linalg.det(matrix)
     return S, D, S * S - 4.0 * D

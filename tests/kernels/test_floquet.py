@@ -173,3 +173,16 @@ def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between()
         # of trace 0 the multipliers are ±i, as far from the real ones as any
         furthest = 1.0 - np.abs(found["multiplier_imag"][0]).min()
         assert (found["multiplier_imag_error"][0] >= furthest).all()
+
+
+@pytest.mark.parametrize(("d", "reciprocal"), [(2, True), (4, True), (4, False), (6, True)])
+@pytest.mark.parametrize("by_point", [True, False])
+def test_no_bit_depends_on_how_many_matrices_there_are(d, reciprocal, by_point):
+    rng = np.random.default_rng(8)
+    M = rng.normal(size=(60, d, d)) if by_point else np.moveaxis(rng.normal(size=(d, d, 60)), 2, 0)
+    error, period = 1e-12 * np.abs(rng.normal(size=M.shape)), rng.uniform(1.0, 2.0, 60)
+    together = floquet.columns(floquet.Matrices(M, error), period, reciprocal)
+    for count in (1, 3):
+        for some in (slice(i, i + count) for i in range(0, 60, count)):
+            alone = floquet.columns(floquet.Matrices(M[some], error[some]), period[some], reciprocal)
+            assert [name for name in alone if alone[name].tobytes() != together[name][some].tobytes()] == []

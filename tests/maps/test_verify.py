@@ -16,6 +16,7 @@ from sweeps.maps import verify
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.reading.definitions import plain, read_text
+from sweeps.schema.refusals import MapError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 
@@ -171,6 +172,29 @@ def test_wrong_eigenvalues_of_other_kernels_are_found(rotor, tmp_path, name, way
         file[name][:] = file[name][:] + 1e-5
     told = findings(sealed(path), points=40, any_kernels=True)
     assert told[way][0].startswith(f"{name} at point")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["spin_rate", "x_equilibrium"])
+def test_other_units_of_what_a_description_names_are_found(rotor, tmp_path, name):
+    path = Path(shutil.copy(rotor, tmp_path / "map.nc"))
+    with netCDF4.Dataset(path, "a") as file:
+        file[name].units = "furlong"
+    assert findings(path, points=1)["grid"][0].startswith(f"{name}: is in furlong, by the definition in ")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda ds: ds.assign_coords(a=ds["a"].astype("f4")), "'a' has no coordinate of type float64"),
+        (lambda ds: ds.assign(mine=2.0 * ds["multiplier_real"]), "mine: lies along a, .*, multiplier; allowed: a, q"),
+    ],
+)
+def test_a_message_names_what_a_colleague_changed(tmp_path, change, message):
+    change(sweeps.survey(system="mathieu", a=[0.5, 1.5], q=0.3)).to_netcdf(tmp_path / "map.nc")
+    with pytest.raises(MapError, match=message):
+        sweeps.open_map(tmp_path / "map.nc")
 
 
 def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(tiny):
