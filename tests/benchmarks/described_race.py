@@ -27,7 +27,7 @@ from sweeps.points.loading import read
 RACED = {"double_pendulum": "hanging", "lagrange_points": "", "sleeping_top": ""}  # and the equilibrium, if one alone
 COUNT, INTERVALS, SIZE, ERROR, ROUNDS = 4096, 64, 1e-3, 1e-10, 5
 WIDTHS = (16, 32, 64)
-TOLERANCES = 10.0 ** -np.arange(8.0, 16.1, 0.5)
+TOLERANCES, FINER = 10.0 ** -np.arange(8.0, 16.1, 0.5), 10.0 ** np.array([0.375, 0.25, 0.125, 0.0])
 
 
 class Task:
@@ -68,11 +68,11 @@ class Task:
         return float((np.abs(samples - self.truth).max(axis=(1, 2)) / self.largest).max())
 
     def loosest(self, run):
-        """Return the loosest tolerance that keeps the error, and the error."""
-        for tolerance in TOLERANCES:
-            error = self.error(run(tolerance))
-            if error <= ERROR:
-                return tolerance, error
+        """Return the loosest tolerance that keeps the error, to an eighth of a decade, and the error."""
+        for coarse in TOLERANCES:
+            if self.error(run(coarse)) <= ERROR:
+                tried = ((tolerance, self.error(run(tolerance))) for tolerance in coarse * FINER)
+                return next(pair for pair in tried if pair[1] <= ERROR)
         raise SystemExit("no tolerance keeps the error")
 
 
