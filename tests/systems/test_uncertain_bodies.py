@@ -230,6 +230,18 @@ def test_inputs_that_depend_on_each_other_count_as_one():
     assert found["total"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-30])
+def test_moments_that_depend_on_each_other_do_so_in_any_unit(unit):
+    moments = np.array([1.0, 1.05, 1.2]) * unit
+    covariance = np.array([[0.01, 0.0095, 0.0], [0.0095, 0.01, 0.0], [0.0, 0.0, 0.0004]]) * unit**2
+    known = Distribution(moments, np.eye(3), moments, covariance, {})
+    assert known.inputs == ("I1+I2", "I3")
+    _, (made, *_) = drawn(known, 4096)
+    correlation = np.corrcoef(made.T)
+    # 4,096 even draws, of which a twentieth of one percent are no bodies
+    np.testing.assert_allclose(correlation[np.triu_indices(3, 1)], [0.95, 0.0, 0.0], atol=5e-3)
+
+
 # ---------------------------------------------------------------------------------------------------------
 # Measured
 

@@ -43,7 +43,7 @@ class Distribution:
 
         names, blocks = tuple(possible.ENTRIES) if self.is_tilted else MOMENTS, []
         uncertain = np.flatnonzero(np.diag(self.covariance) > 0)
-        _, label = connected_components(self.covariance[np.ix_(uncertain, uncertain)], directed=False)
+        _, label = connected_components(self.covariance[np.ix_(uncertain, uncertain)] != 0.0, directed=False)
         for block in (uncertain[label == k] for k in dict.fromkeys(label)):
             values, vectors = np.linalg.eigh(self.covariance[np.ix_(block, block)])
             factor = vectors * np.sqrt(np.clip(values, 0.0, None))
