@@ -26,8 +26,8 @@ from itertools import combinations, product
 
 import numpy as np
 
-from kernels.blocks import W, rows_of, scratch
-from kernels.dense import product_in_lanes
+from kernels.blocks import LANES, W, rows_of, scratch
+from kernels.dense import product_in_lanes, put
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
 from kernels.straight import lines
 
@@ -37,53 +37,50 @@ ROUNDED = 16.0 * EPSILON  # of terms: by what a sum of motions may be off by rou
 LARGE = 1e3  # entry from which on the lesser pair is found from the product of both
 ELSEWHERE = 0.381966  # of a period: where the product begins again
 ROWS = void(float64[::1], float64[:, ::1], int64)
-FUNCTION = types.FunctionType(ROWS)
+COMPOSE = void(float64[::1], LANES, LANES, int64)
+FUNCTION, COMPOSING = types.FunctionType(ROWS), types.FunctionType(COMPOSE)
 
 
 class Record:
     """The rows that are kept of each segment of n states, W lanes each, and the lines that work on them.
 
-    S its matrix, row by row; o by what it is off beside rounding, in roundings, and a what counts as alike in all
-    segments, relative to the largest entry; t how often the first of two states' columns turned through whole half
-    turns before it; G the sizes of its errors, P the product of the matrices before, Y of it and those after, E the sum
-    of the squares of what its errors and those after become; C, D, Q, Z, F likewise of the second compound.
+    S its matrix, row by row, and later E, the sum of the squares of what its errors and those after become; o by what
+    it is off beside rounding, in roundings, and a what counts as alike in all segments, relative to the largest entry;
+    P the product of the matrices before, and later of it and those after. Where entries are large, longer records have
+    C, D, Q, too: the second compound, the sizes of its errors, its products. Entries of states that are not `joined`
+    vanish, and no line works on them.
     """
 
-    def __init__(self, n: int):
+    def __init__(self, n: int, joined):
         self.n, self.pairs = n, [*combinations(range(n), 2)] if n in (2, 4) else []
-        sizes = [n, 1, 1, 1, n, n, n, n, *[len(self.pairs)] * 5]
-        self.of, starts = dict(zip("SoatGPYECDQZF", sizes, strict=True)), np.cumsum([0, *np.square(sizes)]).tolist()
-        self.first, self.height = dict(zip("SoatGPYECDQZF", starts, strict=False)), starts[-1]
+        d = len(self.pairs)
+        sizes = [n, 1, 1, n, d, d, d]
+        self.of, starts = dict(zip("SoaPCDQ", sizes, strict=True)), np.cumsum([0, *np.square(sizes)]).tolist()
+        self.first, self.height, self.tall = dict(zip("SoaPCDQ", starts, strict=False)), starts[4], starts[7]
+        self.entries = {d: [*product(range(d), repeat=2)], n: [*zip(*np.nonzero(joined), strict=True)]}
 
     def at(self, name: str, i: int = 0, j: int = 0) -> str:
         """Return the place of an entry, of the next segment where the name is doubled."""
-        row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * self.height
+        height = self.tall if name[0] in "CDQ" else self.height
+        row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * height
         return f"S[{row * W} + lane]"
 
-    def _each(self, name, entry):
-        """Return lines that write a matrix."""
-        size = range(self.of[name[0]])
-        return [f"{self.at(name, i, j)} = {entry(i, j)}" for i in size for j in size]
-
-    def _product(self, a, b, i, j):
-        return " + ".join(f"{self.at(a, i, k)} * {self.at(b, k, j)}" for k in range(self.of[a[0]]))
+    def _products(self, a, b):
+        """Return (i, j) → the terms of an entry of a product of matrices."""
+        entries = self.entries[self.of[a[0]]]
+        return {(i, j): [f"{self.at(a, i, k)} * {self.at(b, k, j)}" for r, k in entries if r == i] for i, j in entries}
 
     def errors(self) -> list[str]:
-        """Return lines that write the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
-        n, most = range(self.n), "0.0"
-        for i, j in product(n, n):
-            most = f"max({most}, abs({self.at('S', i, j)}))"
-
-        def size(i, j):
-            terms = " + ".join(f"abs({self.at('S', i, k)} * {self.at('S', k, j)})" for k in n)
-            return f"min({terms}, most) + off"  # states apart stay apart
-
-        off = f"off = {self.at('o')} + {self.at('a')} * most"
-        return [f"most = {most}", off, *self._each("G", size)]
+        """Return lines that find the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
+        text = ["most = 0.0", *(f"most = max(most, abs({self.at('S', *entry)}))" for entry in self.entries[self.n])]
+        text += [f"off = {self.at('o')} + {self.at('a')} * most"]
+        for (i, j), terms in self._products("S", "S").items():  # states apart stay apart
+            text += [f"G_{i}_{j} = min({' + '.join(f'abs({term})' for term in terms)}, most) + off"]
+        return text
 
     def minors(self) -> list[str]:
         """Return lines that write the second compound and the sizes of its errors."""
-        text = self.errors()[:1]
+        text = self.errors()
         for (r, (i, j)), (s, (k, m)) in product(enumerate(self.pairs), repeat=2):
             one, other = (f"{self.at('S', i, a)} * {self.at('S', j, b)}" for a, b in ((k, m), (m, k)))
             text += [f"one = {one}", f"other = {other}", f"{self.at('C', r, s)} = one - other"]
@@ -92,148 +89,188 @@ class Record:
 
     def before(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those before by a segment's matrix."""
-        text = self._each(2 * others, lambda i, j: self._product(matrix, others, i, j))
-        if self.n == 2 and matrix == "S":
-            old, new = (f"({self.at(p, 1, 0)} > 0.0)" for p in ("P", "PP"))
-            ahead = f"{self.at('P', 1, 0)} * {self.at('PP', 0, 0)} > {self.at('P', 0, 0)} * {self.at('PP', 1, 0)}"
-            turned = f"({old} & ~{new}) | ({new} & ~{old})"
-            text += [f"turn = 1.0 if {ahead} else -1.0", f"turn = turn if {turned} else 0.0"]
-            text += [f"{self.at('tt')} = {self.at('t')} + turn"]
-        return text
+        products = self._products(matrix, others)
+        return [f"{self.at(2 * others, *entry)} = {' + '.join(terms)}" for entry, terms in products.items()]
 
-    def after(self, names: str) -> list[str]:
-        """Return lines that multiply the product of those after by a segment's matrix, and add the squares of errors.
+    def after(self, matrix: str, others: str) -> list[str]:
+        """Return lines that multiply the product of those after by a segment's matrix, and add errors' squares."""
+        entries, two = self.entries[self.of[matrix]], 2 * others
+        text = [f"G_{i}_{j} = {self.at('D', i, j)}" for i, j in entries] if matrix == "C" else self.errors()
+        for i, j in entries:
+            text += [f"h_{i}_{j} = G_{i}_{j} * G_{i}_{j} + {self.at(matrix, i, j)} * {self.at(matrix, i, j)}"]
+            text += [f"p_{i}_{j} = {self.at(others, i, j)} * {self.at(others, i, j)}"]
+        for b, j in entries:
+            text += [f"t_{b}_{j} = " + " + ".join(f"h_{b}_{c} * p_{c}_{j}" for r, c in entries if r == b)]
+        text += [f"z_{i}_{b} = {self.at(two, i, b)} * {self.at(two, i, b)}" for i, b in entries]
+        text += [f"y_{i}_{j} = {' + '.join(terms)}" for (i, j), terms in self._products(two, matrix).items()]
+        for i, j in entries:
+            squares = " + ".join([self.at(2 * matrix, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for r, b in entries if r == i)])
+            text += [f"{self.at(matrix, i, j)} = {squares}"]
+        return text + [f"{self.at(others, i, j)} = y_{i}_{j}" for i, j in entries]
 
-        Args:
-            names: of the rows of matrix, errors' sizes, products before and after, and squares.
-        """
-        matrix, error, before, others, squares = names
-        size, text = range(self.of[matrix]), []
-        for b in size:
-            for j in size:
-                text += [f"t_{b}_{j} = {self.at(2 * before, b, j)} * {self.at(2 * before, b, j)}"]
-                for c in size:
-                    text += [f"u = {self.at(error, b, c)} * {self.at(before, c, j)}", f"t_{b}_{j} = t_{b}_{j} + u * u"]
-        text += [f"z_{i}_{b} = {self.at(2 * others, i, b)} * {self.at(2 * others, i, b)}" for i in size for b in size]
 
-        def added(i, j):
-            return " + ".join([self.at(2 * squares, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for b in size)])
-
-        text += self._each(squares, added)
-        return [*text, *self._each(others, lambda i, j: self._product(2 * others, matrix, i, j))]
+def joined(n, groups):
+    """Return whether states act on each other, by row a tuple, from groups of those that do."""
+    block = np.arange(n)
+    for group in [*groups] * n:
+        block[[*group]] = block[[*group]].min()
+    return tuple(map(tuple, (block[:, None] == block).tolist()))
 
 
 @njit(**OPTIONS)
-def _tell_minors(compound, squares, d, n, out):
-    """Write the trace of the second compound, d x d, and its error where an entry of the lane is large."""
+def mirror(source, masses, n, are_squares, target):
+    """Write R S⁻¹ R of a matrix, or what errors' squares become; masses in the states' sizes, then their inverse."""
+    whole_vectors()
+    m = n // 2
+    for i in range(n):
+        for j in range(n):
+            row = target[i * n + j]
+            for a in range(m):
+                for b in range(m):
+                    here = source[(a + m if j < m else a) * n + (b + m if i < m else b)]
+                    mass = masses[a * m + j if j < m else (j - m) * m + a]
+                    inverse = masses[m * m + (i * m + b if i < m else b * m + i - m)]
+                    for lane in range(W):
+                        factor = inverse[lane] * mass[lane]
+                        term = (factor * factor if are_squares else factor) * here[lane]
+                        row[lane] = term if a == b == 0 else row[lane] + term
+
+
+@njit(**OPTIONS)
+def _turns(R, height, followed, steps, count):
+    """Count how often the first of two states' columns turns through whole half turns; R holds the followed steps."""
+    whole_vectors()
+    x, y = scratch(1), scratch(1)
     for lane in range(W):
-        most, trace, error = 0.0, 0.0, 0.0
-        for i in range(n * n):
-            most = max(most, abs(out[i, lane]))
-        for i in range(d):
-            trace += compound[i * d + i, lane]
-            error += math.sqrt(squares[i * d + i, lane])
-        if most > LARGE:
-            out[2 * n * n + 1, lane], out[2 * n * n + 2, lane] = trace, error
+        x[lane] = 1.0
+    for s in range(steps):
+        S = R[(s if s < followed else steps - 1 - s) * height :]
+        b, c = S[1], S[2]
+        a, d = (S[0], S[3]) if s < followed else (S[3], S[0])
+        for lane in range(W):
+            u, v = a[lane] * x[lane] + b[lane] * y[lane], c[lane] * x[lane] + d[lane] * y[lane]
+            turn = 1.0 if y[lane] * u > x[lane] * v else -1.0
+            count[lane] += turn if (y[lane] > 0.0) != (v > 0.0) else 0.0
+            x[lane], y[lane] = u, v
+
+
+@njit(**OPTIONS)
+def _identity(rows, n):
+    """Write the unit matrix of each lane."""
+    for i in range(n * n):
+        for lane in range(W):
+            rows[i, lane] = 1.0 if i % (n + 1) == 0 else 0.0
 
 
 @cache
-def compose_of(n):
-    """Return the compiled function that multiplies the matrices of n states: ``compose(S, out, steps)``.
+def compose_of(n, joined):
+    """Return the compiled function that multiplies matrices of n states: ``compose(S, masses, out, steps)``.
 
-    S holds a :class:`Record` of each step and one more, flat, of which S and o are given. Written into out
-    (2 n n + 3, W): the product; the root of the sum of the squares of what G, and one rounding of each product, become;
-    the number of times that the first column turned through whole half turns, of n = 2; where an entry is large, the
-    trace of the second compound, and the error of that.
+    Of states that are :func:`joined`. S holds a :class:`Record` of each step and one more, flat, of which S and o are
+    given: of half of the steps where there are masses, those of :func:`mirror`. Written into out, (3 n n + 3, W): the
+    product; the root of the sum of the squares of what G, and one rounding of each product, become; the matrix of the
+    period that begins ELSEWHERE; the number of times that the first column turned through whole half turns, of n = 2;
+    where an entry is large, the trace of the second compound, and the error of that.
     """
-    record = Record(n)
-    d, height, size = len(record.pairs), record.height, n * n
-    P, Y, E, Q, Z, F, turns = (record.first[name] for name in "PYEQZFt")
-    rate, minors = lines("\n".join(record.errors())), lines("\n".join(record.minors()))
-    before, after = lines("\n".join(record.before("S", "P"))), lines("\n".join(record.after("SGPYE")))
-    before_minors, after_minors = lines("\n".join(record.before("C", "Q"))), lines("\n".join(record.after("CDQZF")))
+    record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
+    height, size, P, d = record.height, n * n, record.first["P"], len(record.pairs)
+    before, after = (lines("\n".join(text("S", "P"))) for text in (record.before, record.after))
+    tell_minors = _minors_of(record, f"minors_{name}")
 
-    @njit(ROWS, name=f"compose_{n}", **PASSED)
-    def compose(S, out, steps):
+    @njit(COMPOSE, name=f"compose_{name}", **PASSED)
+    def compose(S, masses, out, steps):
         whole_vectors()
-        R, alike = S.reshape(S.size // W, W), 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
-        last = R[steps * height :]
-        for i in range(n):
-            for lane in range(W):
-                R[P + i * n + i, lane], last[Y + i * n + i, lane] = 1.0, 1.0
-        for s in range(steps):
+        half, elsewhere, most = len(masses) > 0, round(ELSEWHERE * steps), 0.0
+        followed, alike = steps // 2 if half else steps, 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
+        R, later, mirrored = S.reshape(S.size // W, W), rows_of(size), rows_of(size)
+        last = R[followed * height :]
+        end = last[P : P + size]
+        _identity(R[P:], n)
+        for s in range(followed):
             here = S[s * height * W :]
             for lane in range(W):  # the length of a step is rounded in all alike
                 here[(size + 1) * W + lane] = alike
             for lane in range(W):
-                rate(here, lane)
-            for lane in range(W):
                 before(here, lane)
-        for s in range(steps - 1, -1, -1):
-            here = S[s * height * W :]
-            for lane in range(W):
-                after(here, lane)
-        most = 0.0
+        put(later, R[elsewhere * height + P : elsewhere * height + P + size])
+        if half:
+            mirror(end, masses, n, False, mirrored)
+            product_in_lanes(mirrored, end, out, n)
+            put(end, mirrored)
+        else:
+            put(out, end)
+            _identity(end, n)
         for i in range(size):
             for lane in range(W):
-                out[i, lane], out[size + i, lane] = last[P + i, lane], math.sqrt(R[E + i, lane])
-                most = max(most, abs(last[P + i, lane]))
+                most, last[i, lane], mirrored[i, lane] = max(most, abs(out[i, lane])), 0.0, 0.0
         for lane in range(W):
-            out[2 * size, lane] = last[turns, lane]
-            out[2 * size + 1, lane] = out[2 * size + 2, lane] = np.nan
+            out[3 * size, lane], out[3 * size + 1, lane], out[3 * size + 2, lane] = 0.0, np.nan, np.nan
+        if n == 2:
+            _turns(R, height, followed, steps, out[3 * size])
         if d > 0 and most > LARGE:
-            for i in range(d):
-                for lane in range(W):
-                    R[Q + i * d + i, lane], last[Z + i * d + i, lane] = 1.0, 1.0
-            for s in range(steps):
-                here = S[s * height * W :]
-                for lane in range(W):
-                    minors(here, lane)
-                for lane in range(W):
-                    before_minors(here, lane)
-            for s in range(steps - 1, -1, -1):
-                here = S[s * height * W :]
-                for lane in range(W):
-                    after_minors(here, lane)
-            _tell_minors(last[Q:], R[F:], d, n, out)
+            tell_minors(R, masses, out, (followed, steps))
+        for s in range(followed, -1, -1):
+            here = S[s * height * W :]
+            for lane in range(W if s < followed else 0):
+                after(here, lane)
+            if s == elsewhere:
+                product_in_lanes(later, R[s * height + P :], out[2 * size :], n)
+        if half:
+            mirror(R, masses, n, True, mirrored)
+        for i in range(size):
+            for lane in range(W):
+                out[size + i, lane] = math.sqrt(R[i, lane]) + math.sqrt(mirrored[i, lane])
 
     return compose
 
 
-@njit(**OPTIONS)
-def begun_elsewhere(R, steps, height, n, out):
-    """Write the matrix of the period that begins ELSEWHERE: R holds the records, multiplied, of so many rows."""
-    later, before = R[round(ELSEWHERE * steps) * height :], 2 * n * n + 3
-    product_in_lanes(later[before:], later[before + n * n :], out, n)
+def _minors_of(record, name):
+    """Return the compiled function that writes the trace of the second compound, and its error, of large matrices."""
+    n, d, height, tall, size = record.n, len(record.pairs), record.height, record.tall, record.n**2
+    C, Q = record.first["C"], record.first["Q"]
+    text = [*record.minors(), *record.before("C", "Q")], record.after("C", "Q")
+    before, after = (lines("\n".join(some)) for some in text)
 
-
-@njit(**OPTIONS)
-def mirror(R, steps, height, n, masses):
-    """Write S and o of the second half of steps from those of the first one: R holds records of so many rows.
-
-    masses: the rows of the masses in the states' sizes, and those of their inverse.
-    """
-    whole_vectors()
-    m, most = n // 2, rows_of(1)[0]
-    for s in range(steps // 2):
-        here, there = R[s * height :], R[(steps - 1 - s) * height :]
-        for lane in range(W):
-            most[lane] = 1.0
-        for i in range(n):
-            for j in range(n):
-                row = there[i * n + j]
-                for a in range(m):
-                    for b in range(m):
-                        source = here[(a + m if j < m else a) * n + (b + m if i < m else b)]
-                        mass = masses[a * m + j if j < m else (j - m) * m + a]
-                        inverse = masses[m * m + (i * m + b if i < m else b * m + i - m)]
-                        for lane in range(W):
-                            term = inverse[lane] * source[lane] * mass[lane]
-                            row[lane] = term if a == b == 0 else row[lane] + term
+    @njit(name=name, **OPTIONS)
+    def tell_minors(R, masses, out, numbers):
+        whole_vectors()
+        (followed, steps), most = numbers, scratch(1)
+        alike = math.sqrt(steps / followed)  # a mirrored segment's error is the segment's own
+        S = scratch((steps + 1) * tall)
+        T = S.reshape(S.size // W, W)
+        _identity(T[Q:], d)
+        for s in range(steps):
+            there, source = T[s * tall :], R[(s if s < followed else steps - 1 - s) * height :]
+            put(there, source[: size + 2])
+            if s >= followed:
+                mirror(source, masses, n, False, there)
                 for lane in range(W):
-                    most[lane] = max(most[lane], abs(row[lane]))
-        for lane in range(W):
-            there[n * n, lane] = here[n * n, lane] * most[lane] ** 2
+                    most[lane] = 1.0
+                for i in range(size):
+                    for lane in range(W):
+                        most[lane] = max(most[lane], abs(there[i, lane]))
+                for lane in range(W):
+                    there[size, lane] *= most[lane] ** 2
+            for lane in range(W):
+                before(S[s * tall * W :], lane)
+        last, most[:] = T[steps * tall :], 0.0
+        for i in range(size):
+            for lane in range(W):
+                most[lane] = max(most[lane], abs(out[i, lane]))
+        for i in range(d):
+            for lane in range(W):
+                trace = last[Q + i * d + i, lane] + (out[3 * size + 1, lane] if i > 0 else 0.0)
+                out[3 * size + 1, lane] = trace if most[lane] > LARGE else np.nan
+        _identity(last[Q:], d)
+        for s in range(steps - 1, -1, -1):
+            for lane in range(W):
+                after(S[s * tall * W :], lane)
+        for i in range(d):
+            for lane in range(W):
+                error = alike * math.sqrt(T[C + i * d + i, lane]) + (out[3 * size + 2, lane] if i > 0 else 0.0)
+                out[3 * size + 2, lane] = error if most[lane] > LARGE else np.nan
+
+    return tell_minors
 
 
 @njit(**OPTIONS)
@@ -293,7 +330,7 @@ def _differences(C, length, matrix, work, numbers, owner):
 
 
 @njit(
-    float64[:, ::1](FUNCTION, FUNCTION, float64[:, :, ::1], float64[:, :, :, ::1], float64[:, ::1], int64[::1]),
+    float64[:, ::1](FUNCTION, COMPOSING, float64[:, :, ::1], float64[:, :, :, ::1], LANES, int64[::1]),
     nogil=True,
     **OPTIONS,
 )
@@ -311,22 +348,21 @@ def measure(advance, compose, base, columns, lengths, numbers):
         lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
             the difference of sides. Where half a period is followed, the rows of :func:`mirror` come after these.
         numbers (numpy.ndarray): n; segments; those that are followed, all or half; steps in each; rows of S; first row
-            of the states in a column, and the row of what the steps leave out; sides; rows of a record; row of what the
-            steps leave out of the base motion; and of each entry of a segment's matrix the motion that has it, or -1
-            where it vanishes.
+            of the states in a column, and the row of what the steps leave out; sides; row of what the steps leave out
+            of the base motion; and of each entry of a segment's matrix the motion that has it, or -1 where it vanishes.
 
     Returns:
-        numpy.ndarray, shape (2 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
+        numpy.ndarray, shape (3 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
             steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
-    n, segments, followed, steps, rows, states, left_out, sides, height, base_left_out = numbers[:10]
-    motions, size, out = columns.shape[1], n * n, np.empty((2 * n * n + 5, lengths.shape[1]))
+    n, segments, followed, steps, rows, states, left_out, sides, base_left_out = numbers[:9]
+    motions, size, height, out = columns.shape[1], n * n, 2 * (n * n + 1), np.empty((3 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
     length, records = rows_of(len(lengths)), scratch((segments + 1) * height)
     out_rows, work = rows_of(len(out)), rows_of(4)
     R, coherent = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE
-    lost, wide, half, uneven = out_rows[2 * size + 3], out_rows[2 * size + 4], work[0], work[3]
+    lost, wide, half, uneven = out_rows[3 * size + 3], out_rows[3 * size + 4], work[0], work[3]
     for first in range(0, lengths.shape[1], W):
         load(lengths, first, length)
         for lane in range(W):
@@ -341,7 +377,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
-            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[10:])
+            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[9:])
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = S[base_left_out * W + lane]
@@ -353,9 +389,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
             for lane in range(W):
                 lost[lane] += half[lane]
                 worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
-        if followed < segments:
-            mirror(R, segments, height, n, length[n + 1 :])
-        compose(records, out_rows, segments)
+        compose(records, length[n + 1 :], out_rows, segments)
         for i in range(size):
             for lane in range(W):
                 lost[lane] += 0.0 * out_rows[i, lane]  # not a number where these are none

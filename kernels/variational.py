@@ -15,10 +15,10 @@ from itertools import product
 
 import numpy as np
 
-from kernels.blocks import W, rows_of, scratch
+from kernels.blocks import LANES, W, rows_of, scratch
 from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
-from kernels.monodromy import FUNCTION, ROWS, begun_elsewhere, load, mirror, store
+from kernels.monodromy import COMPOSING, FUNCTION, ROWS, load, store
 from kernels.straight import lines
 
 WRITTEN_OUT = 2  # unknowns at each point up to which a step's elimination is written out
@@ -202,7 +202,7 @@ def step_of(m, n, entries):
 
 
 @njit(
-    float64[:, ::1](FUNCTION, FUNCTION, float64[:, ::1], float64[:, :, ::1], float64[:, ::1], int64[::1]),
+    float64[:, ::1](FUNCTION, COMPOSING, LANES, float64[:, :, ::1], LANES, int64[::1]),
     nogil=True,
     **OPTIONS,
 )
@@ -216,14 +216,15 @@ def flow(step, compose, factors, slopes, lengths, numbers):
             sum; or the slopes at all times. In units of a step.
         lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. Where
             half a period is followed, the rows of :func:`kernels.monodromy.mirror` come after these.
-        numbers (numpy.ndarray): n; steps in a period; those that are followed, all or half; rows of a record.
+        numbers (numpy.ndarray): n; steps in a period.
 
     Returns:
         numpy.ndarray, shape (3 n n + 3, points): As written by :func:`kernels.monodromy.compose_of`, in the states'
-            sizes; then the matrix of the period that begins ELSEWHERE.
+            sizes.
     """
     whole_vectors()
-    n, steps, followed, height = numbers
+    n, steps = numbers
+    followed, height = steps // 2 if len(lengths) > n else steps, 2 * (n * n + 1)
     (_, count, points), parts = slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
     length, ratio, records = rows_of(len(lengths)), rows_of(size), scratch((steps + 1) * height)
@@ -257,9 +258,6 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                     there[lane] = row[lane] * ratio[i, lane]
             for lane in range(W):
                 R[k * height + size, lane] = 0.0
-        if followed < steps:
-            mirror(R, steps, height, n, length[n:])
-        compose(records, result, steps)
-        begun_elsewhere(R, steps, height, n, result[2 * size + 3 :])
+        compose(records, length[n:], result, steps)
         store(result, first, out)
     return out

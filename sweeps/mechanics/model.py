@@ -68,7 +68,9 @@ class Model:
         code = self.perturbed_code(still)
         with self._lock:
             code.module()
-            self.variation.kernels(still)
+            for kind in self.variation.entries:
+                if kind[0] == still:
+                    self.variation.kernels(kind)
             if not still:
                 self.moving.module()
         return code

@@ -78,19 +78,24 @@ class Variation:
         both = np.reshape([e != 0 for e in still[: len(slopes)]], (m, -1))
         if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
             both[:] = both.any(axis=0)  # masses couple what the forces do not
-        #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
-        self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
+        #: whether all is at rest, and half a period is enough → (i, j): what the acceleration or rate i has slopes by
+        self.entries = {
+            (still, even): tuple(
+                (i, j) for i, j in np.ndindex(both.shape) if (both[i, j] or not still) and j < (m if even else 2 * m)
+            )
+            for still, even in [(True, False), (True, True), (False, False)]
+        }
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
         turned = {x: -x for x in equations.states}
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
-    def kernels(self, still):
-        """Return the functions of `kernels.variational.flow`, compiled, and the rows of a record."""
-        n = self.equations.n
-        functions = variational.step_of(self.m, n, self.entries[still]), monodromy.compose_of(n)
-        return tuple(map(jit.passed, functions)), monodromy.Record(n).height
+    def kernels(self, kind):
+        """Return the functions of `kernels.variational.flow` for points of a kind, compiled."""
+        m, n, entries = self.m, self.equations.n, self.entries[kind]
+        joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
+        return tuple(map(jit.passed, (variational.step_of(m, n, entries), monodromy.compose_of(n, joined))))
 
     def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return of points the period, whether multipliers come in pairs, and whether half a period gives the whole.
@@ -136,13 +141,14 @@ class Variation:
         slopes = [e for part in parts.values() for e in part]
         return lambdified([self._phase], parts), self._written([*slopes, *still[count:]])
 
-    def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, parameters, x, phases, kind) -> tuple[np.ndarray, np.ndarray]:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
 
         Where slopes are no such sums there are no parts, and the slopes are those at all phases. Phases have the shape
-        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is `still`.
+        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is at rest; `kind`
+        as in `entries`.
         """
-        m, n, points = self.m, self.equations.n, parameters[0].size
+        m, n, points, (still, _), entries = self.m, self.equations.n, parameters[0].size, kind, self.entries[kind]
         if still and self._separate:
             moving, written = self._separate
             factors, values = np.stack(moving(phases), axis=1), iter(written(*parameters, *x[:, 0], np.zeros(1)))
@@ -157,9 +163,9 @@ class Variation:
             shape = phases.size, points
             whole, factors = [[np.broadcast_to(y, shape) for y in row] for row in J], np.empty((phases.size, 0))
             parts = [[[y[t] for y in row] for row in whole] for t in range(phases.size)]
-        slopes = np.empty((len(parts), len(self.entries[still]), points))
+        slopes = np.empty((len(parts), len(entries), points))
         for part, J in zip(slopes, parts, strict=True):
-            for row, (i, j) in zip(part, self.entries[still], strict=True):
+            for row, (i, j) in zip(part, entries, strict=True):
                 row[:] = J[i][j]
         return factors, slopes
 
@@ -329,26 +335,31 @@ class Base:
 
     # -- of points of one kind
 
-    def varied(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray]:
+    @property
+    def kind(self) -> tuple[bool, bool]:
+        """Whether all is at rest, and whether half a period is enough."""
+        return bool(self.still.all()), bool(self.even[0])
+
+    def varied(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
         """Return the variational flow over a period that begins at a phase, in an even number of steps.
 
-        Beside it come the entries of the matrix of the period that begins later, and the integral of the trace.
+        Beside it come the matrix of the period that begins later, and the integral of the trace.
         """
-        variation, still, (points, n) = self.model.variation, bool(self.still.all()), self.sizes.shape
-        followed, first = steps // 2 if self.even[0] and begin == 0.0 else steps, n - self.model.equations.m
-        phases = begin + (np.arange(followed)[:, None] + variational.POINTS).ravel() / steps
-        factors, slopes = variation.at(self.parameters, self(phases), phases, still)
-        h, lengths = self.period / steps, np.ascontiguousarray(np.vstack([self.sizes.T, self.masses]))
+        variation, entries, n = self.model.variation, self.model.variation.entries[self.kind], self.sizes.shape[1]
+        half, first, h = self.kind[1] and begin == 0.0, n - self.model.equations.m, self.period / steps
+        phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
+        factors, slopes = variation.at(self.parameters, self(phases), phases, self.kind)
+        lengths = np.array([*self.sizes.T, *(self.masses if half else [])])
         lengths[first:n] *= h if first else 1.0
-        for e, (_, j) in enumerate(variation.entries[still]):
+        for e, (_, j) in enumerate(entries):
             slopes[:, e] *= h * h if j < first else h
-        weights = np.tile(variational.WHOLE, followed)
+        weights, trace = np.tile(variational.WHOLE, phases.size // variational.STAGES), np.zeros(h.size)
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
-        diagonal = [e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first]
-        trace = sum(w * slopes[r, e] for r, w in enumerate(weights) for e in diagonal) if followed == steps else 0.0
-        functions, height = variation.kernels(still)
-        rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, followed, height]))
-        return with_errors(np.vstack([rows, trace + np.zeros(points)]), n, ROUNDING)
+        for e in (e for e, (i, j) in enumerate(entries) if j == i + first):
+            trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
+        rows = variational.flow(*variation.kernels(self.kind), factors, slopes, lengths, np.array([n, steps]))
+        matrices, later, _ = with_errors(rows, n, ROUNDING)
+        return matrices, later, trace
 
     def followed(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
         """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
@@ -362,13 +373,14 @@ class Base:
         place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
         x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
         rows, columns = code.starts(self.parameters, place, epsilon, self.period / (K * steps), x)
-        row, (_, compose), height = code.perturbed, *self.model.variation.kernels(bool(self.still[0]))
-        numbers = [n, K, some, steps, code.scratch, row["x", 0], row["e", 0], len(sides), height]
+        numbers = [n, K, some, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
         numbers += [code.base["E", 0], *owner.flat]
-        lengths = np.ascontiguousarray(np.vstack([sizes, n * self.error / epsilon, self.masses]))
-        advance = jit.passed(code.module().advance)
-        result = monodromy.measure(advance, compose, rows, columns, lengths, np.array(numbers))
-        return with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
+        lengths = np.array([*sizes, n * self.error / epsilon, *self.masses])
+        compose = monodromy.compose_of(n, tuple(map(tuple, (owner >= 0).tolist())))
+        functions = map(jit.passed, (code.module().advance, compose))
+        result = monodromy.measure(*functions, rows, columns, lengths, np.array(numbers))
+        matrices, _, further = with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
+        return matrices, further
 
     def measured(self, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
         """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
@@ -390,9 +402,8 @@ class Base:
         In longer steps the matrices from both phases differed by `last`.
         """
         steps = steps or 2 * (5 * int(self.number[0]) // 8 + 1)  # an even number: four for three segments
-        (flow, (*entries, trace)) = self.varied(steps)
-        coarser, _ = self.varied(4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
-        (other,) = matrices_of(np.array(entries), self.sizes.shape[1])
+        flow, other, trace = self.varied(steps)
+        coarser, *_ = self.varied(4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
         apart, noise = COARSER * floquet.largest(other - coarser.matrix), floquet.largest(flow.error)
         elsewhere, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
         flow.error[:] += apart[:, None, None]
@@ -407,19 +418,15 @@ class Base:
         return flow, elsewhere, determinant
 
 
-def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
+def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
     """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose_of`, and what is behind.
 
-    Of n states, in their sizes. An error whose size is 1 there is `noise`; the minors' counts twice.
+    Of n states, in their sizes: the matrix of the period that begins later, and further rows. An error whose size is 1
+    there is `noise`; the minors' counts twice.
     """
-    entries, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
-    matrix, error = matrices_of(entries, n)
-    return floquet.Matrices(matrix, noise * error, turns, np.array(minors) * [[1.0], [2.0 * noise]]), further
-
-
-def matrices_of(rows: np.ndarray, n: int) -> np.ndarray:
-    """Return rows of entries (matrices n n, points) as matrices (matrices, points, n, n)."""
-    return np.moveaxis(rows.reshape(-1, n, n, rows.shape[1]), 3, 1)
+    entries, (turns, *minors), further = np.split(rows, [3 * n * n, 3 * n * n + 3])
+    matrix, error, later = np.moveaxis(entries.reshape(3, n, n, turns.size), 3, 1)
+    return floquet.Matrices(matrix, noise * error, turns, np.array(minors) * [[1.0], [2.0 * noise]]), later, further
 
 
 def alike(base: Base) -> Iterator[np.ndarray]:
@@ -473,7 +480,7 @@ def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
     some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
     with np.errstate(all="ignore"):
-        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
+        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, (False, False))
         terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)
     return not (terms[FOURIER // 4 :].max(axis=0) <= FALLEN * terms.max(axis=0)).any()
 

@@ -29,6 +29,7 @@ from functools import cached_property
 import numpy as np
 
 from kernels.blocks import W
+from kernels.monodromy import joined
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, SOLVED, Graph, Values, X
 from sweeps.mechanics.taylor import Code, factors, in_quotes, substituted
 
@@ -109,11 +110,7 @@ class PerturbedCode(Code):
         n = self.time
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        block = np.arange(n)
-        for i, rate in [*enumerate(self.graph.rates[:n])] * n:
-            joined = [i, *(self._states_of(rate) - {n})]
-            block[joined] = block[joined].min()
-        same = block[:, None] == block
+        same = np.array(joined(n, [[i, *(self._states_of(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])]))
         within = np.tril(same, -1).sum(axis=1)
         return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 

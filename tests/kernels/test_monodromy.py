@@ -23,17 +23,16 @@ def segments(n, half):
 
 def composed(S, masses, n):
     """Return what is told of segments, shape (rows, W)."""
-    record = monodromy.Record(n)
+    everything = ((True,) * n,) * n
+    record = monodromy.Record(n, everything)
     rows, told = scratch((STEPS + 1) * record.height), np.zeros((3 * n * n + 3, W))
     R = rows.reshape(-1, W)
     for lane in range(W):
         for s, one in enumerate(S[lane % LANES]):
             R[s * record.height : s * record.height + n * n, lane] = [*one]
-    if len(S[0]) < STEPS:
-        both = np.concatenate([masses.ravel(), np.linalg.inv(masses).ravel()])
-        monodromy.mirror(R, STEPS, record.height, n, np.repeat(both[:, None], W, axis=1))
-    monodromy.compose_of(n)(rows, told, STEPS)
-    monodromy.begun_elsewhere(R, STEPS, record.height, n, told[2 * n * n + 3 :])
+    both = np.concatenate([masses.ravel(), np.linalg.inv(masses).ravel()])
+    both = np.repeat(both[: 2 * masses.size if len(S[0]) < STEPS else 0, None], W, axis=1)
+    monodromy.compose_of(n, everything)(rows, both, told, STEPS)
     return told
 
 
@@ -56,8 +55,8 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
         expected = [exact(one, n) for one in S]
     told, size, large = composed(S, masses, n), n * n, 0
     for lane, (M, other, second) in enumerate(expected):
-        found, noise = told[: 2 * size, lane].reshape(2, n, n)
-        later, (minors, minors_noise) = told[2 * size + 3 :, lane].reshape(n, n), told[2 * size + 1 :, lane][:2]
+        found, noise, later = told[: 3 * size, lane].reshape(3, n, n)
+        minors, minors_noise = told[3 * size + 1 :, lane]
         assert (np.abs(found - M) <= monodromy.NOISE * noise).all()
         # of the other cycle no error is told: relative to its entries it may be some times as large
         limit = monodromy.NOISE * noise.max() * max(1.0, np.abs(other).max() / np.abs(M).max())

@@ -402,8 +402,8 @@ def test_the_measurement_is_blind(monkeypatch):
     right = periodic.Base.varied
 
     def wrong(*given):
-        flow, further = right(*given)
-        return floquet.Matrices(*(1.0 + values for values in flow)), 1.0 + further
+        flow, *further = right(*given)
+        return floquet.Matrices(*(1.0 + values for values in flow)), *(1.0 + values for values in further)
 
     monkeypatch.setattr(periodic.Base, "varied", wrong)
     other = survey("mathieu", a=a, q=q)

@@ -207,8 +207,8 @@ def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     whole = motion.survey(given)
 
     def wrong(*given, right=periodic.Base.varied):
-        flow, further = right(*given)
-        return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), further
+        flow, *further = right(*given)
+        return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *further
 
     monkeypatch.setattr(periodic.Base, "varied", wrong)
     other = motion.survey(given)
