@@ -27,7 +27,7 @@ from itertools import combinations, product
 import numpy as np
 
 from kernels.blocks import LANES, W, rows_of, scratch
-from kernels.dense import product_in_lanes, put
+from kernels.dense import put
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
 from kernels.straight import lines
 
@@ -37,7 +37,7 @@ ROUNDED = 16.0 * EPSILON  # of terms: by what a sum of motions may be off by rou
 LARGE = 1e3  # entry from which on the lesser pair is found from the product of both
 ELSEWHERE = 0.381966  # of a period: where the product begins again
 ROWS = void(float64[::1], float64[:, ::1], int64)
-COMPOSE = void(float64[::1], LANES, LANES, int64)
+COMPOSE = void(float64[::1], int64, int64)
 FUNCTION, COMPOSING = types.FunctionType(ROWS), types.FunctionType(COMPOSE)
 
 
@@ -46,37 +46,80 @@ class Record:
 
     S its matrix, row by row, and later E, the sum of the squares of what its errors and those after become; o by what
     it is off beside rounding, in roundings, and a what counts as alike in all segments, relative to the largest entry;
-    P the product of the matrices before, and later of it and those after. Where entries are large, longer records have
-    C, D, Q, too: the second compound, the sizes of its errors, its products. Entries of states that are not `joined`
-    vanish, and no line works on them.
+    P the product of the matrices before, and later of it and those after; M, R, L, t, c, e the result of
+    :func:`compose_of`; v a vector on its way; m and w the masses in the states' sizes, and their inverse. Where entries
+    are large, longer records have C, D, Q, too: the second compound, the sizes of its errors, its products. Entries of
+    states that are not `joined` vanish, and no line works on them.
     """
 
     def __init__(self, n: int, joined):
-        self.n, self.pairs = n, [*combinations(range(n), 2)] if n in (2, 4) else []
-        d = len(self.pairs)
-        sizes = [n, 1, 1, n, d, d, d]
-        self.of, starts = dict(zip("SoaPCDQ", sizes, strict=True)), np.cumsum([0, *np.square(sizes)]).tolist()
-        self.first, self.height, self.tall = dict(zip("SoaPCDQ", starts, strict=False)), starts[4], starts[7]
+        self.n, self.pairs, names = n, [*combinations(range(n), 2)] if n in (2, 4) else [], "SoaPMRLtcevmwCDQ"
+        d, m = len(self.pairs), n // 2
+        sizes = [n * n, 1, 1, *[n * n] * 4, 1, 1, 1, n, *[m * m] * 2, *[d * d] * 3]
+        self.first = dict(zip(names, np.cumsum([0, *sizes]).tolist(), strict=False))
+        self.of = {name: d if name in "CDQ" else m if name in "mw" else n for name in names}
+        self.height, self.tall = self.first["C"], sum(sizes)
         self.entries = {d: [*product(range(d), repeat=2)], n: [*zip(*np.nonzero(joined), strict=True)]}
 
     def at(self, name: str, i: int = 0, j: int = 0) -> str:
-        """Return the place of an entry, of the next segment where the name is doubled."""
+        """Return the place of an entry, of the next segment where the name is doubled; of `q`, its name."""
+        if name == "q":
+            return f"q_{i}_{j}"
         height = self.tall if name[0] in "CDQ" else self.height
         row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * height
         return f"S[{row * W} + lane]"
 
-    def _products(self, a, b):
-        """Return (i, j) → the terms of an entry of a product of matrices."""
-        entries = self.entries[self.of[a[0]]]
-        return {(i, j): [f"{self.at(a, i, k)} * {self.at(b, k, j)}" for r, k in entries if r == i] for i, j in entries}
+    def _each(self, name, text, of=""):
+        """Return lines that write the entries of a matrix."""
+        return [f"{self.at(name, *entry)} = {text(*entry)}" for entry in self.entries[self.of[of or name[0]]]]
+
+    def _terms(self, a, b, i, j):
+        """Return the terms of an entry of a product of matrices."""
+        row = (k for r, k in self.entries[self.of[b[0]]] if r == i)
+        return [f"{self.at(a, i, k)} * {self.at(b, k, j)}" for k in row]
+
+    def _product(self, name, a, b):
+        """Return lines that write a product of matrices."""
+        return self._each(name, lambda i, j: " + ".join(self._terms(a, b, i, j)), b[0])
+
+    def mirrored(self, name: str, power: int = 1) -> list[str]:
+        """Return lines that find R S⁻¹ R of a matrix, q; with a power of 2, what it makes of the squares of errors."""
+        m, entries = self.n // 2, self.entries[self.n]
+
+        def entry(i, j):
+            terms = []
+            for a, b in product(range(m), repeat=2):
+                mass, other = (a, j) if j < m else (j - m, a), (i, b) if i < m else (b, i - m)
+                factor = f" * ({self.at('m', *mass)} * {self.at('w', *other)})" if m > 1 else ""
+                if mass in entries and other in entries:
+                    terms.append(self.at(name, a + m * (j < m), b + m * (i < m)) + power * factor)
+            return " + ".join(terms) or "0.0"
+
+        return self._each("q", entry, name)
+
+    def join(self, half: bool) -> list[str]:
+        """Return lines that write the product of all, and begin that of those after."""
+        text = self.mirrored("P") if half else []
+        text += self._product("M", "q", "P") if half else self._each("M", lambda i, j: self.at("P", i, j))
+        text += [f"{self.at('v', 0, i)} = {self.at('P', i)}" for i in range(self.n)]
+        text += self._each("P", lambda i, j: self.at("q", i, j) if half else float(i == j))
+        text += [*self._each("S", lambda i, j: 0.0), "most = 0.0"]
+        text += [f"most = max(most, abs({self.at('M', *entry)}))" for entry in self.entries[self.n]]
+        return [*text, f"{self.at('c')} = most"]
 
     def errors(self) -> list[str]:
         """Return lines that find the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
         text = ["most = 0.0", *(f"most = max(most, abs({self.at('S', *entry)}))" for entry in self.entries[self.n])]
         text += [f"off = {self.at('o')} + {self.at('a')} * most"]
-        for (i, j), terms in self._products("S", "S").items():  # states apart stay apart
-            text += [f"G_{i}_{j} = min({' + '.join(f'abs({term})' for term in terms)}, most) + off"]
+        for i, j in self.entries[self.n]:  # states apart stay apart
+            text += [f"G_{i}_{j} = min({' + '.join(f'abs({x})' for x in self._terms('S', 'S', i, j))}, most) + off"]
         return text
+
+    def flip(self) -> list[str]:
+        """Return lines that make R S⁻¹ R of a segment."""
+        text = [*self.mirrored("S"), *self._each("S", lambda i, j: self.at("q", i, j)), "most = 1.0"]
+        text += [f"most = max(most, abs({self.at('q', *entry)}))" for entry in self.entries[self.n]]
+        return [*text, f"{self.at('o')} = {self.at('o')} * (most * most)"]
 
     def minors(self) -> list[str]:
         """Return lines that write the second compound and the sizes of its errors."""
@@ -87,26 +130,42 @@ class Record:
             text += [f"{self.at('D', r, s)} = abs(one) + abs(other) + 2.0 * {self.at('o')} * most"]
         return text
 
+    def _turn(self, x, y, u, v, to):
+        """Return lines that count the half turns of a vector on its way from (x, y) to (u, v)."""
+        up, now = f"({y} > 0.0)", f"({v} > 0.0)"
+        turn = f"turn if ({up} & ~{now}) | ({now} & ~{up}) else 0.0"
+        old = self.at("t" if to == "tt" else "tt")
+        return [f"turn = 1.0 if {y} * {u} > {x} * {v} else -1.0", f"turn = {turn}", f"{self.at(to)} = {old} + turn"]
+
     def before(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those before by a segment's matrix."""
-        products = self._products(matrix, others)
-        return [f"{self.at(2 * others, *entry)} = {' + '.join(terms)}" for entry, terms in products.items()]
+        text, column = (
+            self._product(2 * others, matrix, others),
+            [(others, 0), (others, 1), (2 * others, 0), (2 * others, 1)],
+        )
+        return text + (
+            self._turn(*(self.at(*entry) for entry in column), "tt") if matrix == "S" and self.n == 2 else []
+        )
 
     def after(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those after by a segment's matrix, and add errors' squares."""
         entries, two = self.entries[self.of[matrix]], 2 * others
-        text = [f"G_{i}_{j} = {self.at('D', i, j)}" for i, j in entries] if matrix == "C" else self.errors()
+        text = self.errors() if matrix == "S" else [f"G_{i}_{j} = {self.at('D', i, j)}" for i, j in entries]
+        if matrix == "S" and self.n == 2:  # the segment turned over
+            x, y, (a, b, c, d) = self.at("vv", 0, 0), self.at("vv", 0, 1), (self.at("S", *entry) for entry in entries)
+            text += [f"u = {d} * {x} + {b} * {y}", f"v = {c} * {x} + {a} * {y}", *self._turn(x, y, "u", "v", "t")]
+            text += [f"{self.at('v', 0, 0)} = u", f"{self.at('v', 0, 1)} = v"]
         for i, j in entries:
             text += [f"h_{i}_{j} = G_{i}_{j} * G_{i}_{j} + {self.at(matrix, i, j)} * {self.at(matrix, i, j)}"]
             text += [f"p_{i}_{j} = {self.at(others, i, j)} * {self.at(others, i, j)}"]
+            text += [f"z_{i}_{j} = {self.at(two, i, j)} * {self.at(two, i, j)}"]
         for b, j in entries:
             text += [f"t_{b}_{j} = " + " + ".join(f"h_{b}_{c} * p_{c}_{j}" for r, c in entries if r == b)]
-        text += [f"z_{i}_{b} = {self.at(two, i, b)} * {self.at(two, i, b)}" for i, b in entries]
-        text += [f"y_{i}_{j} = {' + '.join(terms)}" for (i, j), terms in self._products(two, matrix).items()]
+        text += self._product("q", two, matrix)
         for i, j in entries:
             squares = " + ".join([self.at(2 * matrix, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for r, b in entries if r == i)])
             text += [f"{self.at(matrix, i, j)} = {squares}"]
-        return text + [f"{self.at(others, i, j)} = y_{i}_{j}" for i, j in entries]
+        return text + self._each(others, lambda i, j: self.at("q", i, j))
 
 
 def joined(n, groups):
@@ -117,158 +176,124 @@ def joined(n, groups):
     return tuple(map(tuple, (block[:, None] == block).tolist()))
 
 
-@njit(**OPTIONS)
-def mirror(source, masses, n, are_squares, target):
-    """Write R S⁻¹ R of a matrix, or what errors' squares become; masses in the states' sizes, then their inverse."""
-    whole_vectors()
-    m = n // 2
-    for i in range(n):
-        for j in range(n):
-            row = target[i * n + j]
-            for a in range(m):
-                for b in range(m):
-                    here = source[(a + m if j < m else a) * n + (b + m if i < m else b)]
-                    mass = masses[a * m + j if j < m else (j - m) * m + a]
-                    inverse = masses[m * m + (i * m + b if i < m else b * m + i - m)]
-                    for lane in range(W):
-                        factor = inverse[lane] * mass[lane]
-                        term = (factor * factor if are_squares else factor) * here[lane]
-                        row[lane] = term if a == b == 0 else row[lane] + term
-
-
-@njit(**OPTIONS)
-def _turns(R, height, followed, steps, count):
-    """Count how often the first of two states' columns turns through whole half turns; R holds the followed steps."""
-    whole_vectors()
-    x, y = scratch(1), scratch(1)
-    for lane in range(W):
-        x[lane] = 1.0
-    for s in range(steps):
-        S = R[(s if s < followed else steps - 1 - s) * height :]
-        b, c = S[1], S[2]
-        a, d = (S[0], S[3]) if s < followed else (S[3], S[0])
-        for lane in range(W):
-            u, v = a[lane] * x[lane] + b[lane] * y[lane], c[lane] * x[lane] + d[lane] * y[lane]
-            turn = 1.0 if y[lane] * u > x[lane] * v else -1.0
-            count[lane] += turn if (y[lane] > 0.0) != (v > 0.0) else 0.0
-            x[lane], y[lane] = u, v
-
-
-@njit(**OPTIONS)
-def _identity(rows, n):
-    """Write the unit matrix of each lane."""
-    for i in range(n * n):
-        for lane in range(W):
-            rows[i, lane] = 1.0 if i % (n + 1) == 0 else 0.0
-
-
 @cache
 def compose_of(n, joined):
-    """Return the compiled function that multiplies matrices of n states: ``compose(S, masses, out, steps)``.
+    """Return the compiled function that multiplies matrices of n states, ``compose(S, followed, steps)``, and places.
 
-    Of states that are :func:`joined`. S holds a :class:`Record` of each step and one more, flat, of which S and o are
-    given: of half of the steps where there are masses, those of :func:`mirror`. Written into out, (3 n n + 3, W): the
-    product; the root of the sum of the squares of what G, and one rounding of each product, become; the matrix of the
-    period that begins ELSEWHERE; the number of times that the first column turned through whole half turns, of n = 2;
-    where an entry is large, the trace of the second compound, and the error of that.
+    Of states that are :func:`joined`. S holds a :class:`Record` of each followed step and one more, flat, of which S
+    and o are given; where half of the steps are followed, the last has the masses. Into this is written: the product;
+    the root of the sum of the squares of what G, and one rounding of each product, become; the matrix of the period
+    that begins ELSEWHERE; the number of times that the first column turned through whole half turns, of n = 2; where an
+    entry is large, the trace of the second compound, and the error of that. Places: the number of rows of a record, of
+    the result's first, of the masses' first.
     """
     record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
-    height, size, P, d = record.height, n * n, record.first["P"], len(record.pairs)
-    before, after = (lines("\n".join(text("S", "P"))) for text in (record.before, record.after))
+    height, size, d, first = record.height, n * n, len(record.pairs), record.first
+    R, L, t, c = (first[key] for key in "RLtc")
+    texts = [
+        [*record._each("P", lambda i, j: float(i == j)), f"{record.at('t')} = 0.0"],
+        record.before("S", "P"),
+        record._each("L", lambda i, j: record.at("P", i, j)),
+        record.join(False),
+        record.join(True),
+        record.after("S", "P"),
+        [*record._product("q", "L", "P"), *record._each("L", lambda i, j: record.at("q", i, j))],
+        [*record.mirrored("S", 2), *record._each("R", lambda i, j: record.at("q", i, j))],
+    ]
+    begin, before, keep, join, join_halves, after, later, mirror = (lines("\n".join(text)) for text in texts)
     tell_minors = _minors_of(record, f"minors_{name}")
 
     @njit(COMPOSE, name=f"compose_{name}", **PASSED)
-    def compose(S, masses, out, steps):
+    def compose(S, followed, steps):
         whole_vectors()
-        half, elsewhere, most = len(masses) > 0, round(ELSEWHERE * steps), 0.0
-        followed, alike = steps // 2 if half else steps, 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
-        R, later, mirrored = S.reshape(S.size // W, W), rows_of(size), rows_of(size)
-        last = R[followed * height :]
-        end = last[P : P + size]
-        _identity(R[P:], n)
+        half, elsewhere, alike = (
+            followed < steps,
+            round(ELSEWHERE * steps),
+            0.5 * EPSILON / NOISE * math.sqrt(steps * n),
+        )
+        X, end, aside = S.reshape(S.size // W, W), S[followed * height * W :], S[elsewhere * height * W :]
+        last, is_large = X[followed * height :], False
+        for lane in range(W):
+            begin(S, lane)
         for s in range(followed):
             here = S[s * height * W :]
             for lane in range(W):  # the length of a step is rounded in all alike
                 here[(size + 1) * W + lane] = alike
             for lane in range(W):
                 before(here, lane)
-        put(later, R[elsewhere * height + P : elsewhere * height + P + size])
-        if half:
-            mirror(end, masses, n, False, mirrored)
-            product_in_lanes(mirrored, end, out, n)
-            put(end, mirrored)
-        else:
-            put(out, end)
-            _identity(end, n)
-        for i in range(size):
-            for lane in range(W):
-                most, last[i, lane], mirrored[i, lane] = max(most, abs(out[i, lane])), 0.0, 0.0
         for lane in range(W):
-            out[3 * size, lane], out[3 * size + 1, lane], out[3 * size + 2, lane] = 0.0, np.nan, np.nan
-        if n == 2:
-            _turns(R, height, followed, steps, out[3 * size])
-        if d > 0 and most > LARGE:
-            tell_minors(R, masses, out, (followed, steps))
+            keep(aside, lane)
+        if half:
+            for lane in range(W):
+                join_halves(end, lane)
+        else:
+            for lane in range(W):
+                join(end, lane)
+        for lane in range(W):
+            is_large |= last[c, lane] > LARGE
+        if d > 0 and is_large:
+            tell_minors(X, followed, steps)
+        else:
+            for lane in range(W):
+                last[c, lane], last[c + 1, lane] = np.nan, np.nan
         for s in range(followed, -1, -1):
             here = S[s * height * W :]
-            for lane in range(W if s < followed else 0):
-                after(here, lane)
+            if s < followed:
+                for lane in range(W):
+                    after(here, lane)
             if s == elsewhere:
-                product_in_lanes(later, R[s * height + P :], out[2 * size :], n)
+                for lane in range(W):
+                    later(here, lane)
+        put(last[:size], X[:size])
+        put(last[L : L + size], X[elsewhere * height + L :][:size])
         if half:
-            mirror(R, masses, n, True, mirrored)
-        for i in range(size):
+            put(last[t : t + 1], X[t : t + 1])
             for lane in range(W):
-                out[size + i, lane] = math.sqrt(R[i, lane]) + math.sqrt(mirrored[i, lane])
+                mirror(end, lane)
+        for i in range(size):  # what a step is off, its mirror image is, too
+            for lane in range(W):
+                last[R + i, lane] = math.sqrt(2.0 * (last[i, lane] + last[R + i, lane]) if half else last[i, lane])
 
-    return compose
+    return compose, (height, first["M"], first["m"])
 
 
 def _minors_of(record, name):
     """Return the compiled function that writes the trace of the second compound, and its error, of large matrices."""
-    n, d, height, tall, size = record.n, len(record.pairs), record.height, record.tall, record.n**2
-    C, Q = record.first["C"], record.first["Q"]
-    text = [*record.minors(), *record.before("C", "Q")], record.after("C", "Q")
-    before, after = (lines("\n".join(some)) for some in text)
+    d, height, tall, size, first = len(record.pairs), record.height, record.tall, record.n**2, record.first
+    C, Q, c, m = (first[key] for key in "CQcm")
+    texts = record.flip(), [*record.minors(), *record.before("C", "Q")], record.after("C", "Q")
+    flip, before, after = (lines("\n".join(text)) for text in texts)
 
     @njit(name=name, **OPTIONS)
-    def tell_minors(R, masses, out, numbers):
+    def tell_minors(X, followed, steps):
         whole_vectors()
-        (followed, steps), most = numbers, scratch(1)
-        alike = math.sqrt(steps / followed)  # a mirrored segment's error is the segment's own
-        S = scratch((steps + 1) * tall)
+        S, last, alike = scratch((steps + 1) * tall), X[followed * height :], math.sqrt(steps / followed)
         T = S.reshape(S.size // W, W)
-        _identity(T[Q:], d)
-        for s in range(steps):
-            there, source = T[s * tall :], R[(s if s < followed else steps - 1 - s) * height :]
-            put(there, source[: size + 2])
-            if s >= followed:
-                mirror(source, masses, n, False, there)
-                for lane in range(W):
-                    most[lane] = 1.0
-                for i in range(size):
-                    for lane in range(W):
-                        most[lane] = max(most[lane], abs(there[i, lane]))
-                for lane in range(W):
-                    there[size, lane] *= most[lane] ** 2
-            for lane in range(W):
-                before(S[s * tall * W :], lane)
-        last, most[:] = T[steps * tall :], 0.0
-        for i in range(size):
-            for lane in range(W):
-                most[lane] = max(most[lane], abs(out[i, lane]))
+        end = T[steps * tall :]
         for i in range(d):
             for lane in range(W):
-                trace = last[Q + i * d + i, lane] + (out[3 * size + 1, lane] if i > 0 else 0.0)
-                out[3 * size + 1, lane] = trace if most[lane] > LARGE else np.nan
-        _identity(last[Q:], d)
+                T[Q + i * (d + 1), lane] = 1.0
+        for s in range(steps):
+            here, there = S[s * tall * W :], T[s * tall :]
+            put(there, X[(s if s < followed else steps - 1 - s) * height :][: size + 2])
+            if s >= followed:
+                put(there[m:], last[m:height])
+                for lane in range(W):
+                    flip(here, lane)
+            for lane in range(W):
+                before(here, lane)
+        for lane in range(W):
+            last[c, lane], last[c + 1, lane] = 0.0 if last[c, lane] > LARGE else np.nan, 0.0
+        for i in range(d * d):
+            for lane in range(W):
+                last[c, lane] += end[Q + i, lane] if i % (d + 1) == 0 else 0.0
+                end[Q + i, lane] = 1.0 if i % (d + 1) == 0 else 0.0
         for s in range(steps - 1, -1, -1):
             for lane in range(W):
                 after(S[s * tall * W :], lane)
-        for i in range(d):
+        for i in range(d):  # what a segment is off, its mirror image is, too
             for lane in range(W):
-                error = alike * math.sqrt(T[C + i * d + i, lane]) + (out[3 * size + 2, lane] if i > 0 else 0.0)
-                out[3 * size + 2, lane] = error if most[lane] > LARGE else np.nan
+                last[c + 1, lane] += alike * math.sqrt(T[C + i * (d + 1), lane]) + 0.0 * last[c, lane]
 
     return tell_minors
 
@@ -346,23 +371,23 @@ def measure(advance, compose, base, columns, lengths, numbers):
         columns (numpy.ndarray, shape (motions, rows, segments or 1, points)): Perturbed motions where segments begin:
             those of one side, and one of twice their sum where equations are not linear, then those of the other.
         lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
-            the difference of sides. Where half a period is followed, the rows of :func:`mirror` come after these.
-        numbers (numpy.ndarray): n; segments; those that are followed, all or half; steps in each; rows of S; first row
-            of the states in a column, and the row of what the steps leave out; sides; row of what the steps leave out
-            of the base motion; and of each entry of a segment's matrix the motion that has it, or -1 where it vanishes.
+            the difference of sides. Where half a period is followed, the masses come after these, and their inverse.
+        numbers (numpy.ndarray): n; segments; steps in each; rows of S; first row of the states in a column, and the row
+            of what the steps leave out; sides; row of what the steps leave out of the base motion; places of
+            :func:`compose_of`; and of each entry of a matrix the motion that has it, or -1 where it vanishes.
 
     Returns:
         numpy.ndarray, shape (3 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
             steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
-    n, segments, followed, steps, rows, states, left_out, sides, base_left_out = numbers[:9]
-    motions, size, height, out = columns.shape[1], n * n, 2 * (n * n + 1), np.empty((3 * n * n + 5, lengths.shape[1]))
+    n, segments, steps, rows, states, left_out, sides, base_left_out, height, result, masses = numbers[:11]
+    followed = segments // 2 if len(lengths) > n + 1 else segments
+    motions, size, out = columns.shape[1], n * n, np.empty((3 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
-    length, records = rows_of(len(lengths)), scratch((segments + 1) * height)
-    out_rows, work = rows_of(len(out)), rows_of(4)
-    R, coherent = records.reshape(records.size // W, W), math.sqrt(segments * n) / NOISE
-    lost, wide, half, uneven = out_rows[3 * size + 3], out_rows[3 * size + 4], work[0], work[3]
+    length, records = rows_of(len(lengths)), scratch((followed + 1) * height)
+    R, both, work, coherent = records.reshape(-1, W), rows_of(2), rows_of(4), math.sqrt(segments * n) / NOISE
+    last, lost, wide, half, uneven = R[followed * height :], both[0], both[1], work[0], work[3]
     for first in range(0, lengths.shape[1], W):
         load(lengths, first, length)
         for lane in range(W):
@@ -377,7 +402,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
-            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[9:])
+            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[11:])
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = S[base_left_out * W + lane]
@@ -389,9 +414,11 @@ def measure(advance, compose, base, columns, lengths, numbers):
             for lane in range(W):
                 lost[lane] += half[lane]
                 worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
-        compose(records, length[n + 1 :], out_rows, segments)
+        put(last[masses:], length[n + 1 :])
+        compose(records, followed, segments)
         for i in range(size):
             for lane in range(W):
-                lost[lane] += 0.0 * out_rows[i, lane]  # not a number where these are none
-        store(out_rows, first, out)
+                lost[lane] += 0.0 * last[result + i, lane]  # not a number where these are none
+        store(last[result : result + 3 * size + 3], first, out)
+        store(both, first, out[3 * size + 3 :])
     return out

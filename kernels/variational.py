@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from kernels.blocks import LANES, W, rows_of, scratch
-from kernels.dense import solve_in_lanes
+from kernels.dense import put, solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
 from kernels.monodromy import COMPOSING, FUNCTION, ROWS, load, store
 from kernels.straight import lines
@@ -215,21 +215,21 @@ def flow(step, compose, factors, slopes, lengths, numbers):
         slopes (numpy.ndarray, shape (parts or times, entries, points)): Parts of the slopes, of which factors make the
             sum; or the slopes at all times. In units of a step.
         lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. Where
-            half a period is followed, the rows of :func:`kernels.monodromy.mirror` come after these.
-        numbers (numpy.ndarray): n; steps in a period.
+            half a period is followed, the masses in the states' sizes come after these, and their inverse.
+        numbers (numpy.ndarray): n; steps in a period; places of :func:`kernels.monodromy.compose_of`.
 
     Returns:
         numpy.ndarray, shape (3 n n + 3, points): As written by :func:`kernels.monodromy.compose_of`, in the states'
             sizes.
     """
     whole_vectors()
-    n, steps = numbers
-    followed, height = steps // 2 if len(lengths) > n else steps, 2 * (n * n + 1)
+    n, steps, height, result, masses = numbers
+    followed = steps // 2 if len(lengths) > n else steps
     (_, count, points), parts = slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
-    length, ratio, records = rows_of(len(lengths)), rows_of(size), scratch((steps + 1) * height)
-    result, out = rows_of(3 * size + 3), np.empty((3 * size + 3, points))
-    s, R = S.reshape(S.size // W, W), records.reshape(records.size // W, W)
+    length, ratio, records = rows_of(len(lengths)), rows_of(size), scratch((followed + 1) * height)
+    s, R, out = S.reshape(-1, W), records.reshape(-1, W), np.empty((3 * size + 3, points))
+    last = R[followed * height :]
     for first in range(0, points, W):
         load(lengths, first, length)
         for i in range(n):
@@ -258,6 +258,7 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                     there[lane] = row[lane] * ratio[i, lane]
             for lane in range(W):
                 R[k * height + size, lane] = 0.0
-        compose(records, length[n:], result, steps)
-        store(result, first, out)
+        put(last[masses:], length[n:])
+        compose(records, followed, steps)
+        store(last[result : result + len(out)], first, out)
     return out

@@ -92,10 +92,11 @@ class Variation:
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
     def kernels(self, kind):
-        """Return the functions of `kernels.variational.flow` for points of a kind, compiled."""
+        """Return the functions of `kernels.variational.flow` for points of a kind, compiled, and the places."""
         m, n, entries = self.m, self.equations.n, self.entries[kind]
         joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
-        return tuple(map(jit.passed, (variational.step_of(m, n, entries), monodromy.compose_of(n, joined))))
+        compose, places = monodromy.compose_of(n, joined)
+        return jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
 
     def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return of points the period, whether multipliers come in pairs, and whether half a period gives the whole.
@@ -145,8 +146,8 @@ class Variation:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
 
         Where slopes are no such sums there are no parts, and the slopes are those at all phases. Phases have the shape
-        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is at rest; `kind`
-        as in `entries`.
+        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is at rest. The
+        kind is one of `entries`.
         """
         m, n, points, (still, _), entries = self.m, self.equations.n, parameters[0].size, kind, self.entries[kind]
         if still and self._separate:
@@ -357,7 +358,8 @@ class Base:
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(entries) if j == i + first):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
-        rows = variational.flow(*variation.kernels(self.kind), factors, slopes, lengths, np.array([n, steps]))
+        *functions, places = variation.kernels(self.kind)
+        rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, *places]))
         matrices, later, _ = with_errors(rows, n, ROUNDING)
         return matrices, later, trace
 
@@ -373,10 +375,10 @@ class Base:
         place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
         x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
         rows, columns = code.starts(self.parameters, place, epsilon, self.period / (K * steps), x)
-        numbers = [n, K, some, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
-        numbers += [code.base["E", 0], *owner.flat]
+        compose, places = monodromy.compose_of(n, tuple(map(tuple, (owner >= 0).tolist())))
+        numbers = [n, K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
+        numbers += [code.base["E", 0], *places, *owner.flat]
         lengths = np.array([*sizes, n * self.error / epsilon, *self.masses])
-        compose = monodromy.compose_of(n, tuple(map(tuple, (owner >= 0).tolist())))
         functions = map(jit.passed, (code.module().advance, compose))
         result = monodromy.measure(*functions, rows, columns, lengths, np.array(numbers))
         matrices, _, further = with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))

@@ -23,17 +23,16 @@ def segments(n, half):
 
 def composed(S, masses, n):
     """Return what is told of segments, shape (rows, W)."""
-    everything = ((True,) * n,) * n
-    record = monodromy.Record(n, everything)
-    rows, told = scratch((STEPS + 1) * record.height), np.zeros((3 * n * n + 3, W))
+    compose, (height, result, place) = monodromy.compose_of(n, ((True,) * n,) * n)
+    followed, both = len(S[0]), [*masses.ravel(), *np.linalg.inv(masses).ravel()]
+    rows = scratch((followed + 1) * height)
     R = rows.reshape(-1, W)
     for lane in range(W):
         for s, one in enumerate(S[lane % LANES]):
-            R[s * record.height : s * record.height + n * n, lane] = [*one]
-    both = np.concatenate([masses.ravel(), np.linalg.inv(masses).ravel()])
-    both = np.repeat(both[: 2 * masses.size if len(S[0]) < STEPS else 0, None], W, axis=1)
-    monodromy.compose_of(n, everything)(rows, both, told, STEPS)
-    return told
+            R[s * height : s * height + n * n, lane] = [*one]
+        R[followed * height + place :, lane] = both
+    compose(rows, followed, STEPS)
+    return R[followed * height + result :][: 3 * n * n + 3]
 
 
 def exact(S, n):
