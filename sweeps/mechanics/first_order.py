@@ -8,6 +8,7 @@ import sympy as sp
 
 from sweeps.mechanics.equations import Equations, expanded
 from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
+from sweeps.mechanics.series import Moving
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
@@ -23,12 +24,13 @@ def graph(equations: Equations, near: bool = True) -> Graph:
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
         return _timed(g)
     solved = _by_order(equations, near)
-    length = len(Code(solved).text)
+    code = Code if near else Moving
+    length = len(code(solved).text)
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
     if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
         return solved
     other = _by_inverse(equations, near)
-    return other if len(Code(other).text) < length else solved
+    return other if len(code(other).text) < length else solved
 
 
 def _by_order(equations, near=True):

@@ -18,6 +18,7 @@ from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.description import System
 from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.landscape import Landscape
+from sweeps.mechanics.series import Moving
 from sweeps.mechanics.taylor import Code
 from sweeps.schema.refusals import DescriptionError
 
@@ -50,9 +51,9 @@ class Model:
         return Code(graph(self.equations))
 
     @cached_property
-    def moving(self) -> Code:
+    def moving(self) -> Moving:
         """The generated kernel of any motion."""
-        return Code(graph(self.equations, near=False))
+        return Moving(graph(self.equations, near=False))
 
     def perturbed_code(self, still: bool) -> "PerturbedCode":
         """Return the generated kernel of perturbations of a motion: at rest at all times, or not."""

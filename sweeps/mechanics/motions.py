@@ -11,7 +11,7 @@ together is the error.
 import numpy as np
 
 from kernels import paths
-from sweeps.mechanics.taylor import Code
+from sweeps.mechanics.series import Moving
 
 SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps until functions are worked out afresh, and how often
 SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
@@ -23,7 +23,7 @@ ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving show
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
-def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray:
+def follow(code: Moving, parameters, start, times, tolerance: float) -> np.ndarray:
     """Return the states at times, shape (runs, times, states); NaN from where a motion ends.
 
     Args:
@@ -58,7 +58,7 @@ def follow(code: Code, parameters, start, times, tolerance: float) -> np.ndarray
 
 
 def solved(
-    code: Code, parameters, start, times, tolerance: float, least=None
+    code: Moving, parameters, start, times, tolerance: float, least=None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and whether each run meets the tolerance.
 

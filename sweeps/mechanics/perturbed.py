@@ -29,11 +29,10 @@ from functools import cached_property
 import numpy as np
 
 from kernels.blocks import W
+from kernels.codes import FAR_ORDER as ORDER
 from kernels.monodromy import joined
-from sweeps.mechanics.graph import ADD, CONSTANT, DIV, FUNCTION, MUL, SOLVED, Graph, Values, X
-from sweeps.mechanics.taylor import Code, factors, in_quotes, substituted
-
-ORDER = 20
+from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, Values, X
+from sweeps.mechanics.series import Series, added
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
@@ -66,26 +65,17 @@ TINY = 1e-300
 NODES = 3  # of a start's remainders: ε û = 0.1 leaves 1e-11 of one, and its amplitude changes far more
 
 
-def _joined(terms: list[str]) -> str:
-    """Return the sum of terms, some of which begin with a minus."""
-    return " + ".join(terms).replace("+ -", "- ")
+class PerturbedCode(Series):
+    """The rows of the scratch array and the text of the module.
 
-
-class PerturbedCode(Code):
-    """The rows of the scratch array and the text of the module; the last state of the graph is the time.
-
-    Rows, each W long: of the base motion (X its states, the time last; U functions' values and constants; epsilon; h
-    the step), of a perturbed one (x deviations of the states; e what its steps left out of each; w functions'
-    deviations), and the terms of the base motion. Where it is `still`, this is an equilibrium at all times.
+    Rows, each W long: of the base motion (those of :class:`Series`, and epsilon), of a perturbed one (x deviations of
+    the states; e what its steps left out of each; w functions' deviations), and the terms of the base motion. H are the
+    terms of a node's deviation, F of both, T of both and the base motion.
     """
 
     def __init__(self, graph: Graph, still: bool):
-        self.graph, self.still = graph, still
-        self.time, self.linear = len(graph.rates) - 1, True
-        self._lines: dict[bool, list[str]] = {True: [], False: []}  # of the base motion, of a perturbed one
-        self._names: dict[tuple, str | None] = {}
-        #: (kind, number) → row, of the base motion and of a perturbed one
-        self.base: dict[tuple, int] = {}
+        super().__init__(graph, still)
+        self.linear = True
         self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
         self.text = self._text()
 
@@ -142,109 +132,23 @@ class PerturbedCode(Code):
 
     # -- terms of the series: names of locals, None where they vanish
 
-    def _load(self, kind, number):
-        """Return a row, in brackets until all rows are known."""
-        rows = self.perturbed if kind in "xew" else self.base
-        rows.setdefault((kind, number), len(rows))
-        return f"S[<{kind} {number}>]"
-
-    def _put(self, key, text):
-        """Write a line that gives a term its value, once."""
-        if text is not None:
-            name = "_".join(map(str, key))
-            self._lines[key[0] in "BKR"].append(f"{name} = {text}")
-            text = name
-        self._names[key] = text
-        return text
-
-    def _term(self, kind, number, n):
-        """Return the n-th term of a node: B of its base, H of its deviation, F of both; others of these."""
-        key = (kind, number, n)
-        if key not in self._names:
-            if kind in "BH" and self.graph.nodes[number].kind == SOLVED:
-                self._solve(kind, number, n)
-            else:
-                self._put(key, getattr(self, f"_{kind}")(number, n))
-        return self._names[key]
-
-    def _solve(self, kind, number, n):
-        """Write the n-th terms of all accelerations that are solved for with a node's."""
-        first, a, forces = self.graph.coupled(number)
-        base, whole, mark = kind == "B", "B" if kind == "B" else "F", f"{kind}{first}_"
-        if n == 0:
-            entries = {at: self._term(whole, part, 0) or "0.0" for at, part in a.items()}
-            self._lines[base] += factors(entries, len(forces), mark)
-        right, names = [], [f"{kind}_{first + i}_{n}" for i in range(len(forces))]
-        for i, force in enumerate(forces):
-            terms = [x for x in (self._term(kind, force, n),) if x]
-            for j in range(len(forces)):
-                if not (base or self.still):  # an equilibrium has no accelerations
-                    terms += self._products(("B", first + j), ("H", a[i, j]), n, 0, "-")
-                terms += self._products((whole, a[i, j]), (kind, first + j), n, 1, "-")
-            right.append(_joined(terms) or "0.0")
-        self._lines[base] += substituted(right, names, mark)
-        self._names |= {(kind, first + i, n): name for i, name in enumerate(names)}
-
     def _F(self, number, n):
         base, hat = self._term("B", number, n), self._term("H", number, n)
         if hat is None:
             return base
         self.linear = False
-        return _joined([*([base] if base else []), f"epsilon * {hat}"])
+        return added([*([base] if base else []), f"epsilon * {hat}"])
 
     def _T(self, number, n):
-        return _joined([x for x in (self._term("F", number, n), self._term("B", number, n)) if x]) or None
-
-    def _K(self, number, n):
-        """Return n times the base's term."""
-        base = self._term("B", number, n)
-        return base and f"{n}.0 * {base}"
+        return added([x for x in (self._term("F", number, n), self._term("B", number, n)) if x]) or None
 
     def _k(self, number, n):
         """Return n times the deviation's term."""
         hat = self._term("H", number, n)
         return hat and f"{n}.0 * {hat}"
 
-    def _R(self, number, n):
-        return f"1.0 / {self._term('B', number, n)}"
-
     def _r(self, number, n):
         return f"1.0 / {self._term('F', number, n)}"
-
-    def _products(self, first, second, n, least=0, sign=""):
-        """Return the terms of Σ u_k v_(n-k) from k = least on, the newest last; first and second are (kind, node)."""
-        pairs = sorted(range(least, n + 1), key=lambda k: max(k, n - k))
-        terms = [(self._term(*first, k), self._term(*second, n - k)) for k in pairs]
-        return [f"{sign}{u} * {v}" for u, v in terms if u and v]
-
-    def _B(self, number, n):
-        node = self.graph.nodes[number]
-        if node.kind == CONSTANT:
-            (e,) = node.weights
-            if n or e == 0:
-                return None
-            return repr(float(e)) if e.is_number else self._load("U", number)
-        if node.kind == X:
-            (i,) = node.parts
-            if n == 0:
-                return self._load("X", i)
-            if self.still and i != self.time:
-                return None
-            return self._rate("B", i, n)
-        if node.kind == ADD:
-            return self._sum("B", node, n)
-        if node.kind == MUL:
-            a, b = node.parts
-            return _joined(self._products(("B", a), ("B", b), n)) or None
-        if node.kind == DIV:
-            a, b = node.parts
-            terms = [x for x in (self._term("B", a, n),) if x]
-            terms += self._products(("B", b), ("B", number), n, 1, "-")
-            return f"({_joined(terms)}) * {self._term('R', b, 0)}" if terms else None
-        if n == 0:
-            return self._load("U", number)
-        terms = self._products(("K", node.parts[0]), ("B", self.graph.slopes[number]), n, 1)
-        return f"{1.0 / n!r} * ({_joined(terms)})" if terms else None
 
     def _H(self, number, n):
         node = self.graph.nodes[number]
@@ -258,20 +162,20 @@ class PerturbedCode(Code):
         if node.kind == MUL:
             a, b = node.parts
             if a == b:
-                return _joined(self._products(("T", a), ("H", a), n)) or None
+                return added(self._products(("T", a), ("H", a), n)) or None
             a, b = (a, b) if self._deviates(a) else (b, a)
             terms = self._products(("H", a), ("F" if self._deviates(b) else "B", b), n)
-            return _joined([*terms, *self._products(("B", a), ("H", b), n)]) or None
+            return added([*terms, *self._products(("B", a), ("H", b), n)]) or None
         if node.kind == DIV:
             a, b = node.parts
             terms = [x for x in (self._term("H", a, n),) if x] + self._products(("B", number), ("H", b), n, 0, "-")
             terms += self._products(("F", b), ("H", number), n, 1, "-")
-            return f"({_joined(terms)}) * {self._term('r', b, 0)}" if terms else None
+            return f"({added(terms)}) * {self._term('r', b, 0)}" if terms else None
         if n == 0:
             return self._load("w", number)
         inner, slope = node.parts[0], self.graph.slopes[number]
         terms = self._products(("K", inner), ("H", slope), n, 1) + self._products(("k", inner), ("F", slope), n, 1)
-        return f"{1.0 / n!r} * ({_joined(terms)})" if terms else None
+        return f"{1.0 / n!r} * ({added(terms)})" if terms else None
 
     def _deviates(self, number):
         """Return whether a node depends on the states, and not on the time alone."""
@@ -284,17 +188,6 @@ class PerturbedCode(Code):
             node = self.graph.nodes[number]
             self._names[key] = {*node.parts} if node.kind == X else set().union(*map(self._states_of, node.parts))
         return self._names[key]
-
-    def _rate(self, kind, i, n):
-        rate = self._term(kind, self.graph.rates[i], n - 1)
-        return rate and f"(h * {1.0 / n!r}) * {rate}"
-
-    def _sum(self, kind, node, n):
-        text = ""
-        for weight, number in zip(node.weights, node.parts, strict=True):
-            if part := self._term(kind, number, n):
-                text += f" {'-' if weight < 0 else '+'} {part if abs(weight) == 1.0 else f'{abs(weight)!r} * {part}'}"
-        return text.removeprefix(" + ").strip() or None
 
     # -- the module
 
@@ -337,18 +230,11 @@ class PerturbedCode(Code):
         #: number of rows of the scratch array
         self.scratch = first + len(self.perturbed) + len(series)
 
-        def placed(match):
-            kind, number = match[1], int(match[2])
-            at = first + self.perturbed[kind, number] if kind in "xew" else self.base[kind, number]
-            return f"{at * W} + lane"
-
-        base, perturbed = (re.sub(r"<(\w+) (\d+)>", placed, "\n".join(some)) for some in (base, perturbed))
-        title, size = in_quotes(self.graph.equations.system.title), W * len(self.perturbed)
-        return TEXT.format(title=title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W)
-
-    def _series(self, kind, number):
-        """Return the names of a node's terms, None where they vanish."""
-        return [self._term(kind, number, n) for n in range(ORDER + 1)]
+        base, perturbed = (self.placed(some, first) for some in (base, perturbed))
+        size = W * len(self.perturbed)
+        return TEXT.format(
+            title=self.title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W
+        )
 
     def _left_out(self, row, series, size=""):
         """Yield lines that add what a step leaves out of a series, over a size, to a row."""

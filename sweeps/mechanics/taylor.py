@@ -1,4 +1,4 @@
-r"""The integrator of a system: its Taylor series of order 12, or 20 far from equilibria, written out for 32 lanes.
+r"""The integrator of a system near its equilibria: its Taylor series of order 12, written out for 32 lanes.
 
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,
@@ -13,9 +13,6 @@ A + ε a couples, which is factorised once a step), and :math:`x_{n+1} = h f_n/(
 node. A Taylor step was preferred to a Runge-Kutta one of order 8: it needs no sine or power inside the loop over lanes,
 its terms are relative to the nudge, and for Euler's equations it is the very step that the rigid body takes.
 
-Far from equilibria U = 0 and ε = 1 for all that moves, functions are integrated themselves, and `expand` writes the
-terms of the states' and functions' series, of which `kernels.paths` makes steps as long as they allow.
-
 Beside `advance` stands `check`, which writes what a run watches: the deviation of a conserved quantity over ε or,
 where its gradient vanishes at the equilibria, as an energy's does, over ε².
 
@@ -26,16 +23,15 @@ to the next, and the hash is part of a map's `kernel_fingerprint`.
 
 import hashlib
 import json
-import math
 import sys
-from functools import cached_property, reduce
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from kernels.blocks import W
 from kernels.cache import cache_folder, load
-from kernels.codes import FAR_ORDER, ORDER
+from kernels.codes import ORDER
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, Graph, Values, X
 from sweeps.process.files import replaced
 
@@ -43,8 +39,6 @@ HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved,
 
 from kernels.jit import PASSED, njit
 from kernels.straight import lines
-
-STATES, ROWS = {states}, {rows}
 '''
 
 ADVANCE = '''STEP = lines("""
@@ -70,13 +64,11 @@ def {name}(S):
     for lane in range({W}):
         {constant}(S, lane)
 '''
-EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series.", "W": W}
 CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations.", "W": W}
 
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
 COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
 SAMPLES_TIMES_CHARACTERS = 4e10
-STEEP, UNSEEN = 4.0, 100.0  # change of an exponential's argument in a step; beyond it nothing of a pulse is seen
 
 
 def in_quotes(text: str) -> str:
@@ -84,39 +76,17 @@ def in_quotes(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)[1:-1].encode("utf-8", "replace").decode()
 
 
-class Code:
-    """The rows of the scratch array and the text of the module.
+class Generated:
+    """A module that is written for a graph, whose text is `text`."""
 
-    Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
-    along a run; `expand` writes the terms of each series after these, of orders 1 to `order`.
-    """
-
-    def __init__(self, graph: Graph):
-        self.graph, self.order = graph, ORDER if graph.near else FAR_ORDER
-        self.n = len(graph.rates)
-        self.remainders = {number: self.n + k for k, number in enumerate(graph.slopes)}
-        self.states = self.n + len(self.remainders)
-        self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
-        self.constants: dict[tuple[str, int], int] = {}
-        self._used: set = set()
-        self._epsilon, self._carried = ("epsilon * ", "w") if graph.near else ("", "u")
-        self.text = self._text()
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of the scratch array."""
-        return self.watched_row + len(self.graph.watched) + len(self.constants)
+    graph: Graph
+    text: str
 
     @property
     def compile_seconds(self) -> float:
         """What its module takes to be compiled on a core of 2024, s, about."""
         constant, linear, square = COMPILE_SECONDS
         return constant + (linear + square * len(self.text)) * len(self.text)
-
-    @property
-    def samples_per_second(self) -> int:
-        """Samples of runs, of six motions each, that one core makes in a second, about."""
-        return int(SAMPLES_TIMES_CHARACTERS / len(self.text))
 
     @cached_property
     def digest(self) -> str:
@@ -132,6 +102,48 @@ class Code:
     def values(self) -> Values:
         """The graph in NumPy."""
         return Values(self.graph)
+
+    @property
+    def title(self) -> str:
+        """The system's title as it stands in the text."""
+        return in_quotes(self.graph.equations.system.title)
+
+    @property
+    def path(self) -> Path:
+        """The module's file, written where it is not there."""
+        return _written(cache_folder() / "generated", self.name, self.text)
+
+    def module(self):
+        """Return the compiled module."""
+        return sys.modules.get(self.name) or load(self.path)
+
+
+class Code(Generated):
+    """The rows of the scratch array and the text of the module of motions near equilibria.
+
+    Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
+    along a run. The module has functions `advance(S, steps)` and `check(S)`.
+    """
+
+    def __init__(self, graph: Graph):
+        self.graph = graph
+        self.n = len(graph.rates)
+        self.remainders = {number: self.n + k for k, number in enumerate(graph.slopes)}
+        self.states = self.n + len(self.remainders)
+        self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
+        self.constants: dict[tuple[str, int], int] = {}
+        self._used: set = set()
+        self.text = self._text()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the scratch array."""
+        return self.watched_row + len(self.graph.watched) + len(self.constants)
+
+    @property
+    def samples_per_second(self) -> int:
+        """Samples of runs, of six motions each, that one core makes in a second, about."""
+        return int(SAMPLES_TIMES_CHARACTERS / len(self.text))
 
     def starts(self, parameters, place, motions) -> np.ndarray:
         """Return the scratch array's rows at the start of motions, shape (points, motions, rows), without the step.
@@ -156,35 +168,12 @@ class Code:
                     row[:, at] = (U if kind == "U" else slopes)[number]
         return rows
 
-    def table(self, parameters, x, low, step) -> np.ndarray:
-        """Return the scratch array's rows of motions far from equilibria, shape (runs, rows).
-
-        Args:
-            parameters: a list of arrays (runs,).
-            x: states, the time last, shape (runs, states).
-            low: what is left of each below its rounding, shape (runs, states).
-            step: shape (runs,).
-        """
-        rows = np.empty((len(x), self.rows))
-        with np.errstate(all="ignore"):
-            U, slopes = self.values.bases(parameters, list(x.T))
-            hat = self.values.deviations(U, slopes, parameters, 1.0, low.T)[0] if low.any() else [0.0] * len(U)
-            rows[:, : self.n], rows[:, self.epsilon_row], rows[:, self.step_row] = x, 0.0, step
-            for number, at in self.remainders.items():
-                rows[:, at] = U[number] + np.where(np.isfinite(hat[number]), hat[number], 0.0)  # beyond f's last digit
-            for (_, number), at in self.constants.items():
-                rows[:, at] = U[number]
-        return rows
-
     # -- names in the text
 
     def _base(self, number):
-        """Return the text of U of a node: a literal, or the local of its row; None where it is 0.
-
-        It is by its expression, or far from equilibria, where the terms of all that moves hold all.
-        """
+        """Return the text of U of a node: a literal, or the local of its row; None where it is 0."""
         node = self.graph.nodes[number]
-        if node.zero or not (self.graph.near or node.kind == CONSTANT):
+        if node.zero:
             return None
         if node.kind == CONSTANT and node.weights[0].is_number:
             return repr(float(node.weights[0]))
@@ -196,10 +185,8 @@ class Code:
         return f"{kind}{number}"
 
     def _hat(self, number, order):
-        """Return the text of a node's term; None where it is 0. Far from equilibria a constant has one, of order 0."""
-        if self.graph.moves(number):
-            return f"u{number}_{order}"
-        return None if self.graph.near or order else self._base(number)
+        """Return the text of a node's term; None where it is 0."""
+        return f"u{number}_{order}" if self.graph.moves(number) else None
 
     # -- the step
 
@@ -222,7 +209,7 @@ class Code:
 
     def _rate(self, i, n):
         rate = self._hat(self.graph.rates[i], n - 1)
-        base = self._base(self.graph.rates[i]) if n == 1 and self.graph.near else None
+        base = self._base(self.graph.rates[i]) if n == 1 else None
         both = f"({rate} + {base})" if rate and base else rate or base
         return f"h{n} * {both}" if both else "0.0"
 
@@ -246,7 +233,7 @@ class Code:
         if a == b and len(terms) == 2:
             terms = [f"2.0 * {terms[0]}"]
         if self.graph.moves(a) and self.graph.moves(b):
-            terms.append(f"{self._epsilon}({self._square(a, n) if a == b else self._convolution(a, b, 0, n)})")
+            terms.append(f"epsilon * ({self._square(a, n) if a == b else self._convolution(a, b, 0, n)})")
         return " + ".join(terms) or "0.0"
 
     def _convolution(self, a, b, first, n):
@@ -265,7 +252,7 @@ class Code:
         if numerator := self._base(number):
             terms.append(f"{numerator} * u{below}_{n}")
         if n > 0:
-            terms.append(f"{self._epsilon}({self._convolution(below, number, 1, n)})")
+            terms.append(f"epsilon * ({self._convolution(below, number, 1, n)})")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
 
     def _solved(self, number, n):
@@ -278,19 +265,17 @@ class Code:
         for i, force in enumerate(forces):
             moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
             known = " + ".join(self._convolution(*pair, 1, n) for pair in moving)
-            right.append((self._hat(force, n) or "0.0") + (f" - {self._epsilon}({known})" if known else ""))
+            right.append((self._hat(force, n) or "0.0") + (f" - epsilon * ({known})" if known else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
         return [*lines, *substituted(right, names, f"{first}_")]
 
     def _at_start(self, number):
         """Return the text of a node's value at the start of a step."""
-        terms = self._base(number), f"{self._epsilon}u{number}_0" if self.graph.moves(number) else None
+        terms = self._base(number), f"epsilon * u{number}_0" if self.graph.moves(number) else None
         return " + ".join(filter(None, terms)) or "0.0"
 
     def _function(self, number, node, n, name):
         (inner,) = node.parts
-        if not self.graph.near:
-            return [f"{name} = {self._remainder(number, inner, n)}"]
         lines = [f"w{number}_{n} = {self._remainder(number, inner, n)}"]
         if self.graph.moves(inner):
             lines.append(f"{name} = {self._constant('F', number)} * u{inner}_{n} + epsilon * w{number}_{n}")
@@ -306,14 +291,14 @@ class Code:
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
-        functions, bounded = self.graph.slopes, [k for k, _ in self._bounded]
-        nodes = self.graph.behind([*self.graph.rates, *functions, *bounded])
-        last = self.graph.behind([*(self.graph.nodes[f].parts[0] for f in functions), *bounded], slopes=False)
-        lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, self.order + 1)]
-        for n in range(self.order + 1):
+        functions = self.graph.slopes
+        nodes = self.graph.behind([*self.graph.rates, *functions])
+        last = self.graph.behind([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
+        lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
+        for n in range(ORDER + 1):
             if n:
                 lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
-            for number in last if n == self.order else nodes:
+            for number in last if n == ORDER else nodes:
                 node = self.graph.nodes[number]
                 if node.kind == X and n:
                     lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
@@ -322,14 +307,14 @@ class Code:
         for number in functions:
             if number not in last:
                 (inner,) = self.graph.nodes[number].parts
-                lines.append(f"{self._carried}{number}_{self.order} = {self._remainder(number, inner, self.order)}")
+                lines.append(f"w{number}_{ORDER} = {self._remainder(number, inner, ORDER)}")
         return lines
 
     def _sums(self):
         names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
         for name, row in zip(names, [*range(self.n), *self.remainders.values()], strict=True):
-            text = f"{name}_{self.order}"
-            for n in reversed(range(1, self.order)):
+            text = f"{name}_{ORDER}"
+            for n in reversed(range(1, ORDER)):
                 text = f"({text} + {name}_{n})"
             yield f"S[{row * W} + lane] = {text} + {name + '_0' if name[0] == 'w' else name}"
 
@@ -380,69 +365,11 @@ class Code:
         loads += [f"epsilon = S[{self.epsilon_row * W} + lane]", f"h = S[{self.step_row * W} + lane]", "h1 = h"]
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
-    def _terms(self):
-        """Yield lines that write the terms of the series; no row is added after them."""
-        names = [*(f"x{i}" for i in range(self.n)), *(f"u{number}" for number in self.remainders)]
-        for row, name in enumerate(names):
-            for n in range(1, self.order + 1):
-                yield f"S[{(self.rows + (self.order + 1) * row + n - 1) * W} + lane] = {name}_{n}"
-
-        if self._bounded:
-            yield from self._bound()
-
-    @cached_property
-    def _bounded(self):
-        """Return argument and steepness of functions far from equilibria, where a step could pass their pulses.
-
-        Where exp(-u) or u^n is too small to be seen, so are all its terms, however close its pulse is.
-        """
-        functions = () if self.graph.near else self.graph.slopes
-        steep = {(self.graph.nodes[f].parts[0], self.graph.steepness(f)) for f in functions}
-        return sorted((k, n) for k, n in steep if n is not None)
-
-    def _bound(self):
-        """Yield lines that write how far arguments change in a step over what they may, STEEP or up to ±UNSEEN.
-
-        It is negative where functions cannot follow, and have to be worked out afresh after the step. Of a power u^n
-        it is n ln |u| that may change by as much.
-        """
-        shares, unseen = [], []
-        for k, n in self._bounded:
-            yield f"t{k} = {' + '.join(f'abs(u{k}_{order})' for order in range(1, self.order + 1))}"
-            if n:
-                shares.append(f"t{k} / max({STEEP / n} * abs(u{k}_0), {math.exp(-UNSEEN / n)} - abs(u{k}_0))")
-                faint = math.exp(-(UNSEEN + STEEP) / n)
-                unseen.append(
-                    f"({2.0 * STEEP} if (t{k} > {STEEP / n} * abs(u{k}_0)) & (abs(u{k}_0) < {faint}) else 0.0)"
-                )
-            else:
-                shares.append(f"t{k} / max({STEEP}, abs(u{k}_0) - {UNSEEN})")
-                unseen.append(f"min(t{k}, abs(u{k}_0) - {UNSEEN})")
-        most = "max({}, {})".format
-        yield f"t = {reduce(most, shares)}"
-        yield f"S[{self.epsilon_row * W} + lane] = 0.0 - t if {reduce(most, unseen)} > {STEEP} else t"
-
     def _text(self):
-        if not self.graph.near:
-            expand = ONCE.format(lines=self._straight([*self._step_lines(), *self._terms()]), **EXPAND)
-            return "\n\n".join([self._header(HEADER), expand])
         check = ONCE.format(lines=self._straight(self._check_lines()), **CHECK)
         self._used = set()
         advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
-        return "\n\n".join([self._header(HEADER), advance, check])
-
-    def _header(self, text):
-        title = in_quotes(self.graph.equations.system.title)
-        return text.format(title=title, order=self.order, W=W, states=self.states, rows=self.rows)
-
-    @property
-    def path(self) -> Path:
-        """The module's file, written where it is not there."""
-        return _written(cache_folder() / "generated", self.name, self.text)
-
-    def module(self):
-        """Return the compiled module: functions `advance(S, steps)` and `check(S)`."""
-        return sys.modules.get(self.name) or load(self.path)
+        return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), advance, check])
 
     def integrator(self):
         """Return the compiled functions and the number of states, a `kernels.runs.Integrator`."""
