@@ -153,3 +153,16 @@ def test_a_stiff_mode_of_few_samples_a_turn_is_within_its_error():
     ds = sweeps.survey({"system": "rotor", "grid": grid, "integration": run})
     for name in ("eigenvalue_real", "eigenvalue_imag", "sum_of_squares"):
         assert (abs(ds[name] - ds[f"{name}_theory"]) <= ds[f"{name}_error"]).all(), name
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e-12])
+def test_panels_and_colours_of_frequencies_know_no_units(rate):
+    grid = {"length": [1.0, 2.0], "drag": 0.0, "gravity": [rate**2, 3.9 * rate**2], "spin_rate": [0.01 * rate, rate]}
+    ds = sweeps.survey(system="foucault", grid=grid)
+    figure = figure_spectra.draw(ds)
+    meshes = [mesh for ax in figure.axes for mesh in ax.collections if mesh.get_gid() == "frequency"]
+    most = float(np.abs(ds["eigenvalue_imag"]).max())
+    assert len(meshes) == 2  # both spin rates
+    for mesh in meshes:  # the one bar is right for all panels
+        assert mesh.get_clim()[0] == 0.0
+        assert most <= mesh.get_clim()[1] < 2.5 * most

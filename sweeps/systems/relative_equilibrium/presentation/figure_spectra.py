@@ -36,7 +36,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         elif top:
             _map(ax, one, x, y, regimes)
         else:
-            mesh = _frequencies(ax, one, x, y)
+            mesh = _frequencies(ax, one, x, y, float(np.nanmax(part["frequencies"].values, initial=0.0)))
     if y and not top:
         words = f"measured angular frequency  ({style.units('rad s-1')})"
         figure.colorbar(mesh, ax=list(axes), label=words, aspect=30, pad=0.02)
@@ -53,7 +53,7 @@ def _panels(ds, part, third, top):
             named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
             titled.append((",  ".join(named + ([style.fixed_at(ds, third, z)] if third else [])), one))
     panels, plain = [], []
-    for title, one in planes.once(titled, ("regime", "relative", "frequencies")):
+    for title, one in planes.once(titled, ("regime", "relative", "shade")):
         kinds = np.unique(one["regime"].values)
         if top and kinds.size == 1 and not one["relative"].values.any():
             plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
@@ -72,15 +72,16 @@ def _thinned(ds, x, y, third):
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(few) for name in ("real", "imag"))
     frequencies = np.abs(ds["eigenvalue_imag"].isel(few)).max("eigenvalue")
     relative = (part["growth_rate"] / part["rate_scale"]).where(np.isin(part["regime"], rated(REGIMES)), 0.0)
-    return part.assign(relative=relative, frequencies=frequencies, eigenvalues=real + 1j * imag)
+    shade = frequencies / (np.nanmax(frequencies.values, initial=0.0) or 1.0)
+    return part.assign(relative=relative, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
 
 
-def _frequencies(ax, one, x, y):
-    """Draw measured frequencies in colours, of points that grow and decay nowhere."""
+def _frequencies(ax, one, x, y, most):
+    """Draw measured frequencies in colours, of points that grow and decay nowhere; `most` is that of all panels."""
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
     palette = matplotlib.colormaps["cividis"].with_extremes(bad=MISSING)
-    look = {"vmin": 0.0, "vmax": at_most(one["frequencies"].values), "rasterized": True, "gid": "frequency"}
+    look = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
     planes.name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **look)
 
