@@ -315,9 +315,15 @@ def load(source, first, target):
 @njit(**OPTIONS)
 def store(source, first, target):
     """Write rows of W lanes where points from the first on are, as many as there are."""
+    whole_vectors()
+    count = min(W, target.shape[1] - first)
     for row in range(len(source)):
-        for lane in range(min(W, target.shape[1] - first)):
-            target[row, first + lane] = source[row, lane]
+        if count == W:
+            for lane in range(W):
+                target[row, first + lane] = source[row, lane]
+        else:
+            for lane in range(count):
+                target[row, first + lane] = source[row, lane]
 
 
 @njit(**OPTIONS)
@@ -414,7 +420,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
             for lane in range(W):
                 lost[lane] += half[lane]
                 worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
-        put(last[masses:], length[n + 1 :])
+        load(lengths[n + 1 :], first, last[masses:])
         compose(records, followed, segments)
         for i in range(size):
             for lane in range(W):

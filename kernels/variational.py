@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from kernels.blocks import LANES, W, rows_of, scratch
-from kernels.dense import put, solve_in_lanes
+from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
 from kernels.monodromy import COMPOSING, FUNCTION, ROWS, load, store
 from kernels.straight import lines
@@ -227,15 +227,17 @@ def flow(step, compose, factors, slopes, lengths, numbers):
     followed = steps // 2 if len(lengths) > n else steps
     (_, count, points), parts = slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
-    length, ratio, records = rows_of(len(lengths)), rows_of(size), scratch((followed + 1) * height)
+    length, ratio, inverse, records = rows_of(n), rows_of(size), scratch(1), scratch((followed + 1) * height)
     s, R, out = S.reshape(-1, W), records.reshape(-1, W), np.empty((3 * size + 3, points))
-    last = R[followed * height :]
+    last, factor = R[followed * height :], ratio.reshape(size * W)
     for first in range(0, points, W):
-        load(lengths, first, length)
+        load(lengths[:n], first, length)
         for i in range(n):
+            for lane in range(W):
+                inverse[lane] = 1.0 / length[i, lane]
             for j in range(n):
                 for lane in range(W):
-                    ratio[i * n + j, lane] = length[j, lane] / length[i, lane]
+                    ratio[i * n + j, lane] = length[j, lane] * inverse[lane]
         for r in range(parts):
             load(slopes[r], first, H.reshape(parts * count, W)[r * count :])
         for k in range(followed):
@@ -252,13 +254,12 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                         for x in range(count * W):
                             rows[x] += factors[at, r] * part[x]
             step(S, R, 0)
-            for i in range(size):
-                there, row = R[k * height + i], s[STAGES * count + i]
-                for lane in range(W):
-                    there[lane] = row[lane] * ratio[i, lane]
+            there, whole = records[k * height * W :], S[STAGES * count * W :]
+            for x in range(size * W):
+                there[x] = whole[x] * factor[x]
             for lane in range(W):
-                R[k * height + size, lane] = 0.0
-        put(last[masses:], length[n:])
+                there[size * W + lane] = 0.0
+        load(lengths[n:], first, last[masses:])
         compose(records, followed, steps)
         store(last[result : result + len(out)], first, out)
     return out

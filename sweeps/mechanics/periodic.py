@@ -63,7 +63,7 @@ class Variation:
 
     def __init__(self, equations: Equations):
         self.equations, self.m, self.second = equations, equations.m, bool(equations.v)
-        self._phase = sp.Symbol("phase", real=True)
+        self._phase, self._kernels = sp.Symbol("phase", real=True), {}
         timed = {equations.system.time: self._phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
         slopes, m = [e.diff(x) for e in forces for x in equations.states], self.m
@@ -93,10 +93,12 @@ class Variation:
 
     def kernels(self, kind):
         """Return the functions of `kernels.variational.flow` for points of a kind, compiled, and the places."""
-        m, n, entries = self.m, self.equations.n, self.entries[kind]
-        joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
-        compose, places = monodromy.compose_of(n, joined)
-        return jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
+        if kind not in self._kernels:
+            m, n, entries = self.m, self.equations.n, self.entries[kind]
+            joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
+            compose, places = monodromy.compose_of(n, joined)
+            self._kernels[kind] = jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
+        return self._kernels[kind]
 
     def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return of points the period, whether multipliers come in pairs, and whether half a period gives the whole.
