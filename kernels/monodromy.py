@@ -46,16 +46,16 @@ class Record:
 
     S its matrix, row by row, and later E, the sum of the squares of what its errors and those after become; o by what
     it is off beside rounding, in roundings, and a what counts as alike in all segments, relative to the largest entry;
-    P the product of the matrices before, and later of it and those after; M, R, L, t, c, e the result of
+    P the product of the matrices before, and later of it and those after; M, R, t, c, e, L the result of
     :func:`compose_of`; v a vector on its way; m and w the masses in the states' sizes, and their inverse. Where entries
     are large, longer records have C, D, Q, too: the second compound, the sizes of its errors, its products. Entries of
     states that are not `joined` vanish, and no line works on them.
     """
 
     def __init__(self, n: int, joined):
-        self.n, self.pairs, names = n, [*combinations(range(n), 2)] if n in (2, 4) else [], "SoaPMRLtcevmwCDQ"
+        self.n, self.pairs, names = n, [*combinations(range(n), 2)] if n in (2, 4) else [], "SoaPMRtceLvmwCDQ"
         d, m = len(self.pairs), n // 2
-        sizes = [n * n, 1, 1, *[n * n] * 4, 1, 1, 1, n, *[m * m] * 2, *[d * d] * 3]
+        sizes = [n * n, 1, 1, *[n * n] * 3, 1, 1, 1, n * n, n, *[m * m] * 2, *[d * d] * 3]
         self.first = dict(zip(names, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.of = {name: d if name in "CDQ" else m if name in "mw" else n for name in names}
         self.height, self.tall = self.first["C"], sum(sizes)
@@ -182,14 +182,14 @@ def compose_of(n, joined):
 
     Of states that are :func:`joined`. S holds a :class:`Record` of each followed step and one more, flat, of which S
     and o are given; where half of the steps are followed, the last has the masses. Into this is written: the product;
-    the root of the sum of the squares of what G, and one rounding of each product, become; the matrix of the period
-    that begins ELSEWHERE; the number of times that the first column turned through whole half turns, of n = 2; where an
-    entry is large, the trace of the second compound, and the error of that. Places: the number of rows of a record, of
+    the root of the sum of the squares of what G, and one rounding of each product, become; the number of times that the
+    first column turned through whole half turns, of n = 2; where an entry is large, the trace of the second compound,
+    and the error of that; the matrix of the period that begins ELSEWHERE. Places: the number of rows of a record, of
     the result's first, of the masses' first.
     """
     record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
     height, size, d, first = record.height, n * n, len(record.pairs), record.first
-    R, L, t, c = (first[key] for key in "RLtc")
+    L, t, c = (first[key] for key in "Ltc")
     texts = [
         [*record._each("P", lambda i, j: float(i == j)), f"{record.at('t')} = 0.0"],
         record.before("S", "P"),
@@ -198,9 +198,14 @@ def compose_of(n, joined):
         record.join(True),
         record.after("S", "P"),
         [*record._product("q", "L", "P"), *record._each("L", lambda i, j: record.at("q", i, j))],
-        [*record.mirrored("S", 2), *record._each("R", lambda i, j: record.at("q", i, j))],
+        record._each("R", lambda i, j: f"sqrt({record.at('S', i, j)})"),
+        # what a step is off, its mirror image is, too
+        [
+            *record.mirrored("S", 2),
+            *record._each("R", lambda i, j: f"sqrt(2.0 * ({record.at('S', i, j)} + q_{i}_{j}))"),
+        ],
     ]
-    begin, before, keep, join, join_halves, after, later, mirror = (lines("\n".join(text)) for text in texts)
+    begin, before, keep, join, join_halves, after, later, tell, tell_both = (lines("\n".join(text)) for text in texts)
     tell_minors = _minors_of(record, f"minors_{name}")
 
     @njit(COMPOSE, name=f"compose_{name}", **PASSED)
@@ -249,10 +254,10 @@ def compose_of(n, joined):
         if half:
             put(last[t : t + 1], X[t : t + 1])
             for lane in range(W):
-                mirror(end, lane)
-        for i in range(size):  # what a step is off, its mirror image is, too
+                tell_both(end, lane)
+        else:
             for lane in range(W):
-                last[R + i, lane] = math.sqrt(2.0 * (last[i, lane] + last[R + i, lane]) if half else last[i, lane])
+                tell(end, lane)
 
     return compose, (height, first["M"], first["m"])
 
@@ -372,9 +377,9 @@ def measure(advance, compose, base, columns, lengths, numbers):
         advance (function): ``advance(S, columns, steps)`` advances the base motion, the first rows of S, and perturbed
             motions of it.
         compose (function): Of :func:`compose_of`.
-        base (numpy.ndarray, shape (rows, segments, points)): The base motion where segments begin; or where the first
+        base (numpy.ndarray, shape (segments, rows, points)): The base motion where segments begin; or where the first
             one begins, and motions go on from it.
-        columns (numpy.ndarray, shape (motions, rows, segments or 1, points)): Perturbed motions where segments begin:
+        columns (numpy.ndarray, shape (motions, segments or 1, rows, points)): Perturbed motions where segments begin:
             those of one side, and one of twice their sum where equations are not linear, then those of the other.
         lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
             the difference of sides. Where half a period is followed, the masses come after these, and their inverse.
@@ -383,13 +388,13 @@ def measure(advance, compose, base, columns, lengths, numbers):
             :func:`compose_of`; and of each entry of a matrix the motion that has it, or -1 where it vanishes.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 5, points): As written by :func:`compose_of`; then the truncation error of the
-            steps and the effect of the amplitude, relative to each segment's largest entry.
+        numpy.ndarray, shape (2 n n + 5, points): As written by :func:`compose_of` without the last; then the truncation
+            error of the steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
     n, segments, steps, rows, states, left_out, sides, base_left_out, height, result, masses = numbers[:11]
     followed = segments // 2 if len(lengths) > n + 1 else segments
-    motions, size, out = columns.shape[1], n * n, np.empty((3 * n * n + 5, lengths.shape[1]))
+    motions, size, out = columns.shape[2], n * n, np.empty((2 * n * n + 5, lengths.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
     length, records = rows_of(len(lengths)), scratch((followed + 1) * height)
     R, both, work, coherent = records.reshape(-1, W), rows_of(2), rows_of(4), math.sqrt(segments * n) / NOISE
@@ -402,10 +407,10 @@ def measure(advance, compose, base, columns, lengths, numbers):
             for lane in range(W):
                 length[i, lane] = 1.0 / length[i, lane]
         for s in range(followed):
-            if s < base.shape[1]:
-                load(base[:, s], first, S.reshape(rows, W))
+            if s < len(base):
+                load(base[s], first, S.reshape(rows, W))
             for c in range(len(columns)):
-                load(columns[c, :, min(s, columns.shape[2] - 1)], first, C[c].reshape(motions, W))
+                load(columns[c, min(s, columns.shape[1] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
             _differences(C, length, R[s * height :], work, (n, states, sides), numbers[11:])
@@ -425,6 +430,6 @@ def measure(advance, compose, base, columns, lengths, numbers):
         for i in range(size):
             for lane in range(W):
                 lost[lane] += 0.0 * last[result + i, lane]  # not a number where these are none
-        store(last[result : result + 3 * size + 3], first, out)
-        store(both, first, out[3 * size + 3 :])
+        store(last[result : result + 2 * size + 3], first, out)
+        store(both, first, out[2 * size + 3 :])
     return out

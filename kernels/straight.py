@@ -24,6 +24,7 @@ FUNCTIONS = {  # what formulas may call beside each other, as LLVM names it
     **{abs: "llvm.fabs.f64", math.sqrt: "llvm.sqrt.f64", np.sqrt: "llvm.sqrt.f64"},
     **{np.floor: "llvm.floor.f64", math.copysign: "llvm.copysign.f64"},
 }
+KNOWN = {"sqrt": math.sqrt}  # to lines, beside Python's own
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 _formulas = {}  # function → names of its arguments, statements, values of its global names
 
@@ -114,13 +115,13 @@ def lines(text: str) -> Callable:
     """Return a function of S and lane, for compiled code, that does what lines of text say.
 
     Args:
-        text (str): Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, numbers, names that were
-            assigned before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and is
-            not asked for its length.
+        text (str): Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, sqrt, numbers, names that
+            were assigned before, and ``S[row + lane]``, row a whole number; S is an array of doubles in one piece, and
+            is not asked for its length.
     """
     if is_plain():  # nothing is compiled, and Python reads them itself
         code = compile(text, "lines", "exec")
-        return lambda S, lane: exec(code, {"S": S, "lane": lane})
+        return lambda S, lane: exec(code, {"S": S, "lane": lane, **KNOWN})
     from numba import types
     from numba.extending import intrinsic
 
@@ -129,7 +130,7 @@ def lines(text: str) -> Callable:
         def generate(context, builder, signature, arguments):
             data = context.make_array(S)(context, builder, arguments[0]).data
             _align(builder.function)
-            _Writer(builder, data=data, lane=arguments[1]).write(ast.parse(text).body)
+            _Writer(builder, scope=KNOWN, data=data, lane=arguments[1]).write(ast.parse(text).body)
             return context.get_dummy_value()
 
         return types.none(S, lane), generate

@@ -362,8 +362,8 @@ class Base:
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
         *functions, places = variation.kernels(self.kind)
         rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, *places]))
-        matrices, later, _ = with_errors(rows, n, ROUNDING)
-        return matrices, later, trace
+        matrices, later = with_errors(rows, n, ROUNDING)
+        return matrices, np.moveaxis(later.reshape(n, n, h.size), 2, 0), trace
 
     def followed(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
         """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
@@ -383,8 +383,7 @@ class Base:
         lengths = np.array([*sizes, n * self.error / epsilon, *self.masses])
         functions = map(jit.passed, (code.module().advance, compose))
         result = monodromy.measure(*functions, rows, columns, lengths, np.array(numbers))
-        matrices, _, further = with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
-        return matrices, further
+        return with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
 
     def measured(self, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
         """Return measured matrices in the states' sizes, and whether epsilon, or the steps, are too large.
@@ -422,15 +421,14 @@ class Base:
         return flow, elsewhere, determinant
 
 
-def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
+def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
     """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose_of`, and what is behind.
 
-    Of n states, in their sizes: the matrix of the period that begins later, and further rows. An error whose size is 1
-    there is `noise`; the minors' counts twice.
+    Of n states, in their sizes. An error whose size is 1 there is `noise`; the minors' counts twice.
     """
-    entries, (turns, *minors), further = np.split(rows, [3 * n * n, 3 * n * n + 3])
-    matrix, error, later = np.moveaxis(entries.reshape(3, n, n, turns.size), 3, 1)
-    return floquet.Matrices(matrix, noise * error, turns, np.array(minors) * [[1.0], [2.0 * noise]]), later, further
+    entries, (turns, *minors), further = np.split(rows, [2 * n * n, 2 * n * n + 3])
+    matrix, error = np.moveaxis(entries.reshape(2, n, n, turns.size), 3, 1)
+    return floquet.Matrices(matrix, noise * error, turns, np.array(minors) * [[1.0], [2.0 * noise]]), further
 
 
 def alike(base: Base) -> Iterator[np.ndarray]:

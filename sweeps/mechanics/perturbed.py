@@ -105,7 +105,7 @@ class PerturbedCode(Series):
         return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 
     def starts(self, parameters, place, epsilon, step, x) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of base motions (rows, segments, points) and of perturbed ones (motions, rows, …).
+        """Return the rows of base motions (segments, rows, points) and of perturbed ones (motions, segments, …).
 
         Args:
             parameters: a list of arrays (points,).
@@ -115,19 +115,19 @@ class PerturbedCode(Series):
             x: deviations of the states over epsilon, shape (motions, states, points).
         """
         shape = np.broadcast_shapes(*(np.shape(y) for y in place))
-        columns = np.zeros((len(x), len(self.perturbed), *shape))
-        columns[:, : self.time] = x[:, :, None]
+        columns = np.zeros((len(x), shape[0], len(self.perturbed), shape[1]))
+        columns[:, :, : self.time] = x[:, None]
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [np.broadcast_to(y, shape) for y in place])
             functions = [*self.perturbed.items()][2 * self.time :]
-            for column in columns if functions else []:
+            for column in np.swapaxes(columns, 1, 2) if functions else []:
                 deviation = [*column[: self.time], np.zeros(shape)]
                 hat, _ = self.values.deviations(U, slopes, parameters, epsilon, deviation)
                 for (_, number), row in functions:
                     column[row] = hat[number]
-        base = np.empty((len(self.base), *shape))
+        base = np.empty((shape[0], len(self.base), shape[1]))
         for (kind, number), row in self.base.items():
-            base[row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step], "E": [0.0]}[kind][number]
+            base[:, row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step], "E": [0.0]}[kind][number]
         return base, columns
 
     # -- terms of the series: names of locals, None where they vanish
