@@ -6,12 +6,14 @@ Motions begin 1e-3 of the states' sizes beside a stable equilibrium of a sweep t
 intervals of 2π/16 over the scale. Errors are the largest distance of any sample from a run of ours at the tolerance
 1e-15, which heyoka.py's at 1e-16 bears out, over the motion's largest deviation; the worst of all motions. Of each the
 loosest tolerance with an error of 1e-10 at most is taken. heyoka.py runs in batches (the best of WIDTHS), its steps'
-Taylor coefficients summed by compiled code, as in contenders.py. Ratios are medians over rounds within which all take
-turns. The survey's kernel, which integrates and measures, stands beside, its motions a second. Nothing is asserted.
+Taylor coefficients summed by compiled code, as in contenders.py. The survey's kernel, which integrates and measures,
+stands beside, its motions a second. All run in fresh processes, of which the fastest of each counts: where code lies in
+memory changes its rate by up to a half. Nothing is asserted.
 """
 
-import argparse
-import statistics
+import math
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -25,7 +27,8 @@ from sweeps.points import catalogue
 from sweeps.points.loading import read
 
 RACED = {"double_pendulum": "hanging", "lagrange_points": "", "sleeping_top": ""}  # and the equilibrium, if one alone
-COUNT, INTERVALS, SIZE, ERROR, ROUNDS = 4096, 64, 1e-3, 1e-10, 5
+COUNT, INTERVALS, SIZE, ERROR = 4096, 64, 1e-3, 1e-10
+ROUNDS, PROCESSES, ALONE = 15, 3, "--alone"
 WIDTHS = (16, 32, 64)
 TOLERANCES, FINER = 10.0 ** -np.arange(8.0, 16.1, 0.5), 10.0 ** np.array([0.375, 0.25, 0.125, 0.0])
 
@@ -180,40 +183,49 @@ class Survey:
 
 
 def race(name):
-    """Print the race of a system."""
+    """Print the rates of a system's race, of this process."""
     task = Task(name)
     ours = task.loosest(task.ours)
     lanes = {"Polhode steps": (lambda: task.ours(ours[0]), COUNT)}
     survey = Survey(task)
     lanes["Polhode survey, measuring"] = survey.work, survey.motions
-    print(f"{name}: Polhode, tolerance {ours[0]:.1e}, error {ours[1]:.1e}", flush=True)
+    print(f"{name}: Polhode, tolerance {ours[0]:.1e}, error {ours[1]:.1e}", file=sys.stderr)
     try:
         import heyoka
     except ImportError:
-        print("heyoka.py is not here")
+        print("heyoka.py is not here", file=sys.stderr)
     else:
-        print(f"heyoka.py {heyoka.__version__}: its best at 1e-16 is {task.error(Heyoka(task, 32)(1e-16)):.1e} off")
+        off = task.error(Heyoka(task, 32)(1e-16))
+        print(f"heyoka.py {heyoka.__version__}: its best at 1e-16 is {off:.1e} off", file=sys.stderr)
         for width in WIDTHS:
             peer = Heyoka(task, width)
             loosest = task.loosest(peer)
-            print(f"heyoka.py, {width} lanes: tolerance {loosest[0]:.1e}, error {loosest[1]:.1e}", flush=True)
+            print(f"heyoka.py, {width} lanes: tolerance {loosest[0]:.1e}, error {loosest[1]:.1e}", file=sys.stderr)
             lanes[f"heyoka.py, {width} lanes"] = (lambda peer=peer, at=loosest[0]: peer(at)), COUNT
-    rates = {label: [] for label in lanes}
-    for _ in range(ROUNDS):
-        for label, (work, count) in lanes.items():
-            rates[label].append(count / seconds(work))
-    for label, found in rates.items():
-        print(f"{label:28s} {statistics.median(found):12,.0f} motions/s")
-    peers = [label for label in rates if label.startswith("heyoka")]
-    if peers:
-        best = max(peers, key=lambda label: statistics.median(rates[label]))
-        for label in ("Polhode steps", "Polhode survey, measuring"):
-            ratio = statistics.median(a / b for a, b in zip(rates[label], rates[best], strict=True))
-            print(f"{label} / {best}: {ratio:.2f}")
+    for label, (work, count) in lanes.items():
+        print(f"{label}: {count / min(seconds(work) for _ in range(ROUNDS))}")
+
+
+def main(names):
+    """Print the rate of the fastest process of each, and by how much others are slower."""
+    for name in names:
+        rates = {}
+        for _ in range(PROCESSES):
+            command = [sys.executable, __file__, ALONE, name]
+            for line in subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines():
+                label, _, rate = line.rpartition(": ")
+                rates.setdefault(label, []).append(float(rate))
+        peer = max((max(some) for label, some in rates.items() if label.startswith("heyoka")), default=math.nan)
+        for label, some in rates.items():
+            others = f"others to {1.0 - min(some) / max(some):.0%} less"
+            print(
+                f"{name}: {label} {max(some):,.0f} motions/s, {max(some) / peer:.2f} times heyoka.py; {others}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("systems", nargs="*", default=list(RACED))
-    for chosen in parser.parse_args().systems:
-        race(chosen)
+    if sys.argv[1:2] == [ALONE]:
+        race(sys.argv[2])
+    else:
+        main(sys.argv[1:] or RACED)
