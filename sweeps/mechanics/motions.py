@@ -33,8 +33,7 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> np.ndarr
         times: shape (runs, times).
         tolerance: the last term of a step, relative to the largest size of each state so far.
     """
-    time = len(code.graph.equations.states)  # the place of the time among the states
-    x = np.insert(start, time, times[:, 0], axis=1)
+    x = np.column_stack([start, times[:, 0]])
     count, expand = times.shape[1], code.module().expand
     states = np.empty((*start.shape, count + paths.TOGETHER))
     states[:, :, 0] = start
