@@ -10,6 +10,7 @@ from scipy.special import ellipj, ellipk
 import sweeps
 from sweeps import systems
 from sweeps.mechanics import motions
+from sweeps.schema.refusals import MapError
 from sweeps.systems.oscillator.presentation import figure_motion
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation.moving import equations
@@ -89,6 +90,12 @@ def test_nothing_is_drawn_where_no_equilibrium_tells(maps):
     ds = ds.assign(regime=0 * ds["regime"] + marginal)
     animation = systems.presented(systems.resolve("pendulum")).animations(ds)["motion"]
     assert not list(animation())
+
+
+def test_a_map_that_names_another_system_has_no_animation_of_it(maps):
+    animation = systems.presented(systems.resolve("double_pendulum")).animations(maps("pendulum"))["motion"]
+    with pytest.raises(MapError, match="length1: is missing"):
+        list(animation())
 
 
 @pytest.mark.parametrize("name", GRIDS)

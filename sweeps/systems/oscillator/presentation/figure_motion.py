@@ -16,6 +16,7 @@ import xarray as xr
 
 from sweeps.figure import colors, style
 from sweeps.mechanics import motions
+from sweeps.schema.refusals import MapError
 from sweeps.systems.oscillator.variables import REGIMES
 from sweeps.systems.presentation import animation
 from sweeps.systems.presentation.moving import film
@@ -52,6 +53,8 @@ class Run:
 def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     """Yield the frames of the animation; none without a stable and an unstable equilibrium."""
     defaults = {p.name: p.default for p in model.system.parameters.values()}
+    if missing := defaults.keys() - ds.coords.keys():
+        raise MapError(f"{min(missing)}: is missing; allowed: every parameter of the map's system")
     point = {n: float(ds[n].values[np.argmin(np.abs(ds[n].values - value))]) for n, value in defaults.items()}
     here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
     runs = [run for regime in COLORS if (run := beside(here, regime, model)) is not None]
