@@ -82,6 +82,10 @@ class Record:
         """Return lines that write a product of matrices."""
         return self._each(name, lambda i, j: " + ".join(self._terms(a, b, i, j)), b[0])
 
+    def _largest(self, name, least=0.0):
+        """Return lines that find the largest entry."""
+        return [f"most = {least}", *(f"most = max(most, abs({self.at(name, *e)}))" for e in self.entries[self.n])]
+
     def mirrored(self, name: str, power: int = 1) -> list[str]:
         """Return lines that find R S⁻¹ R of a matrix, q; with a power of 2, what it makes of the squares of errors."""
         m, entries = self.n // 2, self.entries[self.n]
@@ -103,22 +107,18 @@ class Record:
         text += self._product("M", "q", "P") if half else self._each("M", lambda i, j: self.at("P", i, j))
         text += [f"{self.at('v', 0, i)} = {self.at('P', i)}" for i in range(self.n)]
         text += self._each("P", lambda i, j: self.at("q", i, j) if half else float(i == j))
-        text += [*self._each("S", lambda i, j: 0.0), "most = 0.0"]
-        text += [f"most = max(most, abs({self.at('M', *entry)}))" for entry in self.entries[self.n]]
-        return [*text, f"{self.at('c')} = most"]
+        return [*text, *self._each("S", lambda i, j: 0.0), *self._largest("M"), f"{self.at('c')} = most"]
 
     def errors(self) -> list[str]:
         """Return lines that find the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
-        text = ["most = 0.0", *(f"most = max(most, abs({self.at('S', *entry)}))" for entry in self.entries[self.n])]
-        text += [f"off = {self.at('o')} + {self.at('a')} * most"]
+        text = [*self._largest("S"), f"off = {self.at('o')} + {self.at('a')} * most"]
         for i, j in self.entries[self.n]:  # states apart stay apart
             text += [f"G_{i}_{j} = min({' + '.join(f'abs({x})' for x in self._terms('S', 'S', i, j))}, most) + off"]
         return text
 
     def flip(self) -> list[str]:
         """Return lines that make R S⁻¹ R of a segment."""
-        text = [*self.mirrored("S"), *self._each("S", lambda i, j: self.at("q", i, j)), "most = 1.0"]
-        text += [f"most = max(most, abs({self.at('q', *entry)}))" for entry in self.entries[self.n]]
+        text = [*self.mirrored("S"), *self._each("S", lambda i, j: self.at("q", i, j)), *self._largest("q", 1.0)]
         return [*text, f"{self.at('o')} = {self.at('o')} * (most * most)"]
 
     def minors(self) -> list[str]:
@@ -139,20 +139,17 @@ class Record:
 
     def before(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those before by a segment's matrix."""
-        text, column = (
-            self._product(2 * others, matrix, others),
-            [(others, 0), (others, 1), (2 * others, 0), (2 * others, 1)],
-        )
-        return text + (
-            self._turn(*(self.at(*entry) for entry in column), "tt") if matrix == "S" and self.n == 2 else []
-        )
+        text = self._product(2 * others, matrix, others)
+        if matrix == "S" and self.n == 2:
+            text += self._turn(*(self.at(name, i) for name in ("P", "PP") for i in (0, 1)), "tt")
+        return text
 
     def after(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those after by a segment's matrix, and add errors' squares."""
         entries, two = self.entries[self.of[matrix]], 2 * others
         text = self.errors() if matrix == "S" else [f"G_{i}_{j} = {self.at('D', i, j)}" for i, j in entries]
         if matrix == "S" and self.n == 2:  # the segment turned over
-            x, y, (a, b, c, d) = self.at("vv", 0, 0), self.at("vv", 0, 1), (self.at("S", *entry) for entry in entries)
+            x, y, *(a, b, c, d) = (self.at(*e) for e in [("vv", 0, 0), ("vv", 0, 1), *product("S", (0, 1), (0, 1))])
             text += [f"u = {d} * {x} + {b} * {y}", f"v = {c} * {x} + {a} * {y}", *self._turn(x, y, "u", "v", "t")]
             text += [f"{self.at('v', 0, 0)} = u", f"{self.at('v', 0, 1)} = v"]
         for i, j in entries:

@@ -65,3 +65,17 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
         assert np.isfinite(minors) == is_large
         assert not is_large or abs(minors - second) <= 2.0 * monodromy.NOISE * minors_noise
     assert large
+
+
+def test_states_apart_have_products_of_their_own():
+    """Two states that do not act on each other: no entry and no turn but of each alone; 1e-15: some roundings."""
+    compose, (height, result, _) = monodromy.compose_of(2, monodromy.joined(2, []))
+    rows = scratch((STEPS + 1) * height)
+    R = rows.reshape(-1, W)
+    factors = np.random.default_rng(5).uniform(0.8, 1.2, (STEPS, 2))
+    for s, (x, y) in enumerate(factors):
+        R[s * height], R[s * height + 3] = x, y
+    compose(rows, STEPS, STEPS)
+    told = R[STEPS * height + result :, 0]
+    np.testing.assert_allclose(told[[0, 3]], factors.prod(axis=0), rtol=1e-15)
+    assert not told[[1, 2, 5, 6, 8]].any()
