@@ -111,47 +111,16 @@ def written(m, n, entries):
         yield f"S[{(count + i * n + j) * W} + lane] = {rows[size + i].get(size + j, '0.0')}"
 
 
-def oscillators(m):
-    r"""Return lines that write the matrix of a step of m equations :math:`u'' = k(t)\,u` apart from each other.
-
-    By the values at the step's ends, :math:`u(x_i) = (1 - x_i)\,u(0) + x_i\,u(1) - \sum_j g_{ij} b_j k_j u(x_j)` with
-    the rule's Green's function, a symmetric matrix: half of it is enough, to which each point in turn adds a product.
-    What the ends have of it makes :math:`u'(0)` and :math:`u'(1)`. Half a turn in a step is too long.
-    """
-    g = np.outer(POINTS, 1.0 - POINTS) - TWICE / WHOLE
-    for i in range(m):
-        rows = [{b: repr(float(g[a, b])) for b in range(a, STAGES)} for a in range(STAGES)] + [{}, {}]
-        for row, x in zip(rows, POINTS, strict=False):
-            row |= {STAGES: repr(float(1.0 - x)), STAGES + 1: repr(float(x))}
-        for p in range(STAGES):
-            yield f"w = {float(WHOLE[p])!r} * S[{(p * m + i) * W} + lane]"
-            yield f"d = w / (-1.0 - w * {rows[p].pop(p)})"
-            for a, x in rows[p].items():
-                yield f"f = d * {x}"
-                for b, y in rows[p].items():
-                    if b >= a:
-                        yield f"g_{a}_{b} = " + (f"{rows[a][b]} + f * {y}" if b in rows[a] else f"f * {y}")
-                        rows[a][b] = f"g_{a}_{b}"
-        (left, both), (right,) = (row.values() for row in rows[STAGES:])
-        at = {(a, b): f"S[{((STAGES + 2 * (i + a) + b) * m + i) * W} + lane]" for a in (0, m) for b in (0, 1)}
-        yield f"inverse = 1.0 / (1.0 + {both})"
-        yield f"{at[0, 0]} = inverse - {left} * inverse"
-        yield f"{at[0, 1]} = inverse"
-        yield f"{at[m, 0]} = ({left} * {right} - {left} - {right} - {both} * (2.0 + {both})) * inverse"
-        yield f"{at[m, 1]} = inverse - {right} * inverse"
-
-
 @cache
 def step_of(m, n, entries):
-    """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``.
+    """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``: see :func:`written`.
 
     Of m unknowns at each point (coordinates, or states) and n states; entries are (i, j) of each slope that does not
     vanish.
     """
     name = f"step_{m}_{n}_" + "".join(map(str, np.ravel(entries)))
-    apart = n > m and all(i == j for i, j in entries) and len(entries) == m
-    if apart or m <= WRITTEN_OUT:
-        step = lines("\n".join(oscillators(m) if apart else written(m, n, entries)))
+    if m <= WRITTEN_OUT:
+        step = lines("\n".join(written(m, n, entries)))
 
         @njit(ROWS, name=name, **PASSED)
         def by_lines(S, nothing, number):

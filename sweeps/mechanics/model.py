@@ -69,9 +69,7 @@ class Model:
         code = self.perturbed_code(still)
         with self._lock:
             code.module()
-            for kind in self.variation.entries:
-                if kind[0] == still:
-                    self.variation.kernels(kind)
+            self.variation.kernels(still)
             if not still:
                 self.moving.module()
         return code

@@ -78,27 +78,22 @@ class Variation:
         both = np.reshape([e != 0 for e in still[: len(slopes)]], (m, -1))
         if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
             both[:] = both.any(axis=0)  # masses couple what the forces do not
-        #: whether all is at rest, and half a period is enough → (i, j): what the acceleration or rate i has slopes by
-        self.entries = {
-            (still, even): tuple(
-                (i, j) for i, j in np.ndindex(both.shape) if (both[i, j] or not still) and j < (m if even else 2 * m)
-            )
-            for still, even in [(True, False), (True, True), (False, False)]
-        }
+        #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
+        self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
         turned = {x: -x for x in equations.states}
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
-    def kernels(self, kind):
-        """Return the functions of `kernels.variational.flow` for points of a kind, compiled, and the places."""
-        if kind not in self._kernels:
-            m, n, entries = self.m, self.equations.n, self.entries[kind]
+    def kernels(self, still):
+        """Return the functions of `kernels.variational.flow`, compiled, and the places."""
+        if still not in self._kernels:
+            m, n, entries = self.m, self.equations.n, self.entries[still]
             joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
             compose, places = monodromy.compose_of(n, joined)
-            self._kernels[kind] = jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
-        return self._kernels[kind]
+            self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
+        return self._kernels[still]
 
     def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return of points the period, whether multipliers come in pairs, and whether half a period gives the whole.
@@ -144,14 +139,13 @@ class Variation:
         slopes = [e for part in parts.values() for e in part]
         return lambdified([self._phase], parts), self._written([*slopes, *still[count:]])
 
-    def at(self, parameters, x, phases, kind) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
 
         Where slopes are no such sums there are no parts, and the slopes are those at all phases. Phases have the shape
-        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is at rest. The
-        kind is one of `entries`.
+        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is `still`.
         """
-        m, n, points, (still, _), entries = self.m, self.equations.n, parameters[0].size, kind, self.entries[kind]
+        m, n, points, entries = self.m, self.equations.n, parameters[0].size, self.entries[still]
         if still and self._separate:
             moving, written = self._separate
             factors, values = np.stack(moving(phases), axis=1), iter(written(*parameters, *x[:, 0], np.zeros(1)))
@@ -338,29 +332,24 @@ class Base:
 
     # -- of points of one kind
 
-    @property
-    def kind(self) -> tuple[bool, bool]:
-        """Whether all is at rest, and whether half a period is enough."""
-        return bool(self.still.all()), bool(self.even[0])
-
     def varied(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
         """Return the variational flow over a period that begins at a phase, in an even number of steps.
 
         Beside it come the matrix of the period that begins later, and the integral of the trace.
         """
-        variation, entries, n = self.model.variation, self.model.variation.entries[self.kind], self.sizes.shape[1]
-        half, first, h = self.kind[1] and begin == 0.0, n - self.model.equations.m, self.period / steps
+        variation, still, n = self.model.variation, bool(self.still.all()), self.sizes.shape[1]
+        half, first, h = self.even[0] and begin == 0.0, n - self.model.equations.m, self.period / steps
         phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
-        factors, slopes = variation.at(self.parameters, self(phases), phases, self.kind)
+        factors, slopes = variation.at(self.parameters, self(phases), phases, still)
         lengths = np.array([*self.sizes.T, *(self.masses if half else [])])
         lengths[first:n] *= h if first else 1.0
-        for e, (_, j) in enumerate(entries):
+        for e, (_, j) in enumerate(variation.entries[still]):
             slopes[:, e] *= h * h if j < first else h
         weights, trace = np.tile(variational.WHOLE, phases.size // variational.STAGES), np.zeros(h.size)
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
-        for e in (e for e, (i, j) in enumerate(entries) if j == i + first):
+        for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
-        *functions, places = variation.kernels(self.kind)
+        *functions, places = variation.kernels(still)
         rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, *places]))
         matrices, later = with_errors(rows, n, ROUNDING)
         return matrices, np.moveaxis(later.reshape(n, n, h.size), 2, 0), trace
@@ -482,7 +471,7 @@ def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
     some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
     with np.errstate(all="ignore"):
-        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, (False, False))
+        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
         terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)
     return not (terms[FOURIER // 4 :].max(axis=0) <= FALLEN * terms.max(axis=0)).any()
 
