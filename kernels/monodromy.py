@@ -7,9 +7,9 @@ states that no others influence. Where they are not, one more motion begins at t
 twice the sum of their ends it differs by more than each column does from a linear motion.
 
 *Half a period.* Where Hamilton's equations are even in the time and have no terms in the velocities, :math:`u(-t)`
-solves them where u(t) does: the segments of the second half are :math:`R\,S_k^{-1}R` in reverse order, R with
-velocities reversed. Of :math:`S = (A\ B;\ C\ D)` and the masses a the inverse is known without division:
-:math:`a^{-1}(D^T B^T;\ C^T A^T)\,a`.
+solves them where u(t) does: the second half's matrix is :math:`R\,P^{-1}R`, P the first half's, R with velocities
+reversed. Of :math:`P = (A\ B;\ C\ D)` and the masses a it is known without division:
+:math:`a^{-1}(D^T B^T;\ C^T A^T)\,a`; so what P is off, it is off likewise, and both errors are added.
 
 *Errors.* What a segment may be off, :math:`G_k`, grows to :math:`|S_K\cdots S_{k+1}|\,G_k\,|S_{k-1}\cdots S_1|`, and so
 does the rounding of each product. Roundings are independent, so their squares are added; what is left out by the steps
@@ -69,18 +69,26 @@ class Record:
         row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * height
         return f"S[{row * W} + lane]"
 
-    def _each(self, name, text, of=""):
-        """Return lines that write the entries of a matrix."""
-        return [f"{self.at(name, *entry)} = {text(*entry)}" for entry in self.entries[self.of[of or name[0]]]]
+    @staticmethod
+    def unit(i: int, j: int) -> float:
+        """Return an entry of the unit matrix."""
+        return float(i == j)
+
+    def each(self, name, source, of=""):
+        """Return lines that write the entries of a matrix: those of another one, or what a function returns."""
+        entries = self.entries[self.of[of or name[0]]]
+        return [
+            f"{self.at(name, *e)} = {self.at(source, *e) if isinstance(source, str) else source(*e)}" for e in entries
+        ]
 
     def _terms(self, a, b, i, j):
         """Return the terms of an entry of a product of matrices."""
         row = (k for r, k in self.entries[self.of[b[0]]] if r == i)
         return [f"{self.at(a, i, k)} * {self.at(b, k, j)}" for k in row]
 
-    def _product(self, name, a, b):
+    def multiplied(self, name, a, b):
         """Return lines that write a product of matrices."""
-        return self._each(name, lambda i, j: " + ".join(self._terms(a, b, i, j)), b[0])
+        return self.each(name, lambda i, j: " + ".join(self._terms(a, b, i, j)), b[0])
 
     def _largest(self, name, least=0.0):
         """Return lines that find the largest entry."""
@@ -99,15 +107,15 @@ class Record:
                     terms.append(self.at(name, a + m * (j < m), b + m * (i < m)) + power * factor)
             return " + ".join(terms) or "0.0"
 
-        return self._each("q", entry, name)
+        return self.each("q", entry, name)
 
     def join(self, half: bool) -> list[str]:
         """Return lines that write the product of all, and begin that of those after."""
         text = self.mirrored("P") if half else []
-        text += self._product("M", "q", "P") if half else self._each("M", lambda i, j: self.at("P", i, j))
+        text += self.multiplied("M", "q", "P") if half else self.each("M", "P")
         text += [f"{self.at('v', 0, i)} = {self.at('P', i)}" for i in range(self.n)]
-        text += self._each("P", lambda i, j: self.at("q", i, j) if half else float(i == j))
-        return [*text, *self._each("S", lambda i, j: 0.0), *self._largest("M"), f"{self.at('c')} = most"]
+        text += self.each("P", "q" if half else self.unit)
+        return [*text, *self.each("S", lambda *_: 0.0), *self._largest("M"), f"{self.at('c')} = most"]
 
     def errors(self) -> list[str]:
         """Return lines that find the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
@@ -118,7 +126,7 @@ class Record:
 
     def flip(self) -> list[str]:
         """Return lines that make R S⁻¹ R of a segment."""
-        text = [*self.mirrored("S"), *self._each("S", lambda i, j: self.at("q", i, j)), *self._largest("q", 1.0)]
+        text = [*self.mirrored("S"), *self.each("S", "q"), *self._largest("q", 1.0)]
         return [*text, f"{self.at('o')} = {self.at('o')} * (most * most)"]
 
     def minors(self) -> list[str]:
@@ -139,7 +147,7 @@ class Record:
 
     def before(self, matrix: str, others: str) -> list[str]:
         """Return lines that multiply the product of those before by a segment's matrix."""
-        text = self._product(2 * others, matrix, others)
+        text = self.multiplied(2 * others, matrix, others)
         if matrix == "S" and self.n == 2:
             text += self._turn(*(self.at(name, i) for name in ("P", "PP") for i in (0, 1)), "tt")
         return text
@@ -158,11 +166,11 @@ class Record:
             text += [f"z_{i}_{j} = {self.at(two, i, j)} * {self.at(two, i, j)}"]
         for b, j in entries:
             text += [f"t_{b}_{j} = " + " + ".join(f"h_{b}_{c} * p_{c}_{j}" for r, c in entries if r == b)]
-        text += self._product("q", two, matrix)
+        text += self.multiplied("q", two, matrix)
         for i, j in entries:
             squares = " + ".join([self.at(2 * matrix, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for r, b in entries if r == i)])
             text += [f"{self.at(matrix, i, j)} = {squares}"]
-        return text + self._each(others, lambda i, j: self.at("q", i, j))
+        return text + self.each(others, "q")
 
 
 def joined(n, groups):
@@ -188,19 +196,15 @@ def compose_of(n, joined):
     height, size, d, first = record.height, n * n, len(record.pairs), record.first
     L, t, c = (first[key] for key in "Ltc")
     texts = [
-        [*record._each("P", lambda i, j: float(i == j)), f"{record.at('t')} = 0.0"],
+        [*record.each("P", record.unit), f"{record.at('t')} = 0.0"],
         record.before("S", "P"),
-        record._each("L", lambda i, j: record.at("P", i, j)),
+        record.each("L", "P"),
         record.join(False),
         record.join(True),
         record.after("S", "P"),
-        [*record._product("q", "L", "P"), *record._each("L", lambda i, j: record.at("q", i, j))],
-        record._each("R", lambda i, j: f"sqrt({record.at('S', i, j)})"),
-        # what a step is off, its mirror image is, too
-        [
-            *record.mirrored("S", 2),
-            *record._each("R", lambda i, j: f"sqrt(2.0 * ({record.at('S', i, j)} + q_{i}_{j}))"),
-        ],
+        [*record.multiplied("q", "L", "P"), *record.each("L", "q")],
+        record.each("R", lambda *e: f"sqrt({record.at('S', *e)})"),
+        record.mirrored("S", 2) + record.each("R", lambda *e: f"sqrt(2.0 * ({record.at('S', *e)} + q_{e[0]}_{e[1]}))"),
     ]
     begin, before, keep, join, join_halves, after, later, tell, tell_both = (lines("\n".join(text)) for text in texts)
     tell_minors = _minors_of(record, f"minors_{name}")
@@ -208,11 +212,8 @@ def compose_of(n, joined):
     @njit(COMPOSE, name=f"compose_{name}", **PASSED)
     def compose(S, followed, steps):
         whole_vectors()
-        half, elsewhere, alike = (
-            followed < steps,
-            round(ELSEWHERE * steps),
-            0.5 * EPSILON / NOISE * math.sqrt(steps * n),
-        )
+        half, elsewhere = followed < steps, round(ELSEWHERE * steps)
+        alike = 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
         X, end, aside = S.reshape(S.size // W, W), S[followed * height * W :], S[elsewhere * height * W :]
         last, is_large = X[followed * height :], False
         for lane in range(W):
