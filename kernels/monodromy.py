@@ -172,6 +172,20 @@ class Record:
             text += [f"{self.at(matrix, i, j)} = {squares}"]
         return text + self.each(others, "q")
 
+    def texts(self) -> list[list[str]]:
+        """Return the lines of :func:`compose_of`, in their order there; what a step is off, its mirror image is, too."""
+        return [
+            [*self.each("P", self.unit), f"{self.at('t')} = 0.0"],
+            self.before("S", "P"),
+            self.each("L", "P"),
+            self.join(False),
+            self.join(True),
+            self.after("S", "P"),
+            [*self.multiplied("q", "L", "P"), *self.each("L", "q")],
+            self.each("R", lambda *e: f"sqrt({self.at('S', *e)})"),
+            self.mirrored("S", 2) + self.each("R", lambda *e: f"sqrt(2.0 * ({self.at('S', *e)} + q_{e[0]}_{e[1]}))"),
+        ]
+
 
 def joined(n, groups):
     """Return whether states act on each other, by row a tuple, from groups of those that do."""
@@ -195,18 +209,9 @@ def compose_of(n, joined):
     record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
     height, size, d, first = record.height, n * n, len(record.pairs), record.first
     L, t, c = (first[key] for key in "Ltc")
-    texts = [
-        [*record.each("P", record.unit), f"{record.at('t')} = 0.0"],
-        record.before("S", "P"),
-        record.each("L", "P"),
-        record.join(False),
-        record.join(True),
-        record.after("S", "P"),
-        [*record.multiplied("q", "L", "P"), *record.each("L", "q")],
-        record.each("R", lambda *e: f"sqrt({record.at('S', *e)})"),
-        record.mirrored("S", 2) + record.each("R", lambda *e: f"sqrt(2.0 * ({record.at('S', *e)} + q_{e[0]}_{e[1]}))"),
-    ]
-    begin, before, keep, join, join_halves, after, later, tell, tell_both = (lines("\n".join(text)) for text in texts)
+    begin, before, keep, join, join_halves, after, later, tell, tell_both = (
+        lines("\n".join(text)) for text in record.texts()
+    )
     tell_minors = _minors_of(record, f"minors_{name}")
 
     @njit(COMPOSE, name=f"compose_{name}", **PASSED)
