@@ -173,7 +173,7 @@ class Record:
         return text + self.each(others, "q")
 
     def texts(self) -> list[list[str]]:
-        """Return the lines of :func:`compose_of`, in their order there; what a step is off, its mirror image is, too."""
+        """Return the lines of :func:`compose_of` in order; what a step is off, its mirror image is off, too."""
         return [
             [*self.each("P", self.unit), f"{self.at('t')} = 0.0"],
             self.before("S", "P"),
