@@ -51,7 +51,7 @@ class Landscape:
         self._slopes, self._terms = self._written(slopes), self._written([magnitude(e) for e in slopes])
         self._a = self._written(equations.a.subs(equations.still)) if equations.v else None
         #: third derivatives of V and first ones of a, a list of arrays
-        self.third = self._written(equations.third) if equations.natural else None
+        self.third = lambdified(self._arguments, equations.third) if equations.natural else None
         quantities, gradients = system.conserved_quantities.values(), list(equations.gradients)
         bends = [e for quantity in quantities for e in sp.hessian(quantity, equations.states)]
         self._gradients = [self._written(es) for es in (gradients, map(magnitude, gradients))]
@@ -94,13 +94,13 @@ class Landscape:
         """Return how far each coordinate of an equilibrium may be from its place, shape (points, m), to first order.
 
         From an enclosure of F at the place and the slopes there, or as far as rounding has `hidden` it; along a family
-        nothing is uncertain.
+        nothing is uncertain, nor where F is exactly 0.
         """
         values, width = self.enclosed(parameters, place, place)[0], np.ptp(self.bounds(parameters), axis=-1)
         F, J = np.abs(values[:, :, 0]).max(axis=-1), values[:, :, 1:].mean(axis=-1) * width[:, None, :]
         size = np.abs(J).max(axis=2)
         size[size == 0.0] = 1.0
-        sound = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
+        sound = F.any(axis=1) & np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
         inverse = np.abs(np.linalg.pinv(J[sound] / size[sound][:, :, None], rcond=SINGULAR))
         error = np.zeros(place.shape)
         error[sound] = width[sound] * np.einsum("pij,pj->pi", inverse, F[sound] / size[sound])
@@ -136,7 +136,7 @@ class Landscape:
         return self._shaped(self._labels, (-1, self.m), parameters)
 
     def _written(self, expressions):
-        return lambdified(self._arguments, expressions)
+        return lambdified(self._arguments, expressions, whole=False)
 
     def _size(self, place):
         """Return a perturbation of relative size one; by default a quarter of the bounds, or NaN (see `modes`)."""
@@ -165,14 +165,15 @@ class Landscape:
         return [self._shaped(f, (-1, self.n), parameters, x) for f in self._gradients]
 
     def conserved_slopes(self, parameters, x, sizes):
-        """Return the changes of conserved quantities along each state's size, shape (points, quantities, n), or 0.
+        """Return the changes of conserved quantities along each state's size, and in second order along all sizes.
 
-        Where all that is left is a rounding of what they change in second order, they have no slope.
+        Shapes (points, quantities, n) and (points, quantities). Where all that is left of a slope is a rounding of the
+        change in second order, it is 0.
         """
         slopes = self.gradients(parameters, x)[0] * sizes[:, None, :]
         bent = np.einsum("pi,pqij,pj->pq", sizes, self.bends(parameters, x), sizes)
         slopes[np.abs(slopes).sum(axis=2) <= FLAT * bent] = 0.0
-        return slopes
+        return slopes, bent
 
     def curvatures(self, parameters, x):
         """Return the second derivatives of the conserved quantities, and their terms' absolute values: (…, n, n)."""
@@ -189,17 +190,17 @@ class Landscape:
     @staticmethod
     def _shaped(function, shape, parameters, x=()):
         values, points = function(*parameters, *x), parameters[0].size
-        whole = np.stack(values, axis=-1) if values else np.empty((points, 0))
-        count = whole.shape[-1] // int(np.prod([abs(k) for k in shape]))
+        whole, count = np.empty((points, len(values))), len(values) // int(np.prod([abs(k) for k in shape]))
+        for k, value in enumerate(values):
+            whole[:, k] = value
         return whole.reshape(points, *(count if k < 0 else k for k in shape))
 
 
-def changed(f, place, error):
-    """Return how much matrices f(place), shape (points, …, n, n), change where a place is off, to first order.
+def changed(f, here, place, error):
+    """Return how much matrices f(place) = here, shape (points, …, n, n), change where a place is off, to first order.
 
     Each coordinate of a place has its own error: both have the shape (points, m).
     """
-    here = f(place)
     change = np.zeros(here.shape)
     for k in np.flatnonzero((error > 0.0).any(axis=0)):
         aside = place.copy()

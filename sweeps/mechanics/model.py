@@ -96,7 +96,7 @@ class Model:
         with np.errstate(all="ignore"):
             (places,) = self.landscape.starts(parameters) if self.system.labels else self.equilibria(parameters).places
             repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
-            slopes = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
+            slopes, _ = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
         finite = slopes[np.isfinite(slopes).all((1, 2))]
         if not finite.size:
             raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")

@@ -61,8 +61,8 @@ def _linear(landscape, parameters, place, hidden):
         error = landscape.place_error(parameters, place, hidden)
     squares, vectors = modes.normal_modes(hessian, a)
     S = modes.scale(terms, a)
-    pulled = changed(lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], place, error)
-    heavier = changed(lambda x: landscape.a(parameters, list(x.T)), place, error)
+    pulled = changed(lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], slopes[:, :, :m], place, error)
+    heavier = changed(lambda x: landscape.a(parameters, list(x.T)), a, place, error)
     changes = pulled / (S * S)[:, None, None] + heavier
     uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
     twice = _twice(landscape.third(*parameters, *q), terms, a, sizes)

@@ -56,14 +56,14 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         slopes, terms = land.slopes(parameters, x)
         J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
         S, sizes = jacobians.scales(bound, sizes)
-        gradients = land.conserved_slopes(parameters, x, sizes)
-        basis = _free(gradients, model.n)
+        conserved = land.conserved_slopes(parameters, x, sizes)
+        basis = _free(conserved[0], model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
-        changes = _changes(model, parameters, x, sizes, terms, gradients)
+        changes = _changes(model, parameters, x, sizes, terms, conserved)
     located |= _eigen(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
     located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
-    return located | {"moved": _moved(model, located)}
+    return located | {"moved": _moved(model, located, J)}
 
 
 def _jacobian(model, parameters, x, slopes, terms):
@@ -85,7 +85,7 @@ def _jacobian(model, parameters, x, slopes, terms):
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
 
-def _moved(model, theory):
+def _moved(model, theory, J):
     """Return by how much the scaled Jacobian may differ at the equilibrium itself, over S; 0 below a rounding."""
     S, place, sizes = theory["scale"], theory["place"], theory["sizes"]
     with np.errstate(invalid="ignore"):  # rounding moves a place far only where an eigenvalue is small
@@ -99,7 +99,7 @@ def _moved(model, theory):
 
     with np.errstate(all="ignore"):
         error = model.landscape.place_error(chosen, place[rows], theory["hidden"][rows])
-        change = changed(at, place[rows], error) * ratio
+        change = changed(at, J[rows], place[rows], error) * ratio
         moved[rows] = matrices.length(change) / S[rows]
     return np.where(moved > ROUNDINGS, moved, 0.0)
 
@@ -127,8 +127,10 @@ def paired(model, slopes, terms):
         size = terms.reshape(-1, m, 2, m)
         odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
         return (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
-    joined = (terms + np.swapaxes(terms, 1, 2) > 0.0).astype(np.float64)
-    return np.einsum("pii->p", np.linalg.matrix_power(joined, model.equations.n | 1)) == 0.0
+    joined = terms + np.swapaxes(terms, 1, 2) > 0.0
+    first, back = runs_of(list(joined.reshape(len(terms), -1).T))  # most points share one pattern
+    walks = np.linalg.matrix_power(joined[first].astype(np.float64), model.equations.n | 1)
+    return (np.einsum("pii->p", walks) == 0.0)[back]
 
 
 def definite(model, parameters, place, hidden):
@@ -138,11 +140,10 @@ def definite(model, parameters, place, hidden):
     |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden and Ratiu,
     Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are tried.
     """
-    proved = np.zeros(len(place), dtype=bool)
+    proved, rows = np.zeros(len(place), dtype=bool), np.flatnonzero(np.isfinite(place).all(1))
     quantities = model.system.conserved_quantities.values()
-    if not quantities or any(e.has(model.system.time) for e in quantities):
+    if not (quantities and rows.size) or any(e.has(model.system.time) for e in quantities):
         return proved
-    rows = np.flatnonzero(np.isfinite(place).all(1))
     place, parameters, land = place[rows], [p[rows] for p in parameters], model.landscape
     x = list(place.T)
     with np.errstate(all="ignore"):
@@ -151,7 +152,7 @@ def definite(model, parameters, place, hidden):
         (slopes, steep), (bent, terms) = land.gradients(parameters, x), land.curvatures(parameters, x)
         both = (sizes[:, :, None] * sizes[:, None])[:, None]
         whole = (steep * sizes[:, None]).sum(2) + (terms * both).sum((2, 3))  # no unit of a quantity counts
-        moved = changed(lambda at: land.curvatures(parameters, list(at.T))[0], place, error)
+        moved = changed(lambda at: land.curvatures(parameters, list(at.T))[0], bent, place, error)
         loose = (moved + slack[:, None, None, None] * terms) * both / whole[:, :, None, None]
         slopes, bent = slopes * sizes[:, None] / whole[:, :, None], bent * both / whole[:, :, None, None]
     sound = np.isfinite(slopes).all((1, 2)) & np.isfinite(bent + loose).all((1, 2, 3))
@@ -176,7 +177,7 @@ def _extremal(slopes, bent, loose, slack):
     return (least > room).any(1)
 
 
-def _changes(model, parameters, x, sizes, terms, gradients):
+def _changes(model, parameters, x, sizes, terms, conserved):
     """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
     if model.equations.conservative:
         m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
@@ -184,9 +185,8 @@ def _changes(model, parameters, x, sizes, terms, gradients):
         return [(0.5 * sum(matrices.total(A * of[:, :, None] * of[:, None]) for A, of in parts), 2)]
     if not model.quantities:
         return []
-    curved = 0.5 * np.einsum("pi,pqij,pj->pq", sizes, model.landscape.bends(parameters, x), sizes)
-    sloped = np.abs(gradients).sum(2)
-    return [(curved[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
+    sloped, bent = np.abs(conserved[0]).sum(2), conserved[1]
+    return [(0.5 * bent[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
 
 
 # -- motion
