@@ -76,31 +76,35 @@ def take(D, P, Q, numbers, direction, k):
         Q[SIZE, lane], Q[FAR, lane] = 0.0, 0.0
     for i in range(n):
         for lane in range(W):
-            x, half, quarter = D[i, lane], D[n + i, lane], D[2 * n + i, lane]
-            y = at_zero(x, half, quarter) if pair else x
-            once = y - (quarter + (quarter - half) / 3.0) if pair else 0.0
+            x = D[i, lane]
+            Q[first + i, lane] = x
+            Q[SIZE, lane] = max(Q[SIZE, lane], abs(x))
+    for i in range(n if pair else 0):
+        for lane in range(W):
+            half, quarter = D[n + i, lane], D[2 * n + i, lane]
+            y = at_zero(D[i, lane], half, quarter)
+            once = y - (quarter + (quarter - half) / 3.0)
             Q[first + i, lane] = y
-            Q[SIZE, lane] = max(Q[SIZE, lane], max(abs(x), abs(y)))
+            Q[SIZE, lane] = max(Q[SIZE, lane], abs(y))
             Q[FAR, lane] += once * once
     opened = 0
     for lane in range(W):
-        size = Q[SIZE, lane]
-        Q[START, lane] = size if k == 0 else Q[START, lane]
-        near = (k < ENOUGH) | (Q[FAR, lane] <= (BENT * size) * (BENT * size))
-        inside = ((k == 0) | (Q[OPEN, lane] > 0.0)) & (size <= measure.WINDOW * Q[START, lane]) & near
-        Q[OPEN, lane] = 1.0 if inside else 0.0
-        Q[weight, lane] = Q[OPEN, lane]
-        Q[ONCE, lane] += Q[FAR, lane] if inside else 0.0
-        larger = inside & (size > Q[LARGEST, lane])
-        Q[LARGER, lane] = 1.0 if larger else 0.0
-        Q[LARGEST, lane] = size if larger else Q[LARGEST, lane]
-        opened |= 1 if inside else 0
-    for i in range(n):
+        size, far, start, largest = Q[SIZE, lane], Q[FAR, lane], Q[START, lane], Q[LARGEST, lane]
+        start = size if k == 0 else start
+        near = (k < ENOUGH) | (far <= (BENT * size) * (BENT * size))
+        inside = ((k == 0) | (Q[OPEN, lane] > 0.0)) & (size <= measure.WINDOW * start) & near
+        larger = inside & (size > largest)
+        Q[START, lane], Q[OPEN, lane], Q[weight, lane] = start, 1.0 if inside else 0.0, 1.0 if inside else 0.0
+        Q[LARGER, lane], Q[LARGEST, lane] = 1.0 if larger else 0.0, size if larger else largest
+        Q[ONCE, lane] += far if inside else 0.0
+        opened += 1 if inside else 0
+    for i in range(n if pair else 0):
         for lane in range(W):
-            inside = Q[OPEN, lane] > 0.0
             whole = Q[first + i, lane] - D[i, lane]
-            Q[WHOLE, lane] += whole * whole if inside else 0.0
-            Q[first + i, lane] = Q[first + i, lane] if inside else 0.0
+            Q[WHOLE, lane] += whole * whole if Q[OPEN, lane] > 0.0 else 0.0
+    for i in range(n if opened < W else 0):
+        for lane in range(W):
+            Q[first + i, lane] = Q[first + i, lane] if Q[OPEN, lane] > 0.0 else 0.0
     for q in range(quantities):
         value, drift = QUANTITY + 2 * q, QUANTITY + 2 * q + 1
         for lane in range(W):
@@ -122,15 +126,13 @@ def _take_means(Y, weight, runs, count, n, used, h, most):
     for r in range(runs):
         for k in range(most):
             to, here, there = r * most + k, r * count + k, r * count + 2 * k
-            for i in range(n):
-                for lane in range(lanes):
-                    mean = 0.5 * (Y[there * n + i, lane] + Y[(there + 1) * n + i, lane])
-                    Y[to * n + i, lane] = mean if used[lane] > most else Y[here * n + i, lane]
             for lane in range(lanes):
-                weight[to, lane] = weight[there + 1, lane] if used[lane] > most else weight[here, lane]
+                one, both = weight[here, lane], weight[there + 1, lane]
+                weight[to, lane] = both if used[lane] > most else one
             for i in range(n):
                 for lane in range(lanes):
-                    Y[to * n + i, lane] *= weight[to, lane]
+                    one, mean = Y[here * n + i, lane], 0.5 * (Y[there * n + i, lane] + Y[(there + 1) * n + i, lane])
+                    Y[to * n + i, lane] = weight[to, lane] * (mean if used[lane] > most else one)
     for lane in range(lanes):
         h[lane] *= 2.0 if used[lane] > most else 1.0
 

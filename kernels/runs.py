@@ -129,9 +129,10 @@ def _project(project, R, pair, sizes, D):
             for lane in range(W):
                 D[row, lane] = 0.0
             for j in range(N):
-                for lane in range(W):
-                    x = P[j * W + lane]
-                    D[row, lane] += project[c, j * W + lane] * (0.5 * (x - M[j * W + lane]) if pair else x)
+                for lane in range(W if pair else 0):
+                    D[row, lane] += project[c, j * W + lane] * (0.5 * (P[j * W + lane] - M[j * W + lane]))
+                for lane in range(0 if pair else W):
+                    D[row, lane] += project[c, j * W + lane] * P[j * W + lane]
 
 
 @njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **OPTIONS)

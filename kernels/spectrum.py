@@ -168,16 +168,15 @@ def _advance(M, X0, live, Z, V, place):
                         third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
                         z = X0[u + np.uint64(lane)] * Z[v + np.uint64(lane)] + (first + (second + third))
                         Z[to + np.uint64(lane)] = live[lane] * z
-                        V[into + np.uint64(lane)] = live[lane] * z
                 else:
                     for lane in range(W):
                         x, y = a + np.uint64(lane), b + np.uint64(lane)
                         first = M[x] * Z[y] + M[x + np.uint64(W)] * Z[y + np.uint64(W)]
                         second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
                         third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
-                        z = Z[to + np.uint64(lane)] + live[lane] * (first + (second + third))
-                        Z[to + np.uint64(lane)] = z
-                        V[into + np.uint64(lane)] = z
+                        Z[to + np.uint64(lane)] += live[lane] * (first + (second + third))
+            for lane in range(W):
+                V[into + np.uint64(lane)] = Z[to + np.uint64(lane)]
 
 
 @njit(void(*4 * (ROWS,), *3 * (int64,), ROWS, ROWS), **OPTIONS)
