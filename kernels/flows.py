@@ -69,18 +69,18 @@ SCALE, START, LARGEST, SIZE, FAR, OPEN, ONCE, WHOLE, QUANTITY = range(GIVEN, GIV
 def take(D, P, Q, numbers, direction, k):
     """Take one sample of every lane, extrapolated to zero amplitude; return whether any lane's window is open."""
     whole_vectors()
-    count, states, n, quantities, runs = numbers[0], numbers[1], numbers[2], numbers[4], numbers[5]
-    weight = QUANTITY + 2 * quantities + direction * count + k
+    count, states, n, quantities, runs, lanes = numbers[0], numbers[1], numbers[2], numbers[4], numbers[5], Q.shape[1]
+    weight = np.uint64(QUANTITY + 2 * quantities + direction * count + k)
     first, pair = QUANTITY + 2 * quantities + runs * count + (direction * count + k) * n, Q[PAIR, 0] > 0.0
-    for lane in range(W):
+    for lane in range(lanes):
         Q[SIZE, lane], Q[FAR, lane] = 0.0, 0.0
     for i in range(n):
-        for lane in range(W):
+        for lane in range(lanes):
             x = D[i, lane]
             Q[first + i, lane] = x
             Q[SIZE, lane] = max(Q[SIZE, lane], abs(x))
     for i in range(n if pair else 0):
-        for lane in range(W):
+        for lane in range(lanes):
             half, quarter = D[n + i, lane], D[2 * n + i, lane]
             y = at_zero(D[i, lane], half, quarter)
             once = y - (quarter + (quarter - half) / 3.0)
@@ -88,26 +88,28 @@ def take(D, P, Q, numbers, direction, k):
             Q[SIZE, lane] = max(Q[SIZE, lane], abs(y))
             Q[FAR, lane] += once * once
     opened = 0
-    for lane in range(W):
+    for lane in range(lanes):
         size, far, start, largest = Q[SIZE, lane], Q[FAR, lane], Q[START, lane], Q[LARGEST, lane]
         start = size if k == 0 else start
         near = (k < ENOUGH) | (far <= (BENT * size) * (BENT * size))
         inside = ((k == 0) | (Q[OPEN, lane] > 0.0)) & (size <= measure.WINDOW * start) & near
         larger = inside & (size > largest)
-        Q[START, lane], Q[OPEN, lane], Q[weight, lane] = start, 1.0 if inside else 0.0, 1.0 if inside else 0.0
+        Q[START, lane], Q[OPEN, lane] = start, 1.0 if inside else 0.0
         Q[LARGER, lane], Q[LARGEST, lane] = 1.0 if larger else 0.0, size if larger else largest
         Q[ONCE, lane] += far if inside else 0.0
         opened += 1 if inside else 0
+    for lane in range(lanes):
+        Q[weight, lane] = Q[OPEN, lane]
     for i in range(n if pair else 0):
-        for lane in range(W):
+        for lane in range(lanes):
             whole = Q[first + i, lane] - D[i, lane]
             Q[WHOLE, lane] += whole * whole if Q[OPEN, lane] > 0.0 else 0.0
-    for i in range(n if opened < W else 0):
-        for lane in range(W):
+    for i in range(n if opened < lanes else 0):
+        for lane in range(lanes):
             Q[first + i, lane] = Q[first + i, lane] if Q[OPEN, lane] > 0.0 else 0.0
     for q in range(quantities):
         value, drift = QUANTITY + 2 * q, QUANTITY + 2 * q + 1
-        for lane in range(W):
+        for lane in range(lanes):
             x = P[(states + 2 + q) * W + lane]
             Q[value, lane] = x if k == 0 else Q[value, lane]
             far = max(Q[drift, lane], abs(x - Q[value, lane]))

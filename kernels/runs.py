@@ -121,18 +121,17 @@ def at_zero(whole, half, quarter):
 def _project(project, R, pair, sizes, D):
     """Write what is measured of the motions of each size: half the difference of both sides, where there are two."""
     whole_vectors()
-    channels, N = project.shape[0], project.shape[1] // W
+    channels, N, lanes = project.shape[0], project.shape[1] // W, D.shape[1]
     for size in range(sizes):
         P, M = R[2 * size], R[2 * size + 1]
         for c in range(channels):
             row = size * channels + c
-            for lane in range(W):
+            for lane in range(lanes):
                 D[row, lane] = 0.0
             for j in range(N):
-                for lane in range(W if pair else 0):
-                    D[row, lane] += project[c, j * W + lane] * (0.5 * (P[j * W + lane] - M[j * W + lane]))
-                for lane in range(0 if pair else W):
-                    D[row, lane] += project[c, j * W + lane] * P[j * W + lane]
+                for lane in range(lanes):
+                    x = P[j * W + lane]
+                    D[row, lane] += project[c, j * W + lane] * (0.5 * (x - M[j * W + lane]) if pair else x)
 
 
 @njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **OPTIONS)
@@ -195,7 +194,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
                 _project(project, R, pair, sizes, D)
                 going = take(D, R[0], Q, numbers, direction, k)
                 for row in range(0, states * W, W):
-                    for lane in range(W):
+                    for lane in range(Q.shape[1]):
                         K[row + lane] = R[0, row + lane] if Q[LARGER, lane] > 0.0 else K[row + lane]
                 if not going:
                     break

@@ -175,7 +175,7 @@ def _advance(M, X0, live, Z, V, place):
                         second = M[x + np.uint64(2 * W)] * Z[y + np.uint64(2 * W)]
                         third = M[x + np.uint64(3 * W)] * Z[y + np.uint64(3 * W)]
                         Z[to + np.uint64(lane)] += live[lane] * (first + (second + third))
-            for lane in range(W):
+            for lane in range(live.size):
                 V[into + np.uint64(lane)] = Z[to + np.uint64(lane)]
 
 
@@ -200,7 +200,7 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
     for r in range(runs):
         for k in range(-(-count // FOUR) * FOUR):
             used, sample, opened = (r * count + min(k, count - 1)) * W, k % FOUR, 0
-            for lane in range(W):
+            for lane in range(live.size):
                 live[lane] = weight[used + lane] if k < count else 0.0
                 opened |= 1 if live[lane] > 0.0 else 0
             if opened == 0 and sample == 0:
@@ -217,7 +217,7 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
             for i in range(n):
                 here, d = np.uint64(used * n + i * W), np.uint64((i * FOUR + sample) * W)
                 x = d + np.uint64((P + 1) * n * FOUR * W)
-                for lane in range(W):
+                for lane in range(live.size):
                     y = live[lane] * Y[here + np.uint64(lane)]
                     V[d + np.uint64(lane)] = y - V[x + np.uint64(lane)]
             if sample == FOUR - 1:
