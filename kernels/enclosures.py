@@ -21,7 +21,7 @@ import numpy as np
 
 from kernels import codes
 from kernels.codes import OUTSIDE, POLE, SOUND, UNIT, Formulas
-from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void
+from kernels.jit import OPTIONS, float64, int64, njit, types, void
 
 LIBRARY = 8.0 * UNIT  # of a function of the C library
 TINY = 2.3e-308  # what underflow may take
@@ -298,7 +298,7 @@ def _function(code, a, b, p, q):
     return f, g, max(_down(d, LIBRARY), 0.0), _up(e, LIBRARY), SOUND
 
 
-@njit(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]), nogil=True, **PASSED)
+@njit(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]), nogil=True, **OPTIONS)
 def enclose(F, low, high, count, R, values):
     r"""Enclose functions of several variables in one box, with their first ``count`` partial derivatives.
 
@@ -353,7 +353,7 @@ def enclose(F, low, high, count, R, values):
 
 @njit(
     void(OF_POINTS, int64[::1], float64[:, ::1], float64[:, ::1], float64[:, :, :, ::1], int64[::1]),
-    nogil=True, **PASSED,
+    nogil=True, **OPTIONS,
 )  # fmt: skip
 def slopes(F, owner, low, high, values, states):
     """Enclose functions, with their constants in many points, in many boxes, shape (boxes, variables).

@@ -25,12 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, UNIT, ZERO, Formulas
+from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, SOUND, UNIT, ZERO, Formulas
+from kernels.enclosures import FORMULAS, OF_POINTS, enclose
 from kernels.jit import OPTIONS, boolean, float64, int64, njit, types
-
-FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)
-OF_POINTS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, :, ::1]), Formulas)
-ENCLOSE = types.FunctionType(int64(FORMULAS, float64[::1], float64[::1], int64, float64[:, ::1], float64[:, :, ::1]))
 
 INFLATED = 0.05  # of a box, on each side
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
@@ -92,12 +89,16 @@ class Boxes(NamedTuple):
     progress: np.ndarray
 
 
+BOX = types.NamedTuple(
+    (float64[:, ::1], *[float64[:, :, ::1]] * 3, float64[:, ::1], float64[:, :, ::1], float64[:, ::1], float64[:, ::1]),
+    Box,
+)
 WHERE = types.NamedTuple((float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1]), Where)
 LIMITS = types.NamedTuple((float64, int64, int64, boolean), Limits)
 FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
-@njit(**OPTIONS)
+@njit(boolean(float64[:, ::1], float64[:, ::1]), **OPTIONS)
 def _invert(M, Y):
     """Write the inverse of M, which is overwritten, into Y; return False where there is none."""
     n = len(M)
@@ -141,10 +142,24 @@ def _product(a, b, c, d):
 
 
 @njit(**OPTIONS)
-def _enclosed(enclose, F, box):
-    """Enclose F and J in X, and F at its middle, in the box's units; return the state, -1 where one is infinite."""
+def _range(values):
+    """Return -1 where a row of F has no zero, 1 where one underflows, 2 where one is infinite, 0 else."""
+    kind = 0
+    for i in range(len(values)):
+        low, high = values[i, 0, 0], values[i, 0, 1]
+        if low > 0.0 or high < 0.0:
+            return -1
+        kind = max(kind, 2 if not high - low < math.inf else 1 if low < high and max(-low, high) < FAINT else 0)
+    return kind
+
+
+@njit(int64(FORMULAS, BOX), **OPTIONS)
+def _enclosed(F, box):
+    """Enclose F and J in X, F at its middle; return the state, OUTSIDE where F has no zero, -1 where it is infinite."""
     n = len(box.u)
     state = enclose(F, box.ends[X], box.ends[Y], n, box.rows, box.values)
+    if _range(box.values) < 0:
+        return OUTSIDE
     for j in range(n):
         box.ends[MIDDLE, j] = 0.5 * (box.ends[X, j] + box.ends[Y, j])
         box.ends[HALF, j] = SLACK * max(box.ends[Y, j] - box.ends[MIDDLE, j], box.ends[MIDDLE, j] - box.ends[X, j])
@@ -168,7 +183,7 @@ def _enclosed(enclose, F, box):
     return state
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _cut_by_rows(box):
     """Cut u by each row of f + A u = 0, solved for each variable; return False where nothing is left."""
     L, u, n = box.linear, box.u, len(box.u)
@@ -192,7 +207,7 @@ def _cut_by_rows(box):
     return True
 
 
-@njit(**OPTIONS)
+@njit(int64(BOX), **OPTIONS)
 def _cut_by_operator(box):
     """Cut u to K; return 1 where K lies inside X, -1 where nothing is left, HIDDEN or 0 else."""
     L, Y, n = box.linear, box.inverse[0], len(box.u)
@@ -229,7 +244,7 @@ def _cut_by_operator(box):
     return 1 if inside else HIDDEN if hidden and straight else 0
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _is_lost(box):
     """Return whether each row of F changes in X by less than ROUNDINGS roundings of F at the middle."""
     for i in range(len(box.u)):
@@ -241,20 +256,8 @@ def _is_lost(box):
     return True
 
 
-@njit(**OPTIONS)
-def _range(values):
-    """Return -1 where a row of F has no zero, 1 where one underflows, 2 where one is infinite, 0 else."""
-    kind = 0
-    for i in range(len(values)):
-        low, high = values[i, 0, 0], values[i, 0, 1]
-        if low > 0.0 or high < 0.0:
-            return -1
-        kind = max(kind, 2 if not high - low < math.inf else 1 if low < high and max(-low, high) < FAINT else 0)
-    return kind
-
-
-@njit(**OPTIONS)
-def _residual(enclose, F, box, place, step):
+@njit(float64(FORMULAS, BOX, float64[::1], float64[::1]), **OPTIONS)
+def _residual(F, box, place, step):
     """Write P F(place) over h into step, with J there into ``at``; return its largest element over its own rounding.
 
     A box may be wide in one variable and narrow in another, so h is no measure of how near the zero is.
@@ -271,8 +274,8 @@ def _residual(enclose, F, box, place, step):
     return most
 
 
-@njit(inline="always", **OPTIONS)
-def _refine(enclose, F, box):
+@njit(boolean(FORMULAS, BOX), **OPTIONS)
+def _refine(F, box):
     """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
     n = len(box.u)
     place, step, other = box.scratch[0], box.scratch[1], box.scratch[2]
@@ -282,7 +285,7 @@ def _refine(enclose, F, box):
     for i in range(n):
         for k in range(n):
             box.inverse[2, i, k] = box.ends[HALF, i] * box.inverse[0, i, k] / box.ends[SIZE, k]
-    size, best = _residual(enclose, F, box, place, step), math.inf
+    size, best = _residual(F, box, place, step), math.inf
     for _ in range(STEPS):
         if not size < best:
             break
@@ -300,15 +303,15 @@ def _refine(enclose, F, box):
                 other[i] -= h[i] * box.inverse[0, i, k] * step[k]
             inside &= low[i] <= other[i] <= high[i]
             place[i] -= h[i] * step[i]
-        size = _residual(enclose, F, box, place, step)
+        size = _residual(F, box, place, step)
         if inside:
-            newton = _residual(enclose, F, box, other, step)
+            newton = _residual(F, box, other, step)
             if newton < size:
                 _set(place, other)
                 size = newton
             else:
-                size = _residual(enclose, F, box, place, step)
-    _residual(enclose, F, box, place, step)
+                size = _residual(F, box, place, step)
+    _residual(F, box, place, step)
     for i in range(n):
         step[i] = max(UNIT * abs(place[i]), UNIT * UNIT * (high[i] - low[i]))
         for k in range(n):
@@ -317,7 +320,7 @@ def _refine(enclose, F, box):
         for j in range(n):
             step[j] *= 4.0
             box.ends[X, j], box.ends[Y, j] = place[j] - step[j], place[j] + step[j]
-        if _enclosed(enclose, F, box) >= 0 and _cut_by_operator(box) == 1:
+        if _enclosed(F, box) == SOUND and _cut_by_operator(box) == 1:
             return True
     _set(box.ends[X], low)
     _set(box.ends[Y], high)
@@ -325,13 +328,12 @@ def _refine(enclose, F, box):
 
 
 @njit(inline="always", **OPTIONS)
-def _verdict(enclose, F, box, narrow, rough):
+def _verdict(F, box, narrow, rough):
     """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
-    state = _enclosed(enclose, F, box)
-    size = _range(box.values)
-    if state == OUTSIDE or size < 0:
+    state = _enclosed(F, box)
+    if state == OUTSIDE:
         return -1
-    if size == 1:
+    if _range(box.values) == 1:
         return OVERFLOW
     if state == POLE:
         return BROKEN if narrow else -2
@@ -353,7 +355,7 @@ def _verdict(enclose, F, box, narrow, rough):
     return LOST if lost else NARROW if narrow else -2
 
 
-@njit(**OPTIONS)
+@njit(float64(BOX, float64[::1]), **OPTIONS)
 def _shrink(box, floor):
     """Cut the box to what is left of X; return what is left of its volume, -1 for nothing."""
     volume = 1.0
@@ -369,7 +371,7 @@ def _shrink(box, floor):
     return volume
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _axis(box, bounds, floor):
     """Return the variable that F changes most with in the box."""
     axis, best, n = 0, -1.0, len(box.u)
@@ -386,7 +388,7 @@ def _axis(box, bounds, floor):
     return axis
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _begin(box, start, within, narrowest, floor):
     """Make a box of a start, with X about it; return whether it is as narrow as a box may be."""
     narrow = True
@@ -412,7 +414,7 @@ def _is_within(low, high, boxes, kinds):
     return False
 
 
-@njit(**OPTIONS)
+@njit(inline="always", **OPTIONS)
 def _cut(box, within, floor, stack, top):
     """Put what is left of a box on the stack, in two parts if that is most of it; return the new top."""
     volume = _shrink(box, floor)
@@ -430,12 +432,11 @@ def _cut(box, within, floor, stack, top):
     return top + 2
 
 
-@njit(int64(ENCLOSE, OF_POINTS, WHERE, LIMITS, FOUND), nogil=True, **OPTIONS)
-def search(enclose, functions, where, limits, boxes_found):
+@njit(int64(OF_POINTS, WHERE, LIMITS, FOUND), nogil=True, **OPTIONS)
+def search(functions, where, limits, boxes_found):
     """Find all zeros of points, one after the other, until the records are full; return the number of records.
 
-    ``enclose`` is :func:`kernels.enclosures.enclose`; functions hold the constants of all points, and are as many as
-    the variables; ``boxes_found`` is written.
+    Functions hold the constants of all points, and are as many as the variables; ``boxes_found`` is written.
     """
     records, boxes, progress = boxes_found
     n, count, room = functions.outputs.size, 0, 0
@@ -460,15 +461,15 @@ def search(enclose, functions, where, limits, boxes_found):
             if used > limits.most or undecided > MOST_LEFT or few > limits.few or top + 2 > room:
                 kind = LEFT
             else:
-                kind = _verdict(enclose, F, box, narrow, limits.rough)
+                kind = _verdict(F, box, narrow, limits.rough)
             if limits.rough and kind in (ZERO, LOST):
                 kind = NARROW if _shrink(box, floor) >= 0.0 else -1
             if kind == ZERO:
                 _set(near[0], box.ends[X])
                 _set(near[1], box.ends[Y])
-                if not _refine(enclose, F, box):  # the zero is far from the middle: a smaller box will do
+                if not _refine(F, box):  # the zero is far from the middle: a smaller box will do
                     kind = NARROW if narrow else -2
-                    _enclosed(enclose, F, box)
+                    _enclosed(F, box)
             if kind == -2:
                 top = _cut(box, within, floor, stack, top)
             zeros = boxes[begin:count, 1]

@@ -245,7 +245,7 @@ class _All:
 
     def run(self, constants, bounds, limits, starts=None):
         """Search boxes; return for each record the box, its kind, the box it stands for, and one about the zero."""
-        from kernels import enclosures, roots  # compiled by their import
+        from kernels import roots  # compiled by its import
 
         progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
@@ -255,7 +255,7 @@ class _All:
         while progress[0] < len(bounds):
             before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
             boxes_found = roots.Boxes(records, boxes, progress)
-            count = roots.search(enclosures.enclose, functions, where, roots.Limits(*limits), boxes_found)
+            count = roots.search(functions, where, roots.Limits(*limits), boxes_found)
             parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
             room *= 1 if progress[0] > before else 4
         return tuple(np.concatenate(x) for x in zip(*parts, strict=True))

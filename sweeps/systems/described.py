@@ -39,6 +39,7 @@ PLANNING = (
     Kernel("direct", "truncation", "float64, int64", seconds=0.3),
     Kernel("blocks", "cut", "int64[::1], int64", seconds=0.4),
 )
+SEARCH = Kernel("enclosures", seconds=3.0), Kernel("roots", seconds=4.0, stage=1)
 PATHS = Kernel("paths", seconds=2.0, stage=1)  # called by motions far from an equilibrium, after all of `runs`
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
 LOOKED_AT = 256  # points of a grid at which a check looks for equilibria

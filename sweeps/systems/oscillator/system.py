@@ -14,7 +14,7 @@ from sweeps.schema.parameters import key, mapping
 from sweeps.schema.refusals import Problem, display, refusal, refusals
 from sweeps.schema.values import Positive, Tolerance, number
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, PATHS, PLANNING, Described
+from sweeps.systems.described import MECHANICS, PATHS, PLANNING, SEARCH, Described
 from sweeps.systems.oscillator import variables as tables
 from sweeps.systems.oscillator.variables import DEGENERATE, FOLLOWED, VARIABLES
 from sweeps.systems.system import Kernel
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from sweeps import mechanics
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
-SEARCH = Kernel("enclosures", seconds=3.0)
 Component = Annotated[float, number(lambda x: True, "any finite number")]
 
 
@@ -75,7 +74,7 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots", "matrices")
-    compiled = (Kernel("oscillations", seconds=2.0), Kernel("roots", seconds=5.0), SEARCH, *PLANNING)
+    compiled = (*SEARCH, Kernel("oscillations", seconds=2.0), *PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables
@@ -85,8 +84,7 @@ class Oscillator(Described):
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         super().__init__(name, load, source, folder)
         self.picture_seconds = 4.5 if name in ANIMATED else 2.5
-        runs, *others = type(self).compiled
-        self.compiled = (runs, *([PATHS] if name in ANIMATED else []), *others)
+        self.compiled = (*type(self).compiled, *([PATHS] if name in ANIMATED else []))
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:

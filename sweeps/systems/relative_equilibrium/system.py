@@ -15,7 +15,7 @@ from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import key, mapping
 from sweeps.schema.values import Positive, Tolerance, whole
 from sweeps.schema.variables import Variable
-from sweeps.systems.described import MECHANICS, PLANNING, Described
+from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
 from sweeps.systems.relative_equilibrium import variables as tables
 from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
 from sweeps.systems.shared_variables import rows
@@ -63,8 +63,7 @@ class RelativeEquilibrium(Described):
         Kernel("projection", seconds=1.5, stage=1),
         Kernel("spectrum", seconds=2.5, stage=2),
         Kernel("flows", seconds=1.5, stage=3),
-        Kernel("roots", seconds=5.0),
-        Kernel("enclosures", seconds=3.0),
+        *SEARCH,
         *PLANNING,
     )
     library = MECHANICS / "library" / "relative"
