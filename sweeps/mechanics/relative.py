@@ -59,7 +59,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         conserved = land.conserved_slopes(parameters, x, sizes)
         basis = _free(conserved[0], model.n)
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
-        matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis
+        matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis if model.n < model.equations.n else scaled
         changes = _changes(model, parameters, x, sizes, terms, conserved)
     located |= _eigen(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
     located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
