@@ -25,6 +25,14 @@ def length(A):
     return np.sqrt(total(A * A))
 
 
+def joined(n, groups):
+    """Return whether states act on each other, by row a tuple, from groups of those that do."""
+    block = np.arange(n)
+    for group in [*groups] * n:
+        block[[*group]] = block[[*group]].min()
+    return tuple(map(tuple, (block[:, None] == block).tolist()))
+
+
 def eigenvalues(A):
     """Return the eigenvalues, complex, shape (points, n); NaN where a matrix is not finite."""
     values, sound = np.full(A.shape[:2], np.nan, dtype=complex), np.isfinite(A).all(axis=(1, 2))

@@ -187,24 +187,16 @@ class Record:
         ]
 
 
-def joined(n, groups):
-    """Return whether states act on each other, by row a tuple, from groups of those that do."""
-    block = np.arange(n)
-    for group in [*groups] * n:
-        block[[*group]] = block[[*group]].min()
-    return tuple(map(tuple, (block[:, None] == block).tolist()))
-
-
 @cache
 def compose_of(n, joined):
     """Return the compiled function that multiplies matrices of n states, ``compose(S, followed, steps)``, and places.
 
-    Of states that are :func:`joined`. S holds a :class:`Record` of each followed step and one more, flat, of which S
-    and o are given; where half of the steps are followed, the last has the masses. Into this is written: the product;
-    the root of the sum of the squares of what G, and one rounding of each product, become; the number of times that the
-    first column turned through whole half turns, of n = 2; where an entry is large, the trace of the second compound,
-    and the error of that; the matrix of the period that begins ELSEWHERE. Places: the number of rows of a record, of
-    the result's first, of the masses' first.
+    Of states that are :func:`kernels.matrices.joined`. S holds a :class:`Record` of each followed step and one more,
+    flat, of which S and o are given; where half of the steps are followed, the last has the masses. Into this is
+    written: the product; the root of the sum of the squares of what G, and one rounding of each product, become; the
+    number of times that the first column turned through whole half turns, of n = 2; where an entry is large, the trace
+    of the second compound, and the error of that; the matrix of the period that begins ELSEWHERE. Places: the number of
+    rows of a record, of the result's first, of the masses' first.
     """
     record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
     height, size, d, first = record.height, n * n, len(record.pairs), record.first

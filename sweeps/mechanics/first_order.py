@@ -4,11 +4,12 @@ Accelerations are solved for, a q̈ = f, at each order of their series, or given
 makes a long code shorter. Far from equilibria the time is a state whose rate is 1.
 """
 
+from functools import cache
+
 import sympy as sp
 
 from sweeps.mechanics.equations import Equations, expanded
 from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
-from sweeps.mechanics.series import Moving
 from sweeps.mechanics.taylor import Code
 
 MOST_INVERTED, MOST_OPERATIONS = 3, 1000  # coordinates, and operations of their equations, up to which a is inverted
@@ -23,14 +24,17 @@ def graph(equations: Equations, near: bool = True) -> Graph:
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True) if near else ()
         g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
         return _timed(g)
-    solved = _by_order(equations, near)
-    code = Code if near else Moving
-    length = len(code(solved).text)
+    return (_by_inverse if _is_shorter_by_inverse(equations) else _by_order)(equations, near)
+
+
+@cache
+def _is_shorter_by_inverse(equations):
+    """Return whether the code near equilibria is long, and shorter by a's inverse; far from them it is the same."""
     operations = sum(e.count_ops() for e in (*equations.a, *equations.f))
-    if length <= SHORT or equations.a.shape[0] > MOST_INVERTED or operations > MOST_OPERATIONS:
-        return solved
-    other = _by_inverse(equations, near)
-    return other if len(code(other).text) < length else solved
+    if equations.m > MOST_INVERTED or operations > MOST_OPERATIONS:
+        return False
+    length = len(Code(_by_order(equations)).text)
+    return length > SHORT and len(Code(_by_inverse(equations)).text) < length
 
 
 def _by_order(equations, near=True):

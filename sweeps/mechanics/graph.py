@@ -31,6 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 from scipy import special
+from scipy.sparse.csgraph import connected_components
 
 from sweeps.schema.refusals import DescriptionError
 
@@ -162,11 +163,9 @@ class Graph:
 
     def solved(self, a: sp.Matrix, forces: list[int]) -> list[int]:
         """Return the nodes of a⁻¹ f, a symmetric and positive definite; rows that a couples are solved for together."""
-        m, solution = len(forces), {}
-        block = list(range(m))
-        for i, j in [(i, j) for i in range(m) for j in range(m) if a[i, j] != 0] * m:
-            block[i] = block[j] = min(block[i], block[j])
-        for rows in ([i for i in range(m) if block[i] == first] for first in sorted(set(block))):
+        solution = {}
+        count, block = connected_components(np.array(a.tolist()) != 0, directed=False)
+        for rows in (np.flatnonzero(block == k).tolist() for k in range(count)):
             masses = [self.build(a[i, j]) for at, i in enumerate(rows) for j in rows[at:]]
             right = [forces[i] for i in rows]
             if len(rows) == 1:
@@ -174,7 +173,7 @@ class Graph:
                 continue
             for at, i in enumerate(rows):
                 solution[i] = self.add(Node(SOLVED, (*masses, *right), (at, len(rows)), self.near))
-        return [solution[i] for i in range(m)]
+        return [solution[i] for i in range(len(forces))]
 
     def coupled(self, number: int) -> tuple[int, dict, tuple]:
         """Return of a SOLVED node the first that is solved for with it, a's entries by (i, j), and f."""

@@ -30,6 +30,7 @@ import numpy as np
 import sympy as sp
 
 from kernels import floquet, jacobians, jit, monodromy, statuses, variational
+from kernels.matrices import joined
 from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
@@ -90,8 +91,8 @@ class Variation:
         """Return the functions of `kernels.variational.flow`, compiled, and the places."""
         if still not in self._kernels:
             m, n, entries = self.m, self.equations.n, self.entries[still]
-            joined = monodromy.joined(n, [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]])
-            compose, places = monodromy.compose_of(n, joined)
+            groups = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
+            compose, places = monodromy.compose_of(n, joined(n, groups))
             self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
         return self._kernels[still]
 

@@ -30,7 +30,7 @@ import numpy as np
 
 from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
-from kernels.monodromy import joined
+from kernels.matrices import joined
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, Values, X
 from sweeps.mechanics.series import Series, added
 

@@ -21,7 +21,7 @@ import numpy as np
 from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
-from sweeps.mechanics.taylor import HEADER, ONCE, Generated, factors, substituted
+from sweeps.mechanics.taylor import HEADER, ONCE, Generated, factors, newest_last, substituted
 
 EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series.", "W": W}
 STEEP, UNSEEN = 4.0, 100.0  # change of an exponential's argument in a step; beyond it nothing of a pulse is seen
@@ -101,8 +101,7 @@ class Series(Generated):
 
     def _products(self, first, second, n, least=0, sign=""):
         """Return the terms of Σ u_k v_(n-k) from k = least on, the newest last; first and second are (kind, node)."""
-        pairs = sorted(range(least, n + 1), key=lambda k: max(k, n - k))
-        terms = [(self._term(*first, k), self._term(*second, n - k)) for k in pairs]
+        terms = [(self._term(*first, k), self._term(*second, n - k)) for k in newest_last(least, n)]
         return [f"{sign}{u} * {v}" for u, v in terms if u and v]
 
     def _square(self, number, n):

@@ -237,7 +237,7 @@ class Code(Generated):
         return " + ".join(terms) or "0.0"
 
     def _convolution(self, a, b, first, n):
-        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in _newest_last(first, n))
+        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(first, n))
 
     def _square(self, a, n):
         pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range((n + 1) // 2)))
@@ -287,7 +287,7 @@ class Code(Generated):
         slope = self.graph.slopes[number]
         if not self.graph.moves(slope):
             return "0.0"
-        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in _newest_last(1, n)]
+        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in newest_last(1, n)]
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
@@ -401,7 +401,7 @@ def substituted(right: list[str], names: list[str], mark: str) -> list[str]:
     return lines
 
 
-def _newest_last(first: int, n: int) -> list[int]:
+def newest_last(first: int, n: int) -> list[int]:
     """Return k = first … n in the order in which the products u_k v_(n-k) become known: no sum waits from its start."""
     return sorted(range(first, n + 1), key=lambda k: max(k, n - k))
 

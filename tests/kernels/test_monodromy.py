@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from kernels import monodromy
+from kernels import matrices, monodromy
 from kernels.blocks import W, scratch
 
 STEPS, LANES = 10, 8
@@ -69,7 +69,7 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
 
 def test_states_apart_have_products_of_their_own():
     """Two states that do not act on each other: no entry and no turn but of each alone; 1e-15: some roundings."""
-    compose, (height, result, _) = monodromy.compose_of(2, monodromy.joined(2, []))
+    compose, (height, result, _) = monodromy.compose_of(2, matrices.joined(2, []))
     rows = scratch((STEPS + 1) * height)
     R = rows.reshape(-1, W)
     factors = np.random.default_rng(5).uniform(0.8, 1.2, (STEPS, 2))
