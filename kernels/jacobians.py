@@ -14,8 +14,6 @@ Source: Horn and Johnson, Matrix Analysis, sections 5.6 (Gelfand's formula), 8.1
 
 import numpy as np
 
-from kernels.dense import product_in_lanes
-
 COUPLED = 0.01  # of S, that every state is taken to feel of every other
 HALVED = 6  # times, the logarithm of a power's size, for the Perron root
 SQUARINGS = 8  # towards the Perron vector
@@ -23,6 +21,8 @@ SQUARINGS = 8  # towards the Perron vector
 
 def _product(A, B):
     """Return the products of matrices, shape (n, n, points): points last, for NumPy is quick along long axes alone."""
+    from kernels.dense import product_in_lanes  # compiled by its import
+
     C, n = np.empty_like(A), len(A)
     product_in_lanes(*(matrices.reshape(n * n, A.shape[2]) for matrices in (A, B, C)), n)
     return C
