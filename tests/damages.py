@@ -1,17 +1,6 @@
-"""Strange files: a table of damages, done to a small map of each system.
+"""Strange files: a table of damages, done to a small map of each system, and every command over such a file."""
 
-    python tests/damages.py --every 5
-
-runs eight commands over every fifth file, each file in a process of its own, and prints what went wrong and a summary:
-2,000 files in half an hour of one core. The process that is copied has everything loaded, and the child that looks at a
-file is asked once. Commands know of a file what the door lets in, so where that is what another file has shown, to the
-last bit, one command is run and the others are not: the same goes for pictures, which show of the attributes the title,
-the definition and the system alone.
-"""
-
-import argparse
 import contextlib
-import gc
 import hashlib
 import io
 import json
@@ -20,18 +9,15 @@ import random
 import resource
 import shutil
 import signal
-import sys
-import tempfile
 import traceback
 import warnings
-from collections import Counter
 from functools import cache, partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from maps import BODIES, DEFINITION, TOP, write
+from maps import BODIES, DEFINITION, TOP
 
 OSCILLATOR = {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.0, 9.8]}}
 FOUCAULT = {"system": "foucault", "grid": {"length": [0.5, 2.0], "drag": [0.0, 0.1], "spin_rate": [0.5, 1.0, 3.0]}}
@@ -495,13 +481,7 @@ def wrong(name, status, out, err):
 
 
 def known(path):
-    """What the door lets in of a file, with every value; None where it lets nothing in."""
-    found = _let_in(path)
-    return found and found[0]
-
-
-def _let_in(path):
-    """Hashes of all that the door lets in of a file, and of what pictures show of it; None where it lets nothing in."""
+    """Return the hash of all that the door lets in of a file, with every value; None where it lets nothing in."""
     import sweeps
     from sweeps.schema.refusals import RefusedError
     from sweeps.shards import content
@@ -509,53 +489,44 @@ def _let_in(path):
     try:
         with sweeps.open_map(path) as ds:
             attributes = [(n, k, str(w)) for n, v in ds.variables.items() for k, w in v.attrs.items()]
-            shown = [ds.attrs.get(name) for name in ("title", "definition", "system")]
-            inside = [sorted(attributes), ds.encoding["ignored"], content.content_hash(ds)]
-            return _hash([sorted(ds.attrs.items()), inside]), _hash([shown, inside])
+            inside = sorted(ds.attrs.items()), sorted(attributes), ds.encoding["ignored"], content.content_hash(ds)
+            return hashlib.sha256(repr(inside).encode()).hexdigest()
     except RefusedError:
         return None
 
 
-def _hash(value):
-    return hashlib.sha256(repr(value).encode()).hexdigest()
+_KNOWN = {}  # map → what has been let in of it and of damaged ones, and its commands
 
 
-_KNOWN = {}  # map → what has been let in of it and of damaged ones, and its quick commands
+def tried(folder, base, damage, turn=None):
+    """Command → what went wrong with it at a damaged copy of a map, in this process; {} for what was tried before.
 
-
-def damaged(folder, base, damage):
-    """A damaged copy of a map; None where HDF5 itself has no such thing."""
+    Commands know of a file what the door lets in, so what it lets in as another file has shown it is not tried again.
+    With a turn, quick commands take turns, and `show` is run as well where the door lets the file in.
+    """
     path = folder / "map.nc"
     shutil.copy(base, path)
     try:
         damage(path)
     except (ValueError, TypeError, OSError, KeyError, RuntimeError):
-        return None
-    return path
-
-
-def tried(folder, base, damage, turn):
-    """Command → what went wrong with it at a damaged copy of a map, in this process; {} for what was tried before.
-
-    A command is run, by turns, and `show` as well where the door lets in what it has not let in before.
-    """
-    if (path := damaged(folder, base, damage)) is None:
-        return {}
+        return {}  # HDF5 itself has no such thing
     os.chdir(folder)
     if base not in _KNOWN:
-        _KNOWN[base] = {known(base)}, {name: words for name, words in commands(base).items() if name not in SLOW}
+        _KNOWN[base] = {known(base)}, commands(base)
     (seen, chosen), found = _KNOWN[base], known(path)
     if found in seen:
         return {}
     seen |= {found} - {None}
-    one = list(chosen)[turn % len(chosen)]
-    wanted = {one, "show"} if found else {one}
-    return one_by_one({name: chosen[name] for name in wanted})["wrong"]
+    if turn is not None:
+        quick = [name for name in chosen if name not in SLOW]
+        one = quick[turn % len(quick)]
+        chosen = {name: chosen[name] for name in ({one, "show"} if found else {one})}
+    return one_by_one(chosen)
 
 
 def one_by_one(chosen):
-    """Run commands in this process. Return each one's fault, and the most seconds and additional bytes of any."""
-    told = {"wrong": {}, "seconds": 0.0, "bytes": 0}
+    """Run commands in this process. Return each one's fault: how it ended, or that it took too long or too much."""
+    faults = {}
     for name, words in chosen.items():
         begun, children = processor_seconds(), _children()
         _forget_peak()
@@ -566,9 +537,8 @@ def one_by_one(chosen):
         what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
         what = what or (f"took {size / 2**30:.2f} GiB" if size > MOST_BYTES else "")
         if what:
-            told["wrong"][name] = what
-        told |= {"seconds": max(told["seconds"], seconds), "bytes": max(told["bytes"], size)}
-    return told
+            faults[name] = what
+    return faults
 
 
 def processor_seconds():
@@ -594,93 +564,6 @@ def _peak_here():
 def _peak(children):
     """Return the largest resident size since `_forget_peak`, here or in a child; `children` is `_children()` then."""
     return max(_peak_here(), 1024 * _children() if _children() > children else 0)
-
-
-# ---------------------------------------------------------------------------------------------------------
-# The whole
-
-
-class Whole:
-    """All damages to maps of all systems, and what commands make of them.
-
-    Attributes:
-        counts: files, runs, and how often what went wrong.
-    """
-
-    def __init__(self, folder):
-        self.folder = folder
-        self.counts, self.seconds, self.bytes = Counter(), 0.0, 0
-        self._seen, self._drawn = set(), set()
-
-    def warm(self, base):
-        """Runs every command here, so that the copies of this process have loaded and compiled what it takes.
-
-        The collector is told to leave what is there alone: what it touches in a copy, that must copy.
-        """
-        work = self._cleared()
-        shutil.copy(base, work / "map.nc")
-        os.chdir(work)
-        for name, words in commands(base).items():
-            status, out, err = run(words)
-            allowed = (0, 2) if name in ("point --trajectory", "slice") else (0,)  # no motion, or no plane
-            assert status in allowed, (base, name, out, err)
-        os.chdir(self.folder)  # what it stood in is cleared
-        gc.collect()
-        gc.freeze()
-
-    def _cleared(self):
-        work = self.folder / "work"
-        shutil.rmtree(work, ignore_errors=True)
-        work.mkdir()
-        return work
-
-    def try_one(self, base, damage):
-        """What went wrong with each command at a damaged copy of a map."""
-        work = self._cleared()
-        told = in_a_copy(lambda: self._tried(work, base, damage))
-        if isinstance(told, str):
-            self.counts["files"] += 1
-            return {name: str(end) for name, end in self._apart(work, base, damage).items()} or {"(all)": told}
-        if told is None:
-            self.counts["impossible"] += 1
-            return {}
-        found, runs = told.pop("let in"), told.pop("runs")
-        new = found is not None and (base, found[0]) not in self._seen
-        self.counts.update(files=1, runs=len(runs), drawn=int("figures" in runs and found is not None))
-        self.counts["refused" if found is None else "let in" if new else "let in as another was"] += 1
-        if found is not None:
-            self._seen.add((base, found[0]))
-            self._drawn.add((base, found[1]))
-        self.seconds, self.bytes = max(self.seconds, told["seconds"]), max(self.bytes, told["bytes"])
-        return told["wrong"]
-
-    def _tried(self, work, base, damage):
-        """In a copy of this process: damages, looks once, and runs what is still to be run; None where impossible."""
-        if damaged(work, base, damage) is None:
-            return None
-        os.chdir(work)
-        look_once()
-        found = _let_in(Path("map.nc"))
-        chosen = commands(base)
-        if found is not None and (base, found[1]) in self._drawn:
-            chosen.pop("figures")
-        if found is not None and (base, found[0]) in self._seen:
-            chosen = {"show": chosen["show"]}
-        return one_by_one(chosen) | {"let in": found, "runs": list(chosen)}
-
-    def _apart(self, work, base, damage):
-        """Which of the commands it is that brings a process down."""
-
-        def one(name, words):
-            damaged(work, base, damage)
-            os.chdir(work)
-            return one_by_one({name: words})["wrong"].get(name, "")
-
-        ends = {}
-        for name, words in commands(base).items():
-            work = self._cleared()
-            ends[name] = in_a_copy(lambda name=name, words=words: one(name, words))
-        return {name: end for name, end in ends.items() if end}
 
 
 def look_once():
@@ -720,12 +603,6 @@ def in_a_copy(function, patience=300):
     return json.loads(answer) if answer and ended == 0 else f"the process ended with {ended}"
 
 
-def bases(folder, definitions=BASES):
-    """Name → a small map of each system, made once."""
-    folder.mkdir(parents=True, exist_ok=True)
-    return {name: write(folder, definition, f"{name}.nc") for name, definition in definitions.items()}
-
-
 @contextlib.contextmanager
 def light():
     """Make pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
@@ -743,33 +620,3 @@ def light():
         patch.setattr(figure_flip, "FRAMES", 8)
         patch.setattr(figure_flip, "DOTS", 40)
         yield
-
-
-@light()
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--every", type=int, default=1, help="take every n-th file")
-    parser.add_argument("--only", default="", help="damages whose name holds this")
-    parser.add_argument("--base", default="", help="one system")
-    parser.add_argument("--folder", type=Path, default=None)
-    args = parser.parse_args()
-    folder = (args.folder or Path(tempfile.mkdtemp())).resolve()
-    whole, begun = Whole(folder), processor_seconds()
-    for name, definition in BASES.items():
-        if args.base not in name:
-            continue
-        base = bases(folder / "bases", {name: definition})[name]
-        whole.warm(base)
-        for k, (word, damage) in enumerate(table(base).items()):
-            if k % args.every or args.only not in word:
-                continue
-            for command, what in whole.try_one(base, damage).items():
-                whole.counts[f"wrong: {what.split(':')[0][:30]}"] += 1
-                print(f"{name} / {word} / {command}: {what}", flush=True)
-        print(f"{name}: so far {dict(whole.counts)}, {processor_seconds() - begun:.0f} s of processor", flush=True)
-    print(f"at most {whole.seconds:.1f} s and {whole.bytes / 2**30:.2f} GiB a command")
-    return 1 if any(key.startswith("wrong") for key in whole.counts) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

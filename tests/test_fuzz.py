@@ -127,8 +127,8 @@ def test_damaged_files_end_well_or_are_refused(kind, number, known, tmp_path, mo
         before = {*os.listdir()}
         OPENED.clear()
         one = [*chosen][k % len(chosen)]
-        told = damages.one_by_one({word: chosen[word] for word in {one, next(iter(chosen))}})
-        wrong = {w for w in told["wrong"].values() if not re.match("[0-9]+ lines: .*allowed", w)}  # a line a problem
+        faults = damages.one_by_one({word: chosen[word] for word in {one, next(iter(chosen))}})
+        wrong = {w for w in faults.values() if not re.match("[0-9]+ lines: .*allowed", w)}  # a line a problem
         assert not wrong, (kind, k)
         made = {*os.listdir()} - before
         assert made <= {"s.nc", "m.nc", "t.nc", "figures", "report.html", "cache"}, (kind, k)

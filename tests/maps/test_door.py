@@ -27,13 +27,15 @@ from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import extremes
 from sweeps.shards import content
 
-TRIED = 45  # damages of each system's map; `python tests/damages.py` tries them all
+TRIED = 45  # damages of each system's map
 FIRST = 2  # of which so many are quick
+MANY = int(os.environ.get("POLHODE_DAMAGES", 20))  # of which every command is tried; there are some 1,500
 
 
 @pytest.fixture(scope="session")
 def few(tmp_path_factory):
-    return damages.bases(tmp_path_factory.mktemp("bases"), damages.FEWER)
+    folder = tmp_path_factory.mktemp("bases")
+    return {name: write(folder, definition, f"{name}.nc") for name, definition in damages.FEWER.items()}
 
 
 @pytest.fixture(scope="module")
@@ -49,12 +51,35 @@ def test_strange_files_end_well_or_are_refused_in_words(few, tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
     damages.look_once()
-    found = list(damages.table(few[base]).items())
-    random.Random(base).shuffle(found)
-    for k, (name, damage) in enumerate(found[part]):
+    for k, (name, damage) in enumerate(shuffled(few[base], base)[part]):
         folder = tmp_path / str(k)
         folder.mkdir()
         assert not damages.tried(folder, few[base], damage, turn=k), name
+
+
+def shuffled(path, seed):
+    """Return the names and damages of a map's table in a random order."""
+    found = list(damages.table(path).items())
+    random.Random(seed).shuffle(found)
+    return found
+
+
+@pytest.mark.faults
+@pytest.mark.parametrize("name", damages.BASES)
+def test_strange_files_of_every_system_end_well_through_every_command(tmp_path, monkeypatch, name):
+    """POLHODE_DAMAGES=2000 pytest -m faults tests/maps/test_door.py tries the whole table of each system."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
+    base, faults = write(tmp_path, damages.BASES[name], "base.nc"), {}
+    with damages.light():
+        shutil.copy(base, "map.nc")
+        damages.one_by_one(damages.commands(base))  # which loads and compiles what commands take
+        damages.look_once()
+        for k, (word, damage) in enumerate(shuffled(base, name)[:MANY]):
+            folder = tmp_path / str(k)
+            folder.mkdir()
+            faults[word] = damages.tried(folder, base, damage)
+    assert {word: fault for word, fault in faults.items() if fault} == {}
 
 
 # Bounds
