@@ -7,11 +7,11 @@ One process, user time, the least of several rounds taken in turn, so that a bus
 
 import argparse
 import math
-import time
 
 import numpy as np
 from numba import njit
 from scipy.special import ellipj, ellipk, elliprf, elliprj
+from timing import least
 
 from kernels import attitude, exact, rigid_body, tumbling
 from kernels.blocks import W
@@ -84,17 +84,6 @@ def by_carlson(times):
     azimuth = math.sqrt(L2) / d * (times + (d / c - 1) * third / p)
     half = 0.5 * azimuth
     return np.stack([np.cos(half), np.sin(half), sn, cn, dn])
-
-
-def least(rounds, *runs):
-    """Least processor time of each run, s, the runs taken in turn."""
-    found = [math.inf] * len(runs)
-    for _ in range(rounds):
-        for i, run in enumerate(runs):
-            began = time.process_time()
-            run()
-            found[i] = min(found[i], time.process_time() - began)
-    return found
 
 
 def main() -> None:

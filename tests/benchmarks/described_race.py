@@ -12,13 +12,13 @@ memory changes its rate by up to a half. Nothing is asserted.
 """
 
 import math
-import subprocess
 import sys
-import time
 
 import numpy as np
 import sympy as sp
 from numba import njit
+from oscillations import captured
+from timing import beside, least, printed
 
 from kernels import flows, oscillations, runs
 from sweeps import systems
@@ -157,24 +157,12 @@ def dense_output(coefficients, begun, taken, due, times, samples):
     return waiting
 
 
-def seconds(work):
-    """Return the processor time of a piece of work, s."""
-    begun = time.process_time()
-    work()
-    return time.process_time() - begun
-
-
 class Survey:
     """The survey's kernel, motions a second."""
 
     def __init__(self, task):
         kernel = oscillations if task.model.equations.natural else flows
-        calls, honest = [], kernel.run
-        kernel.run = lambda *arguments: (calls.append(arguments), honest(*arguments))[1]
-        try:
-            task.model.survey(task.points)
-        finally:
-            kernel.run = honest
+        calls = captured(kernel, task.model, task.points)
         self.work = lambda: [kernel.run(*arguments) for arguments in calls]
         shapes = [(arguments[1].starts.shape, arguments[1].twice) for arguments in calls]
         sizes = len(runs.SIZES)
@@ -203,25 +191,16 @@ def race(name):
             print(f"heyoka.py, {width} lanes: tolerance {loosest[0]:.1e}, error {loosest[1]:.1e}", file=sys.stderr)
             lanes[f"heyoka.py, {width} lanes"] = (lambda peer=peer, at=loosest[0]: peer(at)), COUNT
     for label, (work, count) in lanes.items():
-        print(f"{label}: {count / min(seconds(work) for _ in range(ROUNDS))}")
+        print(f"{label}: {count / least(ROUNDS, work)[0]}")
 
 
 def main(names):
     """Print the rate of the fastest process of each, and by how much others are slower."""
     for name in names:
-        rates = {}
-        for _ in range(PROCESSES):
-            command = [sys.executable, __file__, ALONE, name]
-            for line in subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines():
-                label, _, rate = line.rpartition(": ")
-                rates.setdefault(label, []).append(float(rate))
+        rates = printed([[__file__, ALONE, name]] * PROCESSES)
         peer = max((max(some) for label, some in rates.items() if label.startswith("heyoka")), default=math.nan)
         for label, some in rates.items():
-            others = f"others to {1.0 - min(some) / max(some):.0%} less"
-            print(
-                f"{name}: {label} {max(some):,.0f} motions/s, {max(some) / peer:.2f} times heyoka.py; {others}",
-                flush=True,
-            )
+            print(f"{name}: {label} {beside(some, peer, 'motions/s')}", flush=True)
 
 
 if __name__ == "__main__":

@@ -6,12 +6,11 @@ processes in turn, of which the fastest counts: their rates differ by a third. E
 entry, beside steps of a third of their length: the least that 99 % of the points do not exceed.
 """
 
-import subprocess
 import sys
-import time
 
 import numpy as np
 import sympy as sp
+from timing import beside, least, printed
 
 from kernels import floquet
 from sweeps import systems
@@ -29,12 +28,7 @@ RANGES = {
 def rate(work) -> float:
     """Return the points a second of the fastest of some rounds of a piece of work, by processor time."""
     work()
-    taken = []
-    for _ in range(ROUNDS):
-        start = time.process_time()
-        work()
-        taken.append(time.process_time() - start)
-    return POINTS / min(taken)
+    return POINTS / least(ROUNDS, work)[0]
 
 
 def alike(model, values) -> list[tuple]:
@@ -70,8 +64,8 @@ def ours(model, values) -> None:
         "blind measurement, with errors": lambda p: p.measured(small[: p.period.size], 1e-12),
     }
     for words, work in works.items():
-        print(words, rate(lambda work=work: [work(part) for part in parts]))
-    print("error of the flow", error(model, values, lambda _, part: part.varied(steps(part))[0].matrix))
+        print(f"{words}: {rate(lambda work=work: [work(part) for part in parts])}")
+    print("error of the flow:", error(model, values, lambda _, part: part.varied(steps(part))[0].matrix))
 
 
 def theirs(model, values) -> None:
@@ -103,24 +97,18 @@ def theirs(model, values) -> None:
     def found(which, part):
         return matrices[:, which].T.reshape(-1, n, n) * part.sizes[:, None] / part.sizes[:, :, None]
 
-    print(f"heyoka.py {hy.__version__}, var_ode_sys, batches of {BATCH}, tolerance 1e-12", rate(work))
-    print("error of heyoka.py", error(model, values, found))
+    print(f"heyoka.py {hy.__version__}, var_ode_sys, batches of {BATCH}, tolerance 1e-12: {rate(work)}")
+    print("error of heyoka.py:", error(model, values, found))
 
 
 def main(names) -> None:
     """Run both in turn, and print the rate of the fastest process of each, and by how much others are slower."""
     for name in names:
-        rates = {}
-        for who in ["theirs", "ours"] * PROCESSES:
-            text = subprocess.run([sys.executable, __file__, who, name], check=True, stdout=subprocess.PIPE, text=True)
-            for line in text.stdout.splitlines():
-                words, number = line.rsplit(" ", 1)
-                rates.setdefault(words, []).append(float(number))
+        rates = printed([__file__, who, name] for who in ["theirs", "ours"] * PROCESSES)
         peer = max(next(iter(rates.values())))
         for words, some in rates.items():
-            best, spread = max(some), 1.0 - min(some) / max(some)
-            beside = f"{best:,.0f}, {best / peer:.2f} times heyoka.py; others to {spread:.0%} less"
-            print(f"{name}: {words} " + (f"{best:.1e}" if words.startswith("error") else beside), flush=True)
+            found = f"{max(some):.1e}" if words.startswith("error") else beside(some, peer, "matrices/s")
+            print(f"{name}: {words} {found}", flush=True)
 
 
 if __name__ == "__main__":

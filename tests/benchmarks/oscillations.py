@@ -11,6 +11,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from kernel import part_of_default
+from timing import least
 
 from kernels import oscillations, survey
 from sweeps.points import catalogue
@@ -23,12 +25,7 @@ POINTS = 100_000
 
 def seconds(call):
     """Least wall time of a call."""
-    times = []
-    for _ in range(RUNS):
-        begun = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begun)
-    return min(times)
+    return least(RUNS, call, clock=time.perf_counter)[0]
 
 
 def operations(text):
@@ -37,15 +34,15 @@ def operations(text):
     return len(re.findall(r" [*+/-] | -(?=u)", re.sub(r"S\[.*?\]", "S", body)))
 
 
-def captured(mechanism, points):
-    """The arguments of the kernel's call for some points."""
-    calls, honest = [], oscillations.run
-    oscillations.run = lambda *arguments: (calls.append(arguments), honest(*arguments))[1]
+def captured(kernel, mechanism, points):
+    """Return the arguments of each call of a kernel for some points."""
+    calls, honest = [], kernel.run
+    kernel.run = lambda *arguments: (calls.append(arguments), honest(*arguments))[1]
     try:
         mechanism.survey(points)
     finally:
-        oscillations.run = honest
-    return calls[0]
+        kernel.run = honest
+    return calls
 
 
 def measure(name):
@@ -58,7 +55,7 @@ def measure(name):
     points = {key: np.tile(values, repeats) for key, values in points.items()}
     names = {label: k for k, label in enumerate(system.description.names)}
     points["equilibrium"] = np.array([names[str(label)] for label in points["equilibrium"]])
-    arguments = captured(system.mechanism, points)
+    arguments, *_ = captured(oscillations, system.mechanism, points)
     count = arguments[1].scale.size
     one = seconds(lambda: oscillations.run(*arguments))
     with ThreadPoolExecutor(2) as pool:
@@ -78,15 +75,14 @@ def measure(name):
 
 def rigid_body():
     """Print the rigid body's points per second and operations per second on the default sweep."""
-    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
-    points = sweep.grid.points(0, POINTS)
-    settings = (sweep.definition.integration.rotations, sweep.definition.integration.samples_per_rotation, 1e-10)
+    settings, points = part_of_default(POINTS)
+    count = points["I1"].size
     found = survey.measured(points, *settings)
     took = seconds(lambda: survey.measured(points, *settings))
     steps = float(((found["samples_used"] - 1) * found["steps_per_sample"]).sum())
-    print(f"rigid body           all that is measured, one core {POINTS / took:10,.0f} points/s")
-    least, most = (steps * 2 * work / took / 1e9 for work in (108, 234))  # multiply-adds at orders 8 and 12
-    print(f"{'':20s} {least:.1f} to {most:.1f} GFLOP/s on one core at least")
+    print(f"rigid body           all that is measured, one core {count / took:10,.0f} points/s")
+    low, most = (steps * 2 * work / took / 1e9 for work in (108, 234))  # multiply-adds at orders 8 and 12
+    print(f"{'':20s} {low:.1f} to {most:.1f} GFLOP/s on one core at least")
 
 
 if __name__ == "__main__":

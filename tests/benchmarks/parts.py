@@ -14,6 +14,7 @@ import bodies as task
 import contenders
 import numpy as np
 from numba import njit
+from timing import least
 
 from kernels import estimates, lanes, rigid_body, survey
 from kernels.blocks import W, cut, scratch
@@ -110,19 +111,17 @@ def main(arguments=None):
     parser.add_argument("--tiny", action="store_true", help="a few bodies and rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
     count, rounds = (64, 2) if tiny else (8 * survey.TILE, 60)
-    timed, least = parts(count), {}
-    for call, _ in timed.values():
+    timed = parts(count)
+    calls, runs = zip(*timed.values(), strict=True)
+    for call in calls:
         call()
-    for _ in range(rounds):
-        for name, (call, runs) in timed.items():
-            begun = time.thread_time()
-            call()
-            least[name] = min(least.get(name, math.inf), 1e9 * (time.thread_time() - begun) / runs)
-    for name, nanoseconds in least.items():
+    found = np.divide(least(rounds, *calls, clock=time.thread_time), runs) * 1e9
+    told = dict(zip(timed, found, strict=True))
+    for name, nanoseconds in told.items():
         print(f"{name:28s} {nanoseconds:8.1f} ns a run")
-    known = sum(nanoseconds for name, nanoseconds in least.items() if name != "the whole")
-    print(f"{'the rest':28s} {least['the whole'] - known:8.1f} ns a run")
-    print(f"the whole over steps and samples: {least['the whole'] / least['64 steps and samples']:.2f}")
+    known = found.sum() - told["the whole"]
+    print(f"{'the rest':28s} {told['the whole'] - known:8.1f} ns a run")
+    print(f"the whole over steps and samples: {told['the whole'] / told['64 steps and samples']:.2f}")
 
 
 if __name__ == "__main__":

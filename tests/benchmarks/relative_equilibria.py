@@ -9,7 +9,6 @@ one equilibrium, as in a map. Nothing is asserted.
 
 import argparse
 import sys
-import time
 import warnings
 from pathlib import Path
 
@@ -19,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import oscillations
 import relative
+from timing import least
 
 from sweeps.mechanics.model import Model
 
@@ -55,11 +55,7 @@ def measure(name: str, count: int) -> dict[str, float]:
     model = Model(relative.shipped(name))
     columns = relative.points(model.system, model.n, count, relative.RANGES[name])
     many = relative.points(model.system, model.n, TIMED // model.system.most, relative.RANGES[name])
-    found, seconds = model.survey(columns), np.inf
-    for _ in range(ROUNDS):
-        begun = time.process_time()
-        model.survey(many)
-        seconds = min(seconds, time.process_time() - begun)
+    found, (seconds,) = model.survey(columns), least(ROUNDS, lambda: model.survey(many))
     ok, S, n = found["status"] == 0, found["rate_scale"], model.n
     powers = S[::n, None] ** np.arange(n + 1)
     theory = np.abs(_coefficients(found, "_theory", n) - _books(name, columns, n)) / powers
