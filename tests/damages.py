@@ -102,6 +102,7 @@ LOCAL = (
 )
 PATIENCE = 10.0  # s of processor that a command may take,
 MOST_BYTES = 2**30  # and memory, beside what the process held before
+COMMANDS = ("show", "show --json", "point", "point --trajectory", "slice", "figures", "report", "verify")
 SLOW = ("figures", "report")  # seconds each, of a map that is let in
 LOCAL_WORDS = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 

@@ -8,7 +8,9 @@ import sys
 import time
 from pathlib import Path
 
+import damages
 import pytest
+import repeated
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -262,7 +264,6 @@ def test_a_python_file_runs_only_where_a_person_names_it(folder, capsys):
 
 GRID = {"grid": {"I1": [1.0, 1.1], "I2": [1.9, 2.0], "I3": 3.0, "omega0": [1.0, 2.0]}}
 FEW_PICTURES = GRID | {"axes": [2], "integration": {"variables": ["omega_squared", "regime", "status"]}}
-HANGING = {"system": "pendulum", "grid": {"length": [0.5, 1.0], "gravity": [1.0, 9.8]}}
 
 
 @pytest.fixture(scope="module")
@@ -275,18 +276,8 @@ def drawn():
     return sweeps.survey(FEW_PICTURES)
 
 
-DOORS = {
-    "verify": lambda path: ["verify", path, "--points", "3"],
-    "show": lambda path: ["show", path],
-    "json": lambda path: ["show", path, "--json"],
-    "point": lambda path: ["point", path, "--axis", "2", "--I1", "1.0", "--I2", "2.0", "--omega0", "1.0"],
-    "slice": lambda path: ["slice", path, "--axis", "2", "--omega0", "1.0", "-o", "slice.nc"],
-    "trajectory": lambda path: [*DOORS["point"](path), "--trajectory", "t.nc"],
-    "report": lambda path: ["report", path, "-o", "report.html"],
-    "figures": lambda path: ["figures", path, "-o", "figures"],
-}
-FINE = dict.fromkeys(DOORS, 0)
-REFUSED = dict.fromkeys(DOORS, 2)
+FINE = dict.fromkeys(damages.COMMANDS, 0)
+REFUSED = dict.fromkeys(damages.COMMANDS, 2)
 UNLIKE = FINE | {"verify": 1}  # it says in what the map differs from what its definition makes
 ATTRIBUTES = {
     "control characters": ({"title": "<script>owned=1</script>\x1b[31m"}, REFUSED),
@@ -321,8 +312,8 @@ def passages():
     """Each map with each door that it may come to; those that only repeat are slow."""
     marked = []
     for name in ATTRIBUTES:
-        for door in DOORS:
-            quick = (name, door) in QUICK or (door == "json" and name in ASKED)
+        for door in damages.COMMANDS:
+            quick = (name, door) in QUICK or (door == "show --json" and name in ASKED)
             if door != "figures" or name in DRAWN:
                 marked.append(pytest.param(name, door, marks=() if quick else pytest.mark.slow))
     return marked
@@ -348,7 +339,7 @@ def test_attributes_of_any_kind_are_taken_or_refused_in_words(folder, with_attri
     _, expected = ATTRIBUTES[name]
     (folder / "evil.py").write_text("open('owned', 'w')\n")
     shutil.copy(with_attributes(name, door == "figures"), folder / "map.nc")
-    status = main(DOORS[door]("map.nc"))
+    status = main(damages.commands("map.nc")[door])
     said = capsys.readouterr()
     assert status == expected[door], said
     assert "Traceback" not in said.out + said.err
@@ -356,30 +347,10 @@ def test_attributes_of_any_kind_are_taken_or_refused_in_words(folder, with_attri
     assert not (folder / "owned").exists()
     if status == 2:
         assert said.err.count("\n") == 1
-    if status == 0 and door == "json":
+    if status == 0 and door == "show --json":
         json.loads(said.out)
     if status == 0 and door == "report":
         assert "<script>owned=1" not in (folder / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("few_frames")
-def test_a_file_that_a_map_names_is_run_by_no_door(folder, capsys):
-    """Of a map that such a file could have made: everything works, and the file's mark is not there."""
-    (folder / "evil.py").write_text("open('owned', 'w')\n")
-    ds = sweeps.survey(HANGING)
-    named = ds.attrs["definition"].replace("pendulum", "evil.py")
-    ds.assign_attrs(system="evil.py", definition=named).to_netcdf(folder / "map.nc")
-    place = ["--length", "1", "--gravity", "9.8", "--equilibrium", "hanging"]
-    doors = DOORS | {
-        "point": lambda path: ["point", path, *place],
-        "slice": lambda path: ["slice", path, "--equilibrium", "hanging", "-o", "slice.nc"],
-        "trajectory": lambda path: ["point", path, *place, "--trajectory", "t.nc"],
-    }
-    for door, words in doors.items():
-        assert main(words("map.nc")) == (2 if door == "trajectory" else 0), (door, capsys.readouterr())
-        assert "Traceback" not in capsys.readouterr().err
-        assert not (folder / "owned").exists()
 
 
 LARGE = {
@@ -397,7 +368,7 @@ def test_a_name_of_a_megabyte_is_refused_in_a_line(folder, what, capsys):
     named = {"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5}], "grid": {"omega0": 1.0}}
     sweeps.survey(named).assign_coords(body=[LARGE[what]]).to_netcdf(folder / "map.nc")
     for door in ("show", "report"):
-        assert main(DOORS[door]("map.nc")) == 2
+        assert main(damages.commands("map.nc")[door]) == 2
         said = capsys.readouterr().err
         assert said.count("\n") == 1
         assert len(said) < 300
@@ -413,15 +384,12 @@ def test_a_message_lists_some_of_many_names(folder, capsys):
         assert len(said) < 11_000
 
 
-SHOWN = [door if door in ("show", "json") else pytest.param(door, marks=pytest.mark.slow) for door in DOORS]
-
-
 @pytest.mark.usefixtures("few_frames")
-@pytest.mark.parametrize("door", SHOWN)
+@pytest.mark.parametrize("door", repeated.but(("show", "show --json"), damages.COMMANDS))
 def test_nan_everywhere_is_shown_as_it_is(folder, rigid, drawn, capsys, door):
     ds = (drawn if door == "figures" else rigid).map(
         lambda v: v * float("nan") if v.dtype.kind == "f" else v, keep_attrs=True
     )
     ds.to_netcdf(folder / "map.nc")
-    assert main(DOORS[door]("map.nc")) == UNLIKE[door]
+    assert main(damages.commands("map.nc")[door]) == UNLIKE[door]
     assert "Traceback" not in capsys.readouterr().err

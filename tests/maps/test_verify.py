@@ -318,16 +318,6 @@ def test_a_hostile_map_is_told_apart_in_words(tiny, capsys, name):
     assert len(said.out + said.err) < 5000
 
 
-def test_a_described_system_of_a_map_is_never_run(tiny, tmp_path, capsys):
-    (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'owned')!r}, 'w')\n")
-    evil = str(tmp_path / "evil.py")
-    with netCDF4.Dataset(tiny, "a") as file:
-        file.definition = f"system: {evil}\ngrid: {{}}\n"
-    assert main(["verify", str(tiny)]) == 0
-    assert "run only where --definition names it" in " ".join(capsys.readouterr().out.replace("│", "").split())
-    assert not (tmp_path / "owned").exists()
-
-
 @pytest.mark.parametrize("bytes_", [None, b"", b"title: no map", b"\x89HDF\r\n\x1a\n" + bytes(600)])
 def test_what_is_no_map_leaves_with_2(tmp_path, capsys, bytes_):
     path = tmp_path / "map.nc"
