@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 import repeated
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 from strategies import ranges, sweeps
@@ -18,7 +18,6 @@ from kernels import triangle
 from sweeps import systems as registry
 from sweeps.points import catalogue
 from sweeps.points.loading import load, read
-from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, models_in
 from sweeps.systems.rigid_body.definition import PROPAGATORS, GridEntries, SpunBody
 
@@ -293,19 +292,6 @@ def test_a_file_without_permission(tmp_path, monkeypatch):
     assert "cannot be opened (Permission denied)" in refusal(path)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [".yaml", "-a.yaml", "a b.yaml", "a$(x).yaml", "a\n.yaml", "é.yaml", "a" * 65 + ".yaml", "_a.yaml"],
-)
-def test_names_that_are_no_sweeps(tmp_path, name):
-    assert "is no name for a sweep" in refusal(written(tmp_path, GRID, name))
-
-
-@pytest.mark.parametrize("name", ["a", "A-1.b_c", "9", "a" * 64])
-def test_names_of_sweeps(tmp_path, name):
-    assert load(written(tmp_path, GRID, name + ".yaml")).name == name
-
-
 @pytest.mark.parametrize("source", [None, 3, b"a.yaml", [GRID], 10**400])
 def test_sources_of_another_kind(source):
     assert "definition: (top level): " in refusal(source)
@@ -561,49 +547,6 @@ def test_a_number_too_long_to_print():
 def test_more_values_than_a_definition_may_hold():
     assert "is too large" in refusal(with_grid(I1=np.ones(300_000)))
     assert "is too large" in refusal(with_grid(I1=range(1, 10**12)))
-
-
-JUNK = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.just(10**400),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
-    max_leaves=6,
-)
-TOP_LEVEL = [key for model in MODELS for key in model.model_fields]
-KEYS = st.sampled_from([*TOP_LEVEL, "I1", "omega0", "start", "num", "name", "ratios", "rotations"])
-NEARLY = st.recursive(
-    JUNK | st.just(1.0) | st.just([1, 2]),
-    lambda inner: st.dictionaries(KEYS, inner, max_size=5) | st.lists(inner, max_size=3),
-    max_leaves=12,
-)
-
-
-def answers(source):
-    try:
-        definition = load(source)
-    except DefinitionError as error:
-        message = str(error)
-    else:
-        assert isinstance(definition, Definition)
-        return
-    assert message.replace("\n", "").isprintable()
-    assert 1 <= len(message.splitlines()) <= 11
-
-
-@given(st.dictionaries(KEYS, NEARLY, max_size=5))
-@settings(max_examples=80, deadline=None, derandomize=True)
-def test_any_mapping_is_a_definition_or_refused_in_words(mapping):
-    answers(mapping)
-
-
-@given(st.text(alphabet="ab1:,-[]{}&*!|>'\"%@`#?~. \n\t\\ueE+\0\u2028", max_size=40) | st.binary(max_size=20))
-@settings(
-    max_examples=120,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
-def test_any_file_is_a_definition_or_refused_in_words(tmp_path, content):
-    answers(written(tmp_path, content))
 
 
 # Ranges
