@@ -31,3 +31,16 @@ def write(folder, definition=DEFINITION, name="map.nc"):
     """Measures a definition, writes its map into a folder and returns its path."""
     storage.write_map(sweeps.survey(definition), folder / name)
     return folder / name
+
+
+def assert_same_bits(left, right):
+    """Assert that two maps have the same names, dimensions, types and bytes, NaN and signed zeros included."""
+    assert set(left.variables) == set(right.variables)
+    for name in left.variables:
+        a, b = left[name], right[name]
+        assert a.dims == b.dims, name
+        if a.dtype.kind in "UOT":
+            assert a.values.tolist() == b.values.tolist(), name
+        else:
+            assert a.dtype == b.dtype, name
+            assert a.values.tobytes() == b.values.tobytes(), name

@@ -36,6 +36,7 @@ def damaged(path):
     """Files that are no map, by name."""
     whole = path.read_bytes()
     made = {"cut.nc": whole[: len(whole) // 2], "head.nc": whole[:600], "empty.nc": b"", "text.nc": b"grid: {}\n"}
+    made["begun.nc"] = b"\x89HDF\r\n\x1a\n" + bytes(600)
     for name, content in made.items():
         (path.parent / name).write_bytes(content)
     with netCDF4.Dataset(path.parent / "other.nc", "w") as file:
@@ -70,11 +71,11 @@ def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys
     assert "(its first bytes are not those of netCDF-4)" in refused(capsys, "show", "README.md")
 
 
-@pytest.mark.parametrize("command", ["show", "point", "slice"])
+@pytest.mark.parametrize("command", ["show", "point", "slice", "verify"])
 def test_a_file_that_is_no_map_is_refused(command, damaged, tmp_path, capsys):
     out = tmp_path / "out.nc"
     for file in damaged:
-        options = {"show": [], "slice": ["-o", out], "point": ["--trajectory", out]}[command]
+        options = {"slice": ["-o", out], "point": ["--trajectory", out]}.get(command, [])
         assert file.name in refused(capsys, command, file, *options)
         assert list(tmp_path.iterdir()) == []
 

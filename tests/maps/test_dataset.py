@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 import repeated
 import xarray as xr
+from maps import assert_same_bits
 
 import sweeps
 from kernels import survey as kernel
@@ -90,15 +91,6 @@ SHARED_SPIN = {
     "bodies": [{"name": "a", "I1": 1.0, "I2": 2.0, "I3": 2.5}, {"name": "b", "I1": 1.0, "I2": 1.0, "I3": 1.5}],
     "grid": {"omega0": [1.0, 2.0, -5.0], "phase": [0.1, 0.2]},
 }
-
-
-def assert_same_bits(left, right):
-    """Same names, dimensions, types and bytes, NaN and signed zeros included."""
-    assert set(left.variables) == set(right.variables)
-    for name, variable in left.variables.items():
-        other = right[name].variable
-        assert (variable.dims, variable.dtype) == (other.dims, other.dtype), name
-        assert variable.values.tobytes() == other.values.tobytes(), name
 
 
 def test_contract_names_units_and_types(tiny):

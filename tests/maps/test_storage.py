@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import repeated
 import xarray as xr
+from maps import assert_same_bits
 
 import sweeps
 from sweeps.maps import admission, dataset, storage
@@ -64,18 +65,6 @@ def small():
         {"value": (("x", "y"), np.arange(6.0).reshape(2, 3)), "flag": (("x",), np.array([1, 2], "i1"))},
         coords={"x": [0.0, 1.0], "name": ("y", ["a", "b", "é"])},
     )
-
-
-def assert_same_bits(left, right):
-    assert set(left.variables) == set(right.variables)
-    for name in left.variables:
-        a, b = left[name], right[name]
-        assert a.dims == b.dims, name
-        if a.dtype.kind in "UOT":
-            assert a.values.tolist() == b.values.tolist()
-        else:
-            assert a.dtype == b.dtype, name
-            assert a.values.tobytes() == b.values.tobytes(), name
 
 
 # The cut into shards and threads changes no bit
