@@ -76,22 +76,6 @@ def test_points_are_one_dimension_with_their_own_coordinates(path):
         assert np.array_equal(ds.omega_squared.values[:3].ravel(), again.omega_squared.values.ravel())
 
 
-@pytest.mark.parametrize("count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 7))])
-def test_bits_are_the_same_whatever_the_shards(path, folder, count):
-    sweep = read(DEFINITION)
-    shards = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
-    for k, shard in enumerate(shards, start=1):
-        write_shard(sweep, k, count, shard)
-    with sweeps.open_map(path) as ds:
-        assert merging.merge(sweep, shards, folder / "merged.nc") == ds.attrs["content_hash"]
-
-
-def test_bits_are_the_same_through_dask(path):
-    lazy = sweeps.survey(DEFINITION, chunks=37)
-    with sweeps.open_map(path) as ds:
-        assert np.array_equal(lazy.omega_squared.values, ds.omega_squared.values)
-
-
 def other(system):
     """A definition of another system that draws."""
     grid = OTHERS[system]

@@ -38,6 +38,13 @@ BODIES = read(
         "grid": {"epsilon": [1e-8, 1e-3]},
     }
 )
+POINTS = read(
+    {
+        "axes": [1, 2],
+        "sample": {"num": 200, "seed": 1},
+        "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 2.0},
+    }
+)
 
 
 def write_shards(folder, definition, count, threads=1):
@@ -76,9 +83,9 @@ def small():
         pytest.param(
             definition, count, threads, id=f"{name}-{count}-{threads}", marks=() if quick else pytest.mark.slow
         )
-        for name, definition in {"grid": TINY, "bodies": BODIES}.items()
+        for name, definition in {"grid": TINY, "bodies": BODIES, "points": POINTS}.items()
         for count, threads in ((1, 2), (3, 1), (7, 2))
-        for quick in [(name, count, threads) in {("grid", 7, 2)}]
+        for quick in [(name, count, threads) in {("grid", 7, 2), ("points", 3, 1)}]
     ],
 )
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
@@ -308,7 +315,12 @@ def test_open_map_passes_options_on(tiny_map, tiny):
 
 
 @pytest.mark.parametrize(
-    "definition", [pytest.param(TINY, id="grid", marks=pytest.mark.slow), pytest.param(BODIES, id="bodies")]
+    "definition",
+    [
+        pytest.param(TINY, id="grid", marks=pytest.mark.slow),
+        pytest.param(BODIES, id="bodies"),
+        pytest.param(POINTS, id="points"),
+    ],
 )
 def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
     whole = dataset.survey_grid(definition)

@@ -13,13 +13,9 @@ import sweeps
 from kernels import statuses
 from kernels.cache import cache_folder
 from sweeps import systems
-from sweeps.__main__ import main
-from sweeps.maps import dataset, storage
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
-from sweeps.shards import content, merging
-from sweeps.shards import shard as shards
 from sweeps.systems.described import of_file, script
 from sweeps.systems.oscillator import variables as oscillator
 from sweeps.views import figures
@@ -203,15 +199,6 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
     assert float(ds["omega_squared_reduced"]) == pytest.approx(2.0 * curvature, rel=1e-8)
 
 
-def test_exit_status_two_and_one_line(tmp_path, capsys):
-    described(tmp_path, SPRING.format(V="k * x"))
-    (tmp_path / "mine.yaml").write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\n")
-    assert main(["check", str(tmp_path / "mine.yaml")]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert "none within the bounds" in said
-
-
 @pytest.mark.parametrize(
     ("grid", "wrong"),
     [
@@ -279,47 +266,6 @@ def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked
         DefinitionError, match="degenerate: true is given for 2 coordinates; allowed: false, or a system"
     ):
         sweeps.survey({"system": "double_pendulum", "integration": {"degenerate": True}})
-
-
-def test_a_file_that_is_not_there():
-    with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read"):
-        read(small("nowhere.py"))
-
-
-def test_a_definition_survives_pickling(spring):
-    definition = read(small(spring, stiffness=[1.0, 2.0]))
-    twin = pickle.loads(pickle.dumps(definition))
-    assert twin.definition.grid.stiffness == (1.0, 2.0)
-    assert twin.definition.text == definition.definition.text
-
-
-@pytest.mark.slow
-def test_opening_and_drawing_a_map_runs_no_file(tmp_path, spring):
-    ds = sweeps.survey(small(spring, stiffness=np.linspace(-2, 3, 9)))
-    storage.write_map(ds, tmp_path / "map.nc")
-    witness = tmp_path / "run"
-    described(tmp_path, f"open({str(witness)!r}, 'w')")
-    with storage.open_map(tmp_path / "map.nc") as again:
-        assert len(list(figures.draw_all(again, tmp_path / "figures"))) == 2
-    assert not witness.exists()
-
-
-@pytest.mark.slow
-def test_shards_threads_and_chunks_change_no_bit(tmp_path):
-    definition = read(small("bead_on_hoop", spin_rate=np.linspace(0, 10, 23), radius=[0.5, 2.0]))
-    whole = dataset.survey_grid(definition)
-    parts = []
-    for number in (1, 2, 3):
-        parts.append(tmp_path / f"{number}.nc")
-        shards.write_shard(definition, number, 3, parts[-1], threads=2)
-    digest = merging.merge(definition, parts, tmp_path / "map.nc")
-    with storage.open_map(tmp_path / "map.nc") as merged:
-        assert merged.attrs["kernel_fingerprint"] == whole.attrs["kernel_fingerprint"]
-    threaded = dataset.survey_grid(definition, threads=2)
-    assert content.content_hash(threaded) == digest
-    assert digest == content.content_hash(whole)
-    lazy = dataset.survey_grid(definition, chunks=16)
-    assert content.content_hash(lazy.compute()) == digest
 
 
 @pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])

@@ -12,7 +12,6 @@ from sweeps import systems
 from sweeps.points import catalogue
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
-from sweeps.shards import content
 from sweeps.systems.described import shipped
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
@@ -53,11 +52,6 @@ def test_map_has_the_contracts_names_and_dimensions(top):
     growth = top["growth_rate"].squeeze().sel(moment_of_weight=2.0, spin_rate=3.0, eigenvalue=1)
     assert growth.values == pytest.approx(1.0908712114635715, rel=1e-9)
     assert (top["status"] == 0).all()
-
-
-def test_shards_threads_and_chunks_change_no_bit(top):
-    whole = content.content_hash(top)
-    assert content.content_hash(sweeps.survey(TOP, chunks=3).compute()) == whole
 
 
 def test_a_file_with_damping_is_a_relative_equilibrium(tmp_path):

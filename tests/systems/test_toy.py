@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calls import said
 
 import sweeps
 from sweeps import systems
@@ -27,12 +28,6 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "honey.yaml").write_text(TEXT)
     yield tmp_path
     systems.forget()
-
-
-def said(capsys, *arguments):
-    capsys.readouterr()
-    assert main(list(arguments)) == 0
-    return capsys.readouterr().out
 
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
