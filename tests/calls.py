@@ -1,6 +1,22 @@
-"""Calls of the command line in this process."""
+"""Calls of the command line in this process, and of Python code in a process of its own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 from sweeps.__main__ import main
+
+ROOT = Path(__file__).parents[1]
+
+
+def python(code, *arguments, **settings):
+    """Return what code prints in a fresh process of this checkout, whose environment has some settings besides."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | settings
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def said(capsys, *arguments, status=0):

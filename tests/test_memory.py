@@ -1,8 +1,7 @@
 import platform
-import subprocess
-import sys
 
 import pytest
+from calls import python
 
 ASKED = """
 import resource, sys
@@ -28,9 +27,7 @@ print(held - int(open("/proc/self/statm").read().split()[1]))
 def test_what_is_kept_is_not_asked_for_again_and_is_given_back_at_the_end():
     faults, returned = {}, {}
     for how in ("kept", "given back"):
-        command = [sys.executable, "-c", ASKED, how]
-        pages = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
-        faults[how], returned[how] = map(int, pages)
+        faults[how], returned[how] = map(int, python(ASKED, how).split())
     # 20 blocks of 16 MiB are 81,920 pages
     assert faults["given back"] > 10_000
     assert faults["kept"] < 500

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from calls import python
 
 from kernels import cache, fingerprint
 
@@ -160,11 +161,7 @@ else:
 @pytest.mark.slow
 def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
     def measured(folder, first):
-        given = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / folder)}
-        code = MEASURE.format(first=first)
-        return subprocess.run(
-            [sys.executable, "-c", code], env=given, capture_output=True, text=True, check=True
-        ).stdout
+        return python(MEASURE.format(first=first), NUMBA_CACHE_DIR=str(tmp_path / folder))
 
     assert measured("other", True) == ""  # what both call is then taken from the cache
     assert measured("other", False) == measured("empty", False) != ""

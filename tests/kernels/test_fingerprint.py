@@ -1,12 +1,10 @@
-import os
 import platform
-import subprocess
-import sys
 from importlib import metadata
 from pathlib import Path
 
 import llvmlite.binding as llvm
 import pytest
+from calls import ROOT, python
 
 import sweeps
 from kernels import fingerprint as fp
@@ -39,14 +37,8 @@ def test_it_is_a_sha256_and_stays():
 
 
 def test_another_process_tells_the_same():
-    told = subprocess.run(
-        [sys.executable, "-c", "from kernels.fingerprint import fingerprint; print(fingerprint())"],
-        cwd=Path(fp.__file__).parents[1],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert told.stdout.strip() == fp.fingerprint()
+    told = python("from kernels.fingerprint import fingerprint; print(fingerprint())")
+    assert told.strip() == fp.fingerprint()
 
 
 def test_every_byte_of_every_source_counts(checkout):
@@ -141,15 +133,7 @@ OTHERS = {"NUMBA_NUM_THREADS": "1", "NUMBA_THREADING_LAYER": "workqueue", "NUMBA
 
 @pytest.mark.slow
 def test_other_settings_change_no_bit():
-    code = "import sweeps; print(sweeps.survey('tiny').attrs['content_hash'])"
-    told = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=Path(fp.__file__).parents[1],
-        env={**os.environ, **OTHERS},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    told = python("import sweeps; print(sweeps.survey('tiny').attrs['content_hash'])", **OTHERS)
     assert told.strip() == sweeps.survey("tiny").attrs["content_hash"]
 
 
@@ -221,7 +205,5 @@ def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
 def test_what_is_read_is_what_is_imported():
     for module in ("survey", "symmetric_top", "oscillations"):
         code = f"import sys, kernels.{module}; print(*(sys.modules[n].__file__ for n in sys.modules if 'kernels' in n))"
-        root = Path(fp.__file__).parents[1]
-        told = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
-        loaded = {Path(file) for file in told.stdout.split() if Path(file).parent == root / "kernels"}
+        loaded = {Path(file) for file in python(code).split() if Path(file).parent == ROOT / "kernels"}
         assert set(fp.sources(module)) == loaded, module

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from calls import python
 
 from kernels import jit
 
@@ -77,7 +78,7 @@ assert "numba" not in sys.modules and "llvmlite" not in sys.modules
 
 def test_plain_kernels_load_no_compiler():
     modules = "enclosures, roots, spectrum, survey, tumbling, twist, projection, principal"
-    subprocess.run([sys.executable, "-c", PLAIN.format(modules)], cwd=ROOT, check=True)
+    python(PLAIN.format(modules))
 
 
 VECTORS = """

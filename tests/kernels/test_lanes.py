@@ -1,20 +1,17 @@
 import math
-import os
 import platform
 import re
 import shutil
 import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from calls import python
 from numba import config
 
 from kernels import direct, estimates, exact, lanes, linear, measure, rigid_body, statuses, survey, taylor
 from kernels.blocks import W
 
-ROOT = Path(survey.__file__).parents[1]
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = taylor.STEPS
 
@@ -119,14 +116,8 @@ print(*columns["status"], *columns["propagation_error"])
 )
 def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status):
     # in a process of its own and in plain Python, for the compiler freezes what it has inlined
-    told = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", BROKEN.replace("DEFECT", repr(defect))],
-        cwd=ROOT,
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.split()
+    program = BROKEN.replace("DEFECT", repr(defect))
+    told = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore").split()
     assert told[:3] == [str(status)] * 3
     if defect:
         assert min(map(float, told[3:])) > defect
@@ -205,8 +196,7 @@ for part in vars(lanes).values():
 @pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
 def test_every_loop_over_lanes_is_packed(tmp_path):
     # with an empty cache: Numba loads what it finds there whole, and not the parts that it calls
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    subprocess.run([sys.executable, "-c", COMPILED, tmp_path], env=environment, check=True, cwd=ROOT)
+    python(COMPILED, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     files = sorted(tmp_path.glob("*.o"))
     assert len(files) > 20
     told = subprocess.run(["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True)

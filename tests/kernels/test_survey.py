@@ -1,13 +1,10 @@
 import itertools
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import repeated
+from calls import python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import rate_squared, samples, signed_rate
@@ -500,18 +497,10 @@ points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": 2, "omega0": 1.0, "phase": 0.
 points = {name: np.full(2, value) for name, value in points.items()} | {"epsilon": np.array([0.5, 1e-6])}
 print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measured(points, 1.5, 8, tolerance)["status"]))
 """
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    told = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", program],
-        cwd=Path(survey.__file__).parents[1],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    told = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore")
     # the small nudge needs no more than the one, nor does either at a loose tolerance
     expected = [statuses.NOT_CONVERGED, survey.OK, survey.OK, survey.OK]
-    assert told.stdout.split() == [str(status) for status in expected]
+    assert told.split() == [str(status) for status in expected]
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

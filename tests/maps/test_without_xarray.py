@@ -2,14 +2,11 @@
 
 import itertools
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from calls import python
 from maps import BODIES, TOP, write
 
 import sweeps
@@ -26,7 +23,6 @@ POINTS = {
     "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 1.0},
     "sample": {"num": 40, "seed": 1},
 }
-ROOT = Path(admission.__file__).parents[2]
 HEAVY = {"numba", "xarray", "pandas", "dask", "matplotlib", "scipy", "netCDF4", "sympy", "ruamel.yaml"}
 
 
@@ -200,9 +196,7 @@ def test_show_and_slice_load_nothing_that_they_do_not_need(tmp_path):
         f"assert main(['show', {path!r}]) == 0; print(*sys.modules)\n"
         f"assert main(['slice', {path!r}, *{place}]) == 0; print(*sys.modules)"
     )
-    own = {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}  # what others are storing is looked at with Numba
-    options = {"capture_output": True, "text": True, "env": os.environ | own}
-    lines = subprocess.run([sys.executable, "-c", code], check=True, **options).stdout.splitlines()
+    lines = python(code, NUMBA_CACHE_DIR=str(tmp_path)).splitlines()  # what others are storing, Numba looks at
     loaded = [set(line.split()) for line in lines if "sweeps.__main__" in line]
     assert len(loaded) == 2
     assert not HEAVY & loaded[0]
@@ -216,7 +210,6 @@ def test_pictures_of_a_grid_load_neither_xarray_nor_the_compiler(tmp_path):
         "from sweeps.process import startup; startup.configure()\n"
         "from sweeps.__main__ import main; assert main() == 0; print(*sys.modules)"
     )
-    lines = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
-    loaded = set(lines.stdout.splitlines()[-1].split())
+    loaded = set(python(code).splitlines()[-1].split())
     heavy = {"numba.core", "xarray", "pandas", "netCDF4", "scipy", "sympy", "fontTools.subset"}
     assert not heavy & loaded

@@ -3,12 +3,11 @@
 import fcntl
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from calls import python
 
 from sweeps.pipeline import claims, finished
 from sweeps.points.loading import read
@@ -135,9 +134,8 @@ def test_nothing_is_loaded_for_what_is_finished(mine):
     code = (
         f"import sys; from sweeps.pipeline import finished; finished.basis = lambda path: {known!r}\n"
         "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
-        "print(*sys.modules, file=sys.stderr)"
+        "print(*sys.modules)"
     )
-    options = {"env": os.environ | {"PYTHONPATH": str(ROOT)}, "capture_output": True, "text": True}
-    done = subprocess.run([sys.executable, "-c", code], check=True, **options)
-    assert done.stdout.split() == [str(Path("results/mine") / name) for name in finished.MADE]
-    assert not HEAVY & set(done.stderr.split())
+    *made, loaded = python(code).splitlines()
+    assert made == [str(Path("results/mine") / name) for name in finished.MADE]
+    assert not HEAVY & set(loaded.split())

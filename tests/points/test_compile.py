@@ -13,6 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 import rich.console
+from calls import python
 
 from kernels import fingerprint
 from sweeps import systems
@@ -204,4 +205,4 @@ def test_types_in_the_table_are_those_that_kernels_are_called_by():
         "        if hasattr(f, 'signatures') and f.__module__ == m.__name__ and n not in ('_sort_back', '_expanded'):\n"
     )
     code += "            assert len(f.signatures) <= 1, (n, f.signatures)\n"
-    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+    python(code)

@@ -3,12 +3,12 @@ import math
 import os
 import pickle
 import re
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 import repeated
+from calls import python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
@@ -654,8 +654,7 @@ def test_reading_a_definition_loads_nothing_heavy(tmp_path):
     """In a cache of its own: what others are just storing is looked at with Numba."""
     tiny = str(catalogue.FOLDER / "tiny.yaml")
     code = f"import sys; from sweeps.points import catalogue; catalogue.plan({tiny!r}); print(*sys.modules)"
-    options = {"env": os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, "capture_output": True, "text": True}
-    loaded = subprocess.run([sys.executable, "-c", code], check=True, **options).stdout.split()
+    loaded = python(code, NUMBA_CACHE_DIR=str(tmp_path)).split()
     heavy = {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas", "snakemake"} & set(loaded)
     assert not heavy
 

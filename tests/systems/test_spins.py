@@ -1,17 +1,14 @@
 import json
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import mpmath
 import pytest
+from calls import python
 from scipy.integrate import solve_ivp
 
 from kernels import jit
 from sweeps.systems.rigid_body.prediction import in_words, spins
 
-ROOT = Path(jit.__file__).parents[1]
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
 
@@ -107,10 +104,10 @@ assert jit.leave_out_compiler()
 
 def test_plain_kernels_answer_as_the_compiled_ones():
     code = PLAIN + ODD + "assert 'numba' not in sys.modules; print(json.dumps(found))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, check=True)
+    plain = json.loads(python(code))
     compiled: dict = {}
     exec(ODD, compiled)
-    for found, expected in zip(json.loads(done.stdout), compiled["found"], strict=True):
+    for found, expected in zip(plain, compiled["found"], strict=True):
         for one, other in zip(found, expected, strict=True):
             for name, value in other.items():
                 if isinstance(value, float):  # contraction moves a last digit, and decides nothing

@@ -2,8 +2,6 @@
 
 import pickle
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 import repeated
+from calls import python
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -146,8 +145,7 @@ dataset.survey_grid(read({{"system": {name!r}}} | {SMALL[name]!r}))
 assert any(before.values())
 assert compiled() == before, [name for name, signatures in compiled().items() if signatures != before.get(name)]
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    python(code)
 
 
 @pytest.mark.parametrize("order", ["in turn", "shuffled", "one after the other"])
@@ -274,8 +272,7 @@ from sweeps.points.loading import read
 dataset.survey_grid(read({{"system": {name!r}}} | {small!r}))
 print(*(name for name in sys.modules if name.startswith("kernels.")))
 """
-    told = subprocess.run([sys.executable, "-c", code], cwd=KERNELS.parent, capture_output=True, text=True, check=True)
-    loaded = {KERNELS / f"{module.removeprefix('kernels.')}.py" for module in told.stdout.split()}
+    loaded = {KERNELS / f"{module.removeprefix('kernels.')}.py" for module in python(code).split()}
     assert set(sources(*systems.resolve(name).kernels)) == loaded | {KERNELS / "__init__.py"}
 
 

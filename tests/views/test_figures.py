@@ -1,13 +1,12 @@
 """Pictures of maps: which there are, and that what they show is what the map holds, read off the drawn artists."""
 
-import subprocess
-import sys
 from functools import cache
 
 import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
+from calls import python
 
 import sweeps
 from kernels import linear
@@ -236,7 +235,7 @@ def test_other_commands_do_without_matplotlib():
         "import sys; from sweeps.__main__ import main; main(['check', 'tiny']); assert 'matplotlib' not in sys.modules;"
         "import sweeps.views.figures; assert 'matplotlib.pyplot' not in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    python(code)
 
 
 # ---------------------------------------------------------------------------------------------------------

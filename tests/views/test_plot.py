@@ -1,13 +1,12 @@
 """Pictures as functions and as `ds.polhode`, their themes, sizes and formats, and colours for every kind of sight."""
 
 import re
-import subprocess
-import sys
 from itertools import combinations
 
 import matplotlib
 import numpy as np
 import pytest
+from calls import python
 from matplotlib import colormaps
 from matplotlib.colors import NoNorm, to_rgba_array
 from matplotlib.figure import Figure
@@ -71,14 +70,14 @@ def test_the_accessor_is_there_without_matplotlib():
         "import sweeps.accessor, xarray as xr; ds = xr.Dataset(); assert 'stability' in dir(ds.polhode);"
         "assert 'matplotlib' not in sys.modules; import importlib; importlib.reload(sweeps); ds.polhode"
     )
-    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, capture_output=True)
+    python(code, PYTHONWARNINGS="error")
 
 
 @pytest.mark.parametrize("then", ["import sweeps", "sweeps.survey('tiny')", "sweeps.open_map(sys.argv[1])"])
 def test_the_accessor_is_registered_where_a_dataset_comes_from(path, then):
     first = "import xarray" if then == "import sweeps" else "import sweeps"
     code = f"import sys; {first}; {then}; import xarray; xarray.Dataset().polhode"
-    subprocess.run([sys.executable, "-W", "error", "-c", code, path], check=True, capture_output=True)
+    python(code, path, PYTHONWARNINGS="error")
 
 
 def test_the_accessor_has_the_functions_and_a_summary(tiny):
