@@ -137,24 +137,18 @@ def test_chains_of_the_roof_do_all_their_links():
     assert pytest.approx(begun * 0.9999 ** (roof.LINKS * roof.PASSES), rel=1e-12) == S
 
 
-def entries(*errors):
-    return [race.Entry("x", 1.0, 1, 1, error=error) for error in errors]
-
-
-def test_speed_at_an_error_lies_between_settings_in_log_log():
-    assert race.speed_at(entries(1e-8, 1e-12), 1e-10, [400.0, 100.0]) == pytest.approx(200.0)
-
-
-def test_settings_that_another_beats_in_both_do_not_count():
-    assert race.speed_at(entries(1e-8, 1e-10, 1e-12), 1e-10, [400.0, 50.0, 100.0]) == pytest.approx(200.0)
-
-
-def test_a_contender_that_is_always_better_is_taken_at_its_fastest():
-    assert race.speed_at(entries(1e-11, 1e-13), 1e-10, [400.0, 500.0]) == pytest.approx(500.0)
-
-
-def test_a_contender_that_is_never_good_enough_has_no_speed():
-    assert math.isnan(race.speed_at(entries(1e-6, 1e-9), 1e-10, [400.0, 100.0]))
+@pytest.mark.parametrize(
+    ("errors", "speeds", "expected"),
+    [
+        ((1e-8, 1e-12), [400.0, 100.0], 200.0),  # between settings, in log-log
+        ((1e-8, 1e-10, 1e-12), [400.0, 50.0, 100.0], 200.0),  # one that another beats in both does not count
+        ((1e-11, 1e-13), [400.0, 500.0], 500.0),  # always better: at its fastest
+        ((1e-6, 1e-9), [400.0, 100.0], math.nan),  # never good enough
+    ],
+)
+def test_speed_at_an_error(errors, speeds, expected):
+    entries = [race.Entry("x", 1.0, 1, 1, error=error) for error in errors]
+    assert race.speed_at(entries, 1e-10, speeds) == pytest.approx(expected, nan_ok=True)
 
 
 def test_the_kernels_benchmark_runs(capsys):

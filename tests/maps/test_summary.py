@@ -19,6 +19,8 @@ def ds():
 
 
 def test_counts_are_those_of_the_arrays(ds):
+    ds = ds.copy(deep=True)
+    ds["regime"][0, 0] = 3  # otherwise than by theory
     found = summary.summarise(ds)
     words = ds.regime.flag_meanings.split()
     for value, word in zip(ds.regime.flag_values, words, strict=True):
@@ -32,6 +34,10 @@ def test_counts_are_those_of_the_arrays(ds):
         names[m] != theory[t] for m, t in zip(ds.regime.values.flat, ds.regime_theory.values.flat, strict=True)
     )
     assert found.unlike == {"regime": unlike}
+    table = found.confusion["regime_theory", "regime"]
+    assert table.sum() == ds.regime.size
+    expected = {word: (ds.regime_theory.values == value).sum() for value, word in theory.items()}
+    assert {word: table[i].sum() for i, word in enumerate(found.counts["regime_theory"])} == expected
 
 
 def test_the_worst_stands_where_it_says(ds):

@@ -261,28 +261,6 @@ def test_a_limit_that_no_point_meets_is_refused(plane, tmp_path):
 # Numbers
 
 
-def test_counts_and_confusion_are_those_of_the_map(plane, monkeypatch):
-    monkeypatch.setattr(report_columns, "BLOCK_POINTS", 50)
-    summary, _, _ = report._gather(plane)
-    assert summary.points == plane.regime.size
-    names = dict(zip(plane.regime.flag_values.tolist(), plane.regime.flag_meanings.split(), strict=True))
-    for value, word in names.items():
-        assert summary.counts["regime"][word] == int((plane.regime.values == value).sum())
-    table = summary.confusion["regime_theory", "regime"]
-    assert table.sum() == plane.regime.size
-    theory = dict(zip(plane.regime_theory.flag_meanings.split(), plane.regime_theory.flag_values.tolist(), strict=True))
-    for i, word in enumerate(summary.counts["regime_theory"]):
-        assert table[i].sum() == int((plane.regime_theory.values == theory[word]).sum())
-
-
-def test_worst_certificates_stand_where_the_map_has_them(plane):
-    summary, _, _ = report._gather(plane)
-    assert {"energy_drift", "momentum_drift", "perturbation_drift"} <= set(summary.checks)
-    for name, worst in summary.checks.items():
-        assert worst.value == float(np.nanmax(np.abs(plane[name].values)))
-        assert abs(float(plane[name].isel(worst.at))) == worst.value
-
-
 def test_deviations_from_theory_are_those_of_the_map(plane):
     summary, _, _ = report._gather(plane)
     agreement = summary.deviations["omega_squared_theory", "omega_squared"]
