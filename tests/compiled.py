@@ -1,11 +1,32 @@
-"""Compiled kernels for copies of the sources: those of this checkout, so that a copy need not compile its own."""
+"""Copies of the sources, Python run in them, and this checkout's compiled kernels, which they then need not compile."""
 
 import hashlib
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from kernels.cache import cache_folder
 from kernels.fingerprint import machine
+
+ROOT = Path(__file__).parents[1]
+
+
+def copied(folder: Path) -> Path:
+    """Copy the sources and the workflow into a folder, and return it."""
+    for name in ("kernels", "sweeps"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy2(ROOT / "Snakefile", folder)
+    return folder
+
+
+def run(folder: Path, *arguments) -> subprocess.CompletedProcess:
+    """Run Python in a copy of the sources, with a compiler cache of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / ".cache")}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
 def share(folder: Path, base: Path) -> None:

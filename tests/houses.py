@@ -8,7 +8,6 @@ import time
 
 import compiled
 import psutil
-from test_workflow import copied
 
 import sweeps
 from sweeps.maps import verify
@@ -31,7 +30,7 @@ class House:
     """A copy of the sources with results and a compiler cache of its own."""
 
     def __init__(self, folder):
-        self.folder = copied(folder.resolve())
+        self.folder = compiled.copied(folder.resolve())
         compiled.share(self.folder, self.folder / ".cache")
         self.define()
         self.map = self.folder / TARGET

@@ -1,11 +1,7 @@
 """Every command of README.md, and of the handbook's pages that are not run when it is built, run in a copy."""
 
-import os
 import re
 import shlex
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import compiled
@@ -39,10 +35,7 @@ def commands():
 def folder(tmp_path_factory):
     """The repository, the default map, and the files that a reader of the README has."""
     trimesh = pytest.importorskip("trimesh")
-    folder = tmp_path_factory.mktemp("readme")
-    for name in ("kernels", "sweeps"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy2(ROOT / "Snakefile", folder)
+    folder = compiled.copied(tmp_path_factory.mktemp("readme"))
     compiled.share(folder, folder / ".cache")
     large = folder / "sweeps/definitions/gravity_gradient.yaml"
     large.write_text(re.sub(r"num: \d+", "num: 9", large.read_text()))  # its points take minutes
@@ -56,16 +49,7 @@ def folder(tmp_path_factory):
 def run(folder, line):
     program, *arguments = shlex.split(line)
     module = {".venv/bin/python": [], ".venv/bin/snakemake": ["-m", "snakemake"], ".venv/bin/polhode": ["-m", "sweeps"]}
-    environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / ".cache")}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    return subprocess.run(
-        [sys.executable, *module[program], *arguments],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return compiled.run(folder, *module[program], *arguments)
 
 
 def make_what_it_reads(folder, line):

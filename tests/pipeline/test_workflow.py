@@ -2,15 +2,13 @@
 
 import importlib.util
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import compiled
 import pytest
+from compiled import copied, run
 
 import sweeps
 import sweeps.maps.dataset  # the kernels imported are of the same moment as their copy
@@ -33,24 +31,8 @@ INVALID = {
 }
 
 
-def copied(folder):
-    ignore = shutil.ignore_patterns("__pycache__")
-    for name in ("kernels", "sweeps"):
-        shutil.copytree(ROOT / name, folder / name, ignore=ignore)
-    shutil.copy2(ROOT / "Snakefile", folder)
-    return folder
-
-
-def run(folder, module, *arguments):
-    """Runs a module in `folder`, with a compiler cache of its own."""
-    environment = {**os.environ, "XDG_CACHE_HOME": str(folder / ".cache")}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    command = [sys.executable, "-m", module, *map(str, arguments)]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-
-
 def snakemake(folder, *arguments):
-    return run(folder, "snakemake", "--cores", 2, *arguments)
+    return run(folder, "-m", "snakemake", "--cores", 2, *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +123,7 @@ def test_a_shard_that_compiled_the_kernels_is_kept_by_a_workflow_that_finds_them
 )
 def test_the_profile_for_slurm_says_what_it_needs(fresh):
     shutil.copytree(ROOT / ".slurm", fresh / ".slurm", dirs_exist_ok=True)
-    answer = run(fresh, "snakemake", "--profile", ".slurm")
+    answer = run(fresh, "-m", "snakemake", "--profile", ".slurm")
     assert answer.returncode == 2
     assert "--profile: .slurm needs a plugin that is not here; allowed: pip install -e '.[slurm]'" in answer.stderr
     assert "invalid choice" not in answer.stderr
@@ -157,7 +139,7 @@ def test_both_doors_refuse_in_the_same_words(fresh):
     path.parent.mkdir(exist_ok=True)
     path.write_text(BAD)
     answers = [
-        run(fresh, "sweeps", "run", path.relative_to(fresh)),
+        run(fresh, "-m", "sweeps", "run", path.relative_to(fresh)),
         snakemake(fresh, "--config", f"definition={path.relative_to(fresh)}"),
     ]
     for answer in answers:
