@@ -52,7 +52,8 @@ TEXTS = st.sampled_from(
 )
 SCALARS = NUMBERS | TEXTS | st.floats(allow_nan=True) | st.integers() | st.none() | st.text(max_size=8)
 MODELS = [systems.resolve(name).model for name in systems.names()]
-KEYS = [*(key for model in MODELS for key in model.model_fields), "I1", "omega0", "start", "num", "name", "rotations"]
+KEYS = ["I1", "omega0", "start", "num", "name", "ratios", "rotations"]
+KEYS += [key for model in MODELS for key in model.model_fields]
 VALUES = st.recursive(
     SCALARS,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXTS | st.sampled_from(KEYS), inner, max_size=5),
