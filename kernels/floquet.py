@@ -60,6 +60,7 @@ class Matrices(NamedTuple):
         self.turns[which], self.second[:, which] = part.turns, part.second
 
 
+@np.errstate(all="ignore")
 def columns(found, period, reciprocal=True, with_errors=True):
     """Return the columns of monodromy matrices.
 
@@ -81,32 +82,31 @@ def columns(found, period, reciprocal=True, with_errors=True):
     if d != 2 and not (d == 4 and reciprocal):
         return _by_eigenvalues(M, error, period, reciprocal)
     second = None if second is None or np.isnan(second).all() else second
-    with np.errstate(all="ignore"):
-        found, names = invariants(M, error, second), INVARIANTS if d == 4 else ("trace", "determinant")
-        smooth, spreads = ([found[name + end] for name in names] for end in ("", "_error"))
-        if d == 4:
-            smooth[1] = smooth[1] * (np.nan if second is None else np.where(smooth[1] == second[0], 1.0, np.nan))
-        elif reciprocal:
-            smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
-        centre = _spectrum(smooth, period, half_turns)
-        regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
-        # regimes need no b, multipliers no determinant, and b only where it is given; a symplectic d = 1 has no error
-        varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
-        near = _is_near(smooth, spreads) if d == 4 else slice(None)
-        ends = _regime(_corners([x[near] for x in smooth], [x[near] for x in spreads], varied))
-        regime[near] = np.where((ends == regime[near]).all(axis=0), regime[near], MARGINAL)
-        moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
-        corners = [*zip(*_corners(smooth, spreads, moved), strict=True), *_meetings(smooth, spreads)]
-        open_order = np.flatnonzero(regime == MARGINAL)
-        for ends in corners if with_errors else []:
-            for name, apart in _distances(_spectrum(ends, period, half_turns), centre, open_order).items():
-                worst[name] = np.maximum(worst[name], apart)
-        found |= centre
-        if with_errors:
-            if d == 2:  # a determinant that may be 0 leaves the lesser multiplier's size open
-                worst["exponent_real"][smooth[1] <= spreads[1], 1] = np.inf
-            found |= {f"{name}_error": worst[name] + ROUNDING * np.abs(values) for name, values in centre.items()}
-        sound = np.isfinite(found["growth_rate"] + found["trace_error"])
+    found, names = invariants(M, error, second), INVARIANTS if d == 4 else ("trace", "determinant")
+    smooth, spreads = ([found[name + end] for name in names] for end in ("", "_error"))
+    if d == 4:
+        smooth[1] = smooth[1] * (np.nan if second is None else np.where(smooth[1] == second[0], 1.0, np.nan))
+    elif reciprocal:
+        smooth[1], spreads[1] = np.ones_like(smooth[1]), np.zeros_like(smooth[1])
+    centre = _spectrum(smooth, period, half_turns)
+    regime, worst = _regime(smooth), {name: np.zeros_like(values) for name, values in centre.items()}
+    # regimes need no b, multipliers no determinant, and b only where it is given; a symplectic d = 1 has no error
+    varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
+    near = _is_near(smooth, spreads) if d == 4 else slice(None)
+    ends = _regime(_corners([x[near] for x in smooth], [x[near] for x in spreads], varied))
+    regime[near] = np.where((ends == regime[near]).all(axis=0), regime[near], MARGINAL)
+    moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
+    corners = [*zip(*_corners(smooth, spreads, moved), strict=True), *_meetings(smooth, spreads)]
+    open_order = np.flatnonzero(regime == MARGINAL)
+    for ends in corners if with_errors else []:
+        for name, apart in _distances(_spectrum(ends, period, half_turns), centre, open_order).items():
+            worst[name] = np.maximum(worst[name], apart)
+    found |= centre
+    if with_errors:
+        if d == 2:  # a determinant that may be 0 leaves the lesser multiplier's size open
+            worst["exponent_real"][smooth[1] <= spreads[1], 1] = np.inf
+        found |= {f"{name}_error": worst[name] + ROUNDING * np.abs(values) for name, values in centre.items()}
+    sound = np.isfinite(found["growth_rate"] + found["trace_error"])
     found["regime"] = np.where(sound, regime, UNDETERMINED).astype(np.int8)
     return found
 
@@ -201,39 +201,31 @@ def _by_eigenvalues(M, error, period, reciprocal):
     """Return the columns of matrices without smooth invariants, from eigenvalues and their conditions."""
     d, sound = M.shape[-1], np.isfinite(M).all(axis=(1, 2)) & np.isfinite(error).all(axis=(1, 2))
     safe = np.where(sound[:, None, None], M, np.eye(d))
-    with np.errstate(all="ignore"):
-        mu, right = (x.astype(complex) for x in np.linalg.eig(safe))  # real where all points' are, with other bits
-        order = np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)), axis=1)
-        mu, right = np.take_along_axis(mu, order, axis=1), np.take_along_axis(right, order[:, None], axis=2)
-        size, norm = length(error)[:, None], length(safe)[:, None]
-        size = size + ROUNDING * norm
-        gap = np.abs(mu[:, :, None] - mu[:, None] + np.where(np.eye(d), np.inf, 0.0)).min(axis=2)
-        simple = 1.0 / np.abs(np.linalg.svd(right, compute_uv=False)[:, -1:]) * size  # bounds each condition
-        joined = 2.0 * d**1.5 * simple  # Bauer and Fike: all that discs of this condition's radius join, if they do
-        any_matrix = (2.0 * norm + size) ** (1.0 - 1.0 / d) * size ** (1.0 / d)
-        off = np.where(4.0 * d * simple < gap, 1.5 * simple, np.minimum(joined, any_matrix))
-        near = np.maximum(np.abs(mu) - off, 0.0)
-        sizes, most, least = np.log(np.abs(mu)), np.log(np.abs(mu) + off), np.log(near)
-        turned = np.where(near > 0.0, np.arcsin(np.minimum(off / np.abs(mu), 1.0)), np.pi)
+    mu, right = (x.astype(complex) for x in np.linalg.eig(safe))  # real where all points' are, with other bits
+    order = np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)), axis=1)
+    mu, right = np.take_along_axis(mu, order, axis=1), np.take_along_axis(right, order[:, None], axis=2)
+    size, norm = length(error)[:, None], length(safe)[:, None]
+    size = size + ROUNDING * norm
+    gap = np.abs(mu[:, :, None] - mu[:, None] + np.where(np.eye(d), np.inf, 0.0)).min(axis=2)
+    simple = 1.0 / np.abs(np.linalg.svd(right, compute_uv=False)[:, -1:]) * size  # bounds each condition
+    joined = 2.0 * d**1.5 * simple  # Bauer and Fike: all that discs of this condition's radius join, if they do
+    any_matrix = (2.0 * norm + size) ** (1.0 - 1.0 / d) * size ** (1.0 / d)
+    off = np.where(4.0 * d * simple < gap, 1.5 * simple, np.minimum(joined, any_matrix))
+    near = np.maximum(np.abs(mu) - off, 0.0)
+    sizes, most, least = np.log(np.abs(mu)), np.log(np.abs(mu) + off), np.log(near)
+    turned = np.where(near > 0.0, np.arcsin(np.minimum(off / np.abs(mu), 1.0)), np.pi)
     growth, top, bottom = sizes.max(axis=1), most.max(axis=1), least.max(axis=1)
-    T = period[:, None]
-    pairs = {
-        "multiplier_real": (mu.real, off),
-        "multiplier_imag": (mu.imag, off),
-        "exponent_real": (sizes / T, np.maximum(most - sizes, sizes - least) / T),
-        "exponent_imag": (np.angle(mu) / T, turned / T),
-        "growth_rate": (growth / period, np.maximum(top - growth, growth - bottom) / period),
-        "growth_per_period": (growth, np.maximum(top - growth, growth - bottom)),
-        "trace": (np.einsum("nii->n", safe), np.einsum("nii->n", error)),
-    }
-    lost, found = ~sound, {}
-    for name, both in pairs.items():
-        for kind, values in zip((name, f"{name}_error"), both, strict=True):
-            found[kind] = np.where(lost if values.ndim == 1 else lost[:, None], np.nan, values)
+    further, more = np.maximum(most - sizes, sizes - least), np.maximum(top - growth, growth - bottom)
+    errors = off, off, further / period[:, None], turned / period[:, None], more / period, more
+    found = _spectrum_of(mu, sizes, np.angle(mu), period)
+    found |= {f"{name}_error": values for name, values in zip(found, errors, strict=True)}
+    found |= {"trace": np.einsum("nii->n", safe), "trace_error": np.einsum("nii->n", error)}
+    for values in found.values():
+        values[~sound] = np.nan
     first = mu[:, 0]
     kind = np.where(np.abs(first.imag) > off[:, 0], FLUTTER, np.where(first.real > 0.0, UNSTABLE, PERIOD_DOUBLING))
     apart = (2.0 * off < gap) & (np.abs(mu.imag) > off) & reciprocal  # a single pair cannot leave the circle
-    conditions = [lost, bottom > 0.0, top < 0.0, (apart & (least < 0.0) & (most > 0.0)).all(axis=1)]
+    conditions = [~sound, bottom > 0.0, top < 0.0, (apart & (least < 0.0) & (most > 0.0)).all(axis=1)]
     kinds = [UNDETERMINED, kind, ASYMPTOTICALLY_STABLE, STABLE]
     return found | {"regime": np.select(conditions, kinds, MARGINAL).astype(np.int8)}
 
@@ -290,6 +282,11 @@ def _spectrum(smooth, period, half_turns):
         locked = np.pi * np.where(odd == (trace < 0.0), half_turns, half_turns + 1.0)
         between = np.where(odd, np.pi * (half_turns + 1.0), -np.pi * half_turns) - np.abs(angles[:, 0])
         angles = np.where(is_real, locked, between)[:, None] * np.array([1.0, -1.0])
+    return _spectrum_of(mu, sizes, angles, period)
+
+
+def _spectrum_of(mu, sizes, angles, period):
+    """Return multipliers, exponents and growth, from the logarithms of the multipliers' sizes and their angles."""
     exponents = sizes / period[:, None]
     return {
         "multiplier_real": mu.real,
@@ -311,8 +308,8 @@ def _corners(smooth, spreads, varied):
 
 def _is_near(smooth, spreads):
     """Return where an interval of INVARIANTS holds an end of a regime; elsewhere its corners have one."""
-    edges = [(0, -4.0), (0, 0.0), (0, 4.0), (2, 0.0), (3, 0.0), (4, 0.0)]
-    return np.any([np.abs(smooth[k] - edge) <= spreads[k] for k, edge in edges], axis=0)
+    ends = zip([*smooth, np.abs(smooth[0]) - 4.0], [*spreads, spreads[0]], strict=True)
+    return np.any([np.abs(value) <= spread for value, spread in ends], axis=0)
 
 
 def _meetings(smooth, spreads):
