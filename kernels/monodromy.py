@@ -213,22 +213,17 @@ def compose_of(n, joined):
         alike = 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
         X, end, aside = S.reshape(S.size // W, W), S[followed * height * W :], S[elsewhere * height * W :]
         last, is_large = X[followed * height :], False
-        for lane in range(W):
-            begin(S, lane)
+        begin(S)
         for s in range(followed):
             here = S[s * height * W :]
             for lane in range(W):  # the length of a step is rounded in all alike
                 here[(size + 1) * W + lane] = alike
-            for lane in range(W):
-                before(here, lane)
-        for lane in range(W):
-            keep(aside, lane)
+            before(here)
+        keep(aside)
         if half:
-            for lane in range(W):
-                join_halves(end, lane)
+            join_halves(end)
         else:
-            for lane in range(W):
-                join(end, lane)
+            join(end)
         for lane in range(W):
             is_large |= last[c, lane] > LARGE
         if d > 0 and is_large:
@@ -239,20 +234,16 @@ def compose_of(n, joined):
         for s in range(followed, -1, -1):
             here = S[s * height * W :]
             if s < followed:
-                for lane in range(W):
-                    after(here, lane)
+                after(here)
             if s == elsewhere:
-                for lane in range(W):
-                    later(here, lane)
+                later(here)
         put(last[:size], X[:size])
         put(last[L : L + size], X[elsewhere * height + L :][:size])
         if half:
             put(last[t : t + 1], X[t : t + 1])
-            for lane in range(W):
-                tell_both(end, lane)
+            tell_both(end)
         else:
-            for lane in range(W):
-                tell(end, lane)
+            tell(end)
 
     return compose, (height, first["M"], first["m"])
 
@@ -278,10 +269,8 @@ def _minors_of(record, name):
             put(there, X[(s if s < followed else steps - 1 - s) * height :][: size + 2])
             if s >= followed:
                 put(there[m:], last[m:height])
-                for lane in range(W):
-                    flip(here, lane)
-            for lane in range(W):
-                before(here, lane)
+                flip(here)
+            before(here)
         for lane in range(W):
             last[c, lane], last[c + 1, lane] = 0.0 if last[c, lane] > LARGE else np.nan, 0.0
         for i in range(d * d):
@@ -289,8 +278,7 @@ def _minors_of(record, name):
                 last[c, lane] += end[Q + i, lane] if i % (d + 1) == 0 else 0.0
                 end[Q + i, lane] = 1.0 if i % (d + 1) == 0 else 0.0
         for s in range(steps - 1, -1, -1):
-            for lane in range(W):
-                after(S[s * tall * W :], lane)
+            after(S[s * tall * W :])
         for i in range(d):  # what a segment is off, its mirror image is, too
             for lane in range(W):
                 last[c + 1, lane] += alike * math.sqrt(T[C + i * (d + 1), lane]) + 0.0 * last[c, lane]

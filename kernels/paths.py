@@ -90,8 +90,7 @@ def _sum_terms(rows, S, first, share):
     whole_vectors()
     for lane in range(share.size):
         S[first + ORDER, lane] = share[lane]
-    for lane in range(W):
-        _SUM(rows, first * W + lane)
+    _SUM(rows[first * W :])
 
 
 @njit(**OPTIONS)

@@ -17,7 +17,7 @@ from textwrap import dedent, indent
 
 import numpy as np
 
-from kernels.blocks import LINE
+from kernels.blocks import LINE, W
 from kernels.jit import is_plain, widen
 
 FUNCTIONS = {  # what formulas may call beside each other, as LLVM names it
@@ -112,7 +112,7 @@ def _named(e, scope):
 
 
 def lines(text: str) -> Callable:
-    """Return a function of S and lane, for compiled code, that does what lines of text say.
+    """Return a function of S, for compiled code, that does in each of W lanes what lines of text say.
 
     Args:
         text (str): Assignments ``name = …`` and ``S[row + lane] = …`` of ``+ - * /``, abs, sqrt, numbers, names that
@@ -121,19 +121,22 @@ def lines(text: str) -> Callable:
     """
     if is_plain():  # nothing is compiled, and Python reads them itself
         code = compile(text, "lines", "exec")
-        return lambda S, lane: exec(code, {"S": S, "lane": lane, **KNOWN})
+        return lambda S: [exec(code, {"S": S, "lane": lane, **KNOWN}) for lane in range(W)]
     from numba import types
     from numba.extending import intrinsic
 
     @intrinsic
-    def written(_, S, lane):
+    def written(_, S):
         def generate(context, builder, signature, arguments):
+            from numba.core import cgutils
+
             data = context.make_array(S)(context, builder, arguments[0]).data
             _align(builder.function)
-            _Writer(builder, scope=KNOWN, data=data, lane=arguments[1]).write(ast.parse(text).body)
+            with cgutils.for_range(builder, context.get_constant(types.intp, W)) as loop:
+                _Writer(builder, scope=KNOWN, data=data, lane=loop.index).write(ast.parse(text).body)
             return context.get_dummy_value()
 
-        return types.none(S, lane), generate
+        return types.none(S), generate
 
     return written
 

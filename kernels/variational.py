@@ -125,8 +125,7 @@ def step_of(m, n, entries):
         @njit(ROWS, name=name, **PASSED)
         def by_lines(S, nothing, number):
             whole_vectors()
-            for lane in range(W):
-                step(S, lane)
+            step(S)
 
         return by_lines
     size, count, pairs = STAGES * m, len(entries), np.array(entries).reshape(-1, 2)

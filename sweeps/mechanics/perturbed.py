@@ -51,13 +51,11 @@ PERTURBED = lines("""
 def advance(S, columns, steps):
     """Advance every lane by so many steps."""
     for _ in range(steps):
-        for lane in range({W}):
-            BASE(S, lane)
+        BASE(S)
         for c in range(len(columns)):
             for i in range({size}):
                 S[{first} + i] = columns[c, i]
-            for lane in range({W}):
-                PERTURBED(S, lane)
+            PERTURBED(S)
             for i in range({size}):
                 columns[c, i] = S[{first} + i]
 '''

@@ -23,7 +23,7 @@ from kernels.codes import FAR_ORDER as ORDER
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
 from sweeps.mechanics.taylor import HEADER, ONCE, Generated, factors, newest_last, substituted
 
-EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series.", "W": W}
+EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series."}
 STEEP, UNSEEN = 4.0, 100.0  # change of an exponential's argument in a step; beyond it nothing of a pulse is seen
 
 

@@ -50,8 +50,7 @@ ADVANCE = '''STEP = lines("""
 def advance(S, steps):
     """Advance every lane by so many steps."""
     for _ in range(steps):
-        for lane in range({W}):
-            STEP(S, lane)
+        STEP(S)
 '''
 ONCE = '''{constant} = lines("""
 {lines}
@@ -61,10 +60,9 @@ ONCE = '''{constant} = lines("""
 @njit("void(float64[::1])", **PASSED)
 def {name}(S):
     """{words}"""
-    for lane in range({W}):
-        {constant}(S, lane)
+    {constant}(S)
 '''
-CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations.", "W": W}
+CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations."}
 
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
 COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
@@ -368,7 +366,7 @@ class Code(Generated):
     def _text(self):
         check = ONCE.format(lines=self._straight(self._check_lines()), **CHECK)
         self._used = set()
-        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]), W=W)
+        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]))
         return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), advance, check])
 
     def integrator(self):

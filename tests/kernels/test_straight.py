@@ -8,15 +8,16 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from kernels.blocks import W
 from kernels.jit import OPTIONS
 from kernels.straight import formula, lines, straight
 
 TEXT = """
 a = S[0 + lane]
-b = S[4 + lane]
+b = S[32 + lane]
 c = -a * 2.5e-3 + abs(b - 1.0) / a
 d = c
-S[8 + lane] = ((a + b) - c) * d - 0.0
+S[64 + lane] = ((a + b) - c) * d - 0.0
 S[0 + lane] = -(b)
 """
 THIRD = 1.0 / 3.0
@@ -27,12 +28,11 @@ def test_lines_do_what_python_does():
 
     @njit("void(float64[::1])", **OPTIONS)
     def run(S):
-        for lane in range(4):
-            step(S, lane)
+        step(S)
 
-    S = np.random.default_rng(3).normal(size=12)
+    S = np.random.default_rng(3).normal(size=3 * W)
     expected = S.tolist()
-    for lane in range(4):
+    for lane in range(W):
         exec(TEXT, {"S": expected, "lane": lane})
     run(S)
     np.testing.assert_allclose(S, expected, rtol=1e-15)  # a product and a sum are rounded once
