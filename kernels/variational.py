@@ -57,44 +57,38 @@ STAGES = POINTS.size
 TWICE, WHOLE_TWICE = _twice(INNER, INNER), _twice(WHOLE, INNER)
 
 
-def terms(m, n, entry):
-    """Return what the rate of an unknown takes from a slope: unknown, its weights, and (state, factor) of the start.
+def terms(m, n, entries):
+    """Yield row, column, weight and number of the slope of each term of the equations of a step's unknowns, but for 1.
 
-    Of m unknowns at each point and n states; the entry (i, j) is the slope of the unknown i by the state j.
-    """
-    _, j = entry
-    if n == m or j >= m:
-        return j % m, INNER, [(j, np.ones(STAGES))]
-    return j, TWICE, [(j, np.ones(STAGES)), (j + m, POINTS)]
-
-
-def equations(m, n, entries):
-    """Return the linear equations of a step's unknowns, beside the matrix of the states: column → text, by row.
-
-    The unknowns are the highest derivatives at POINTS, then come the states of the start. What is left of the last n
-    rows, once the unknowns are eliminated, is the matrix of the step.
+    Of m unknowns at each point and n states: columns are the unknowns, the highest derivatives at POINTS, and after
+    them the states of the start. Each entry (i, j) is the slope of the unknown i by the state j.
     """
     size = STAGES * m
+    for (e, (i, j)), stage in product(enumerate(entries), range(STAGES)):
+        row, slope, is_twice = stage * m + i, stage * len(entries) + e, n > m > j
+        for k, weight in enumerate((TWICE if is_twice else INNER)[stage]):
+            yield row, k * m + j % m, -weight, slope
+        yield row, size + j, 1.0, slope
+        if is_twice:
+            yield row, size + j + m, POINTS[stage], slope
+
+
+def written(m, n, entries):
+    """Return lines that write the matrix of a step: S holds the slopes of each stage, then the matrix.
+
+    Rows are column → text: the equations of the unknowns, then the states at the end. Once the unknowns are eliminated,
+    what is left of the last n rows is the matrix.
+    """
+    size, count = STAGES * m, STAGES * len(entries)
+    yield from (f"s_{k} = S[{k * W} + lane]" for k in range(count))
     rows = [{row: "1.0"} for row in range(size)]
-    for e, (i, j) in enumerate(entries):
-        unknown, weights, starts = terms(m, n, (i, j))
-        for stage in range(STAGES):
-            row, slope = rows[stage * m + i], f"s_{stage * len(entries) + e}"
-            added = [(k * m + unknown, -weights[stage, k]) for k in range(STAGES)]
-            for column, weight in [*added, *((size + state, factor[stage]) for state, factor in starts)]:
-                row[column] = " + ".join(filter(None, [row.get(column), f"{float(weight)!r} * {slope}"]))
+    for row, column, weight, slope in terms(m, n, entries):
+        text = f"{float(weight)!r} * s_{slope}"
+        rows[row][column] = f"{rows[row][column]} + {text}" if column in rows[row] else text
     for i in range(n):
         weights = WHOLE_TWICE if i < n - m else WHOLE
         last = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
         rows.append(last | ({size + i + m: "1.0"} if i < n - m else {}))
-    return rows
-
-
-def written(m, n, entries):
-    """Return lines that write the matrix of a step: S holds the slopes of each stage, then the matrix."""
-    size, count = STAGES * m, STAGES * len(entries)
-    yield from (f"s_{k} = S[{k * W} + lane]" for k in range(count))
-    rows = equations(m, n, entries)
     for r, row in enumerate(rows):
         if r < size:
             yield from (f"a_{r}_{q} = {text}" for q, text in row.items())
@@ -128,37 +122,28 @@ def step_of(m, n, entries):
             step(S)
 
         return by_lines
-    size, count, pairs = STAGES * m, len(entries), np.array(entries).reshape(-1, 2)
-    weights = [terms(m, n, entry) for entry in entries]
-    unknown, inner = np.array([w[0] for w in weights]), np.array([w[1] for w in weights])
-    starts = np.zeros((count, STAGES, n))
-    for e, (_, _, some) in enumerate(weights):
-        for state, factor in some:
-            starts[e, :, state] += factor
+    size, count = STAGES * m, STAGES * len(entries)
+    rows, columns, weights, slopes = np.reshape([*terms(m, n, entries)], (-1, 4)).T
+    places = W * np.where(columns < size, rows * size + columns, columns * size + rows)
+    pairs = np.stack([places, W * slopes], axis=1).astype(np.uint64)  # unsigned: no index is from the end
 
     @njit(ROWS, name=name, **PASSED)
     def by_loops(S, nothing, number):
         whole_vectors()
-        s, A, B, f = S.reshape(S.size // W, W), rows_of(size * size), rows_of(n * size), rows_of(1)[0]
+        s, A, f = S.reshape(S.size // W, W), rows_of((size + n) * size), rows_of(1)[0]
+        B, flat = A[size * size :], A.reshape(A.size)  # B: the columns of the states
         for r in range(size):
             for lane in range(W):
                 A[r * size + r, lane] = 1.0
-        for stage in range(STAGES):
-            for e in range(count):
-                r, slope = stage * m + pairs[e, 0], s[stage * count + e]
-                for k in range(STAGES):
-                    row = A[r * size + k * m + unknown[e]]
-                    for lane in range(W):
-                        row[lane] -= inner[e, stage, k] * slope[lane]
-                for j in range(n):
-                    row = B[j * size + r]
-                    for lane in range(W):
-                        row[lane] += starts[e, stage, j] * slope[lane]
+        for t in range(weights.size):
+            to, slope, weight = pairs[t, 0], pairs[t, 1], weights[t]
+            for lane in range(W):
+                flat[to + np.uint64(lane)] += weight * S[slope + np.uint64(lane)]
         solve_in_lanes(A, B, size, n, False, -math.inf, f)
         for i in range(n):
             whole = WHOLE_TWICE if i < n - m else WHOLE
             for j in range(n):
-                row, unit = s[STAGES * count + i * n + j], 1.0 if i == j or (n > m and i + m == j) else 0.0
+                row, unit = s[count + i * n + j], 1.0 if i == j or (n > m and i + m == j) else 0.0
                 for lane in range(W):
                     row[lane] = unit
                 for k in range(STAGES):
