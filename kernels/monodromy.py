@@ -292,12 +292,10 @@ def load(source, first, target):
     whole_vectors()
     count = min(W, source.shape[1] - first)
     for row in range(len(source)):
-        if count == W:
-            for lane in range(W):
-                target[row, lane] = source[row, first + lane]
-        else:
-            for lane in range(W):
-                target[row, lane] = source[row, first + min(lane, count - 1)]
+        for lane in range(count):
+            target[row, lane] = source[row, first + lane]
+        for lane in range(count, W):
+            target[row, lane] = target[row, count - 1]
 
 
 @njit(**OPTIONS)
@@ -306,16 +304,12 @@ def store(source, first, target):
     whole_vectors()
     count = min(W, target.shape[1] - first)
     for row in range(len(source)):
-        if count == W:
-            for lane in range(W):
-                target[row, first + lane] = source[row, lane]
-        else:
-            for lane in range(count):
-                target[row, first + lane] = source[row, lane]
+        for lane in range(count):
+            target[row, first + lane] = source[row, lane]
 
 
 @njit(**OPTIONS)
-def _differences(C, length, matrix, work, numbers, owner):
+def _differences(C, inverse, matrix, work, numbers, owner):
     """Write half the differences of both sides, and by what the sum of all columns is off in the row behind these.
 
     numbers: n; first row of the states in a column; sides. owner: of each entry of the matrix the motion that has it;
@@ -334,14 +328,14 @@ def _differences(C, length, matrix, work, numbers, owner):
             share, c = (0.5, c) if c >= 0 else (0.0, 0)
             plus, minus = C[c, (states + i) * W :], C[len(C) - of_sides + c, (states + i) * W :]
             for lane in range(W):
-                half[lane] = share * (plus[lane] + sign * minus[lane]) * length[i, lane]
+                half[lane] = share * (plus[lane] + sign * minus[lane]) * inverse[i, lane]
             if j < n:
                 row = matrix[i * n + j]
                 for lane in range(W):
                     row[lane] = half[lane]
                     linear[lane] += half[lane]
                     terms[lane] += abs(half[lane])
-                    uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) * length[i, lane])
+                    uneven[lane] = max(uneven[lane], abs(plus[lane] - sign * minus[lane]) * inverse[i, lane])
             else:
                 for lane in range(W):
                     apart = abs(half[lane] - 2.0 * linear[lane]) - ROUNDED * terms[lane]
@@ -353,7 +347,7 @@ def _differences(C, length, matrix, work, numbers, owner):
     nogil=True,
     **OPTIONS,
 )
-def measure(advance, compose, base, columns, lengths, numbers):
+def measure(advance, compose, base, columns, inverses, numbers):
     """Follow perturbed motions through the segments of a period, and multiply the segments' matrices.
 
     Args:
@@ -364,8 +358,9 @@ def measure(advance, compose, base, columns, lengths, numbers):
             one begins, and motions go on from it.
         columns (numpy.ndarray, shape (motions, segments or 1, rows, points)): Perturbed motions where segments begin:
             those of one side, and one of twice their sum where equations are not linear, then those of the other.
-        lengths (numpy.ndarray, shape (n + 1, points)): Of the states; what the base motion's error adds to an error, of
-            the difference of sides. Where half a period is followed, the masses come after these, and their inverse.
+        inverses (numpy.ndarray, shape (n + 1, points)): Inverse of the states' sizes; what the base motion's error adds
+            to an error, of the difference of sides. Where half a period is followed, the masses come after these, and
+            their inverse.
         numbers (numpy.ndarray): n; segments; steps in each; rows of S; first row of the states in a column, and the row
             of what the steps leave out; sides; row of what the steps leave out of the base motion; places of
             :func:`compose_of`; and of each entry of a matrix the motion that has it, or -1 where it vanishes.
@@ -376,19 +371,16 @@ def measure(advance, compose, base, columns, lengths, numbers):
     """
     whole_vectors()
     n, segments, steps, rows, states, left_out, sides, base_left_out, height, result, masses = numbers[:11]
-    followed = segments // 2 if len(lengths) > n + 1 else segments
-    motions, size, out = columns.shape[2], n * n, np.empty((2 * n * n + 5, lengths.shape[1]))
+    followed = segments // 2 if len(inverses) > n + 1 else segments
+    motions, size, out = columns.shape[2], n * n, np.empty((2 * n * n + 5, inverses.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
-    length, records = rows_of(len(lengths)), scratch((followed + 1) * height)
+    inverse, records = rows_of(len(inverses)), scratch((followed + 1) * height)
     R, both, work, coherent = records.reshape(-1, W), rows_of(2), rows_of(4), math.sqrt(segments * n) / NOISE
     last, lost, wide, half, uneven = R[followed * height :], both[0], both[1], work[0], work[3]
-    for first in range(0, lengths.shape[1], W):
-        load(lengths, first, length)
+    for first in range(0, inverses.shape[1], W):
+        load(inverses, first, inverse)
         for lane in range(W):
             lost[lane], wide[lane] = 0.0, 0.0
-        for i in range(n):
-            for lane in range(W):
-                length[i, lane] = 1.0 / length[i, lane]
         for s in range(followed):
             if s < len(base):
                 load(base[s], first, S.reshape(rows, W))
@@ -396,7 +388,7 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 load(columns[c, min(s, columns.shape[1] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
             worst = R[s * height + size]
-            _differences(C, length, R[s * height :], work, (n, states, sides), numbers[11:])
+            _differences(C, inverse, R[s * height :], work, (n, states, sides), numbers[11:])
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = S[base_left_out * W + lane]
@@ -404,11 +396,11 @@ def measure(advance, compose, base, columns, lengths, numbers):
                 for i in range(n):
                     lacks = C[c, (left_out + i) * W :]
                     for lane in range(W):
-                        half[lane] = max(half[lane], lacks[lane] * length[i, lane])
+                        half[lane] = max(half[lane], lacks[lane] * inverse[i, lane])
             for lane in range(W):
                 lost[lane] += half[lane]
-                worst[lane] = (worst[lane] + half[lane] + length[n, lane] * uneven[lane]) * coherent
-        load(lengths[n + 1 :], first, last[masses:])
+                worst[lane] = (worst[lane] + half[lane] + inverse[n, lane] * uneven[lane]) * coherent
+        load(inverses[n + 1 :], first, last[masses:])
         compose(records, followed, segments)
         for i in range(size):
             for lane in range(W):

@@ -370,9 +370,9 @@ class Base:
         compose, places = monodromy.compose_of(n, tuple(map(tuple, (owner >= 0).tolist())))
         numbers = [n, K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
         numbers += [code.base["E", 0], *places, *owner.flat]
-        lengths = np.array([*sizes, n * self.error / epsilon, *self.masses])
+        inverses = np.array([*1.0 / sizes, n * self.error / epsilon, *self.masses])
         functions = map(jit.passed, (code.module().advance, compose))
-        result = monodromy.measure(*functions, rows, columns, lengths, np.array(numbers))
+        result = monodromy.measure(*functions, rows, columns, inverses, np.array(numbers))
         return with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
 
     def measured(self, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
