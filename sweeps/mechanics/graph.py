@@ -38,7 +38,6 @@ from sweeps.schema.refusals import DescriptionError
 CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
-REMAINDER_NODES = 8  # exact to a rounding where the nudge is half as far as the nearest pole of f
 
 
 @dataclass(frozen=True)
@@ -338,7 +337,7 @@ class Values:
     here, and far from equilibria no value.
     """
 
-    def __init__(self, graph: Graph, nodes: int = REMAINDER_NODES):
+    def __init__(self, graph: Graph, nodes: int):
         self.graph = graph
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]

@@ -31,7 +31,7 @@ import numpy as np
 from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
 from kernels.matrices import joined
-from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, Values, X
+from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, X
 from sweeps.mechanics.series import Series, added
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
@@ -60,7 +60,6 @@ def advance(S, columns, steps):
                 columns[c, i] = S[{first} + i]
 '''
 TINY = 1e-300
-NODES = 3  # of a start's remainders: ε û = 0.1 leaves 1e-11 of one, and its amplitude changes far more
 
 
 class PerturbedCode(Series):
@@ -71,16 +70,13 @@ class PerturbedCode(Series):
     terms of a node's deviation, F of both, T of both and the base motion.
     """
 
+    nodes = 3  #: of a start's remainders: ε û = 0.1 leaves 1e-11 of one, and its amplitude changes far more
+
     def __init__(self, graph: Graph, still: bool):
         super().__init__(graph, still)
         self.linear = True
         self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
         self.text = self._text()
-
-    @cached_property
-    def values(self) -> Values:
-        """The graph in NumPy."""
-        return Values(self.graph, NODES)
 
     @property
     def is_mixed(self) -> bool:

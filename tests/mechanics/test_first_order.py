@@ -22,7 +22,7 @@ def flow_of(name):
 def value(g, e, numbers, place):
     """Of an expression's node, at a place."""
     number = g.build(e)
-    U, _ = Values(g).bases([np.array([numbers[p]]) for p in g.equations.parameters], [np.array([x]) for x in place])
+    U, _ = Values(g, 8).bases([np.array([numbers[p]]) for p in g.equations.parameters], [np.array([x]) for x in place])
     return U[number][0]
 
 
