@@ -15,7 +15,7 @@ from sweeps.schema.refusals import RefusedError
 from sweeps.systems.bodies import outline, solid
 from sweeps.systems.presentation import animation as animations
 from sweeps.systems.rigid_body.presentation import figure_flip
-from sweeps.views import figures, films, report_columns
+from sweeps.views import figures, films
 
 GRID = {"grid": {"I1": {"start": 0.4, "stop": 1.6, "num": 5}, "I2": [0.7, 1.1, 2.5], "I3": [1.0, 1.3], "omega0": -5.0}}
 
@@ -26,7 +26,7 @@ def ds():
 
 
 def test_it_is_the_most_unstable_body_that_can_exist(ds, monkeypatch):
-    monkeypatch.setattr(report_columns, "BLOCK_POINTS", 7)
+    monkeypatch.setattr(figure_flip, "BLOCK_POINTS", 7)
     point = figure_flip.most_unstable(ds)
     rates = np.where(ds.triangle_margin.values >= 0, ds.growth_rate.values, -1.0)
     row = ds.sel({name: point[name] for name in ds.dims})

@@ -155,10 +155,9 @@ def data_of(html):
 # Columns
 
 
-def test_blocks_cover_a_grid_once_and_in_bounds(monkeypatch):
-    monkeypatch.setattr(report_columns, "BLOCK_POINTS", 10)
+def test_blocks_cover_a_grid_once_and_in_bounds():
     seen = np.zeros((3, 4, 7), int)
-    for box in blocks({"a": 3, "b": 4, "c": 7}, report_columns.BLOCK_POINTS):
+    for box in blocks({"a": 3, "b": 4, "c": 7}, 10):
         part = seen[tuple(box.values())]
         assert part.size <= 10
         part += 1
