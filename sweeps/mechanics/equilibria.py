@@ -27,7 +27,6 @@ from scipy.sparse.csgraph import connected_components
 from kernels import codes
 from sweeps.mechanics import branches
 from sweeps.mechanics.landscape import SINGULAR, Landscape
-from sweeps.schema.refusals import DescriptionError
 
 PROVED, ROUNDING, TOO_LARGE, FAMILY = range(4)
 REASONS = {
@@ -93,13 +92,9 @@ def find(problem: Landscape, parameters) -> Found:
 
 
 def refusal(problem: Landscape, equilibria: Found, parameters) -> str:
-    """Return why none of the points has an equilibrium to begin from; the empty string if one has.
-
-    Raises:
-        DescriptionError: where every point has more equilibria than there is room for.
-    """
+    """Return why none of the points has an equilibrium to begin from, or each too many; the empty string if one has."""
     if equilibria.crowded.all():
-        raise DescriptionError(_crowded(problem, equilibria, parameters))
+        return _crowded(problem, equilibria, parameters)
     if equilibria.crowded.any() or not np.isnan(equilibria.places).all():
         return ""
     if equilibria.flat.any():
@@ -132,7 +127,7 @@ def _crowded(problem, equilibria, parameters):
     wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
     values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=False))
     allowed = f"at most {system.most} (`most`, or their names)"
-    return f"equilibria: {wrong}, at {values or 'the only point'}; allowed: {allowed}"
+    return f"{wrong}, at {values or 'the only point'}; allowed: {allowed}"
 
 
 def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -42,7 +42,7 @@ PLANNING = (
 SEARCH = Kernel("enclosures", seconds=3.0), Kernel("roots", seconds=4.0, stage=1)
 PATHS = Kernel("paths", seconds=2.0, stage=1)  # called by motions far from an equilibrium, after all of `runs`
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
-LOOKED_AT = 256  # points of a grid at which a check looks for equilibria
+FEW, MANY = 16, 256  # points of a grid at which a check looks for equilibria: the many where the few have none
 
 
 class Described(Dynamics):
@@ -176,14 +176,17 @@ class Described(Dynamics):
             DescriptionError: for what is wrong with the description, and where no point has one, or every point more
                 than there is room for.
         """
-        values = named(self.name, lambda: self._looked_at(grid))
         named(self.name, self._code)  # what cannot be integrated is refused here
-        if wrong := named(self.name, lambda: self.refusal(values)):
+
+        def refused_at(count: int) -> str:
+            return self.refusal(self._looked_at(grid, count))
+
+        if wrong := named(self.name, lambda: refused_at(FEW) and refused_at(MANY)):
             raise DescriptionError(f"{self.name}: {wrong}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used at some points of the grid."""
-        return self.mechanism.proofs(self._looked_at(grid))
+        return self.mechanism.proofs(self._looked_at(grid, MANY))
 
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why no equilibrium of these points is usable; nothing if one is."""
@@ -192,10 +195,10 @@ class Described(Dynamics):
         wrong = refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
         return wrong and f"equilibria: {wrong}"
 
-    def _looked_at(self, grid: Points) -> list[np.ndarray]:
+    def _looked_at(self, grid: Points, count: int) -> list[np.ndarray]:
         """Return each parameter's values at some points of a grid, from end to end."""
         slots = math.prod(map(len, (self.description.names, *self.numbers().values())))
-        chosen = np.unique(np.linspace(0, grid.size // slots - 1, LOOKED_AT).astype(np.int64)).tolist()
+        chosen = np.unique(np.linspace(0, grid.size // slots - 1, count).astype(np.int64)).tolist()
         parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
         values = [np.concatenate([part[name] for part in parts]) for name in self.description.parameters]
         return values or [np.zeros(len(chosen))]

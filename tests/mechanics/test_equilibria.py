@@ -7,7 +7,7 @@ import sympy as sp
 from oscillators import shipped
 from scipy.optimize import brentq
 
-from sweeps.mechanics import DescriptionError, System, equilibria
+from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.landscape import Landscape
 
@@ -199,8 +199,7 @@ def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
     assert np.isnan(found.places[::2]).all()
     assert found.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
     assert equilibria.refusal(landscape, found, columns) == ""  # one point has some
-    with pytest.raises(DescriptionError, match=r"there are 3, at mass=1, c=1; allowed: at most 2"):
-        equilibria.refusal(landscape, found[:1], columns)
+    assert "there are 3, at mass=1, c=1; allowed: at most 2" in equilibria.refusal(landscape, found[:1], columns)
 
 
 def test_no_equilibrium_is_none():
