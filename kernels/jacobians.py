@@ -53,6 +53,17 @@ def _roots(G):
     return np.where((root > 0.0) & (root < np.inf), root, np.nan)
 
 
+def with_velocities(terms, sizes):
+    """Return the sizes of coordinates and, at a rate from the terms, of velocities, so that no unit of time counts.
+
+    Terms are as of :func:`scales`, of coordinates and velocities; sizes have the shape (points, n/2).
+    """
+    m, ratio = sizes.shape[1], sizes[:, None, :] / sizes[:, :, None]
+    pulled, dragged = terms[:, m:, :m] * ratio, terms[:, m:, m:] * ratio
+    rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))
+    return np.concatenate([sizes, sizes * rate[:, None]], axis=1)
+
+
 @np.errstate(all="ignore")
 def scales(terms, sizes):
     """Return a bound S on every rate, and the states' sizes, from the Jacobians' terms and the stated sizes.

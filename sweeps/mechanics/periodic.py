@@ -64,26 +64,24 @@ class Variation:
 
     def __init__(self, equations: Equations):
         self.equations, self.m, self.second = equations, equations.m, bool(equations.v)
-        self._phase, self._kernels = sp.Symbol("phase", real=True), {}
-        timed = {equations.system.time: self._phase * equations.system.given_period}
+        self._phase = phase = sp.Symbol("phase", real=True)
+        self._kernels: dict[bool, tuple] = {}  # found once, for parts may be small
+        timed = {equations.system.time: phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
-        slopes, m = [e.diff(x) for e in forces for x in equations.states], self.m
-        still = [e.subs(equations.still) for e in [*slopes, *masses]]
-        turned = [e - e.subs(self._phase, -self._phase) for e in still[: len(slopes)]]
-        moving = [e for k, e in enumerate(still) if k >= len(slopes) or k % (2 * m) >= m]
-        moving = [e.diff(self._phase) if k >= len(slopes) // 2 else e for k, e in enumerate(moving)]
+        slopes, turned = sp.Matrix(forces).jacobian(equations.states), {x: -x for x in equations.states}
+        J, a = slopes.subs(equations.still), [e.subs(equations.still) for e in masses]
+        uneven = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
+        uneven = factors(uneven, (*equations.states, phase)) if self.second else [sp.Integer(1)]
         paired = unpaired(equations)
-        uneven = factors([*turned, *moving], (*equations.states, self._phase)) if self.second else [sp.Integer(1)]
         self._proofs = lambdified(equations.parameters, [equations.system.given_period, *paired, *uneven]), len(paired)
-        self._still, self._separate = self._written(still), self._separated(still)
-        both = np.reshape([e != 0 for e in still[: len(slopes)]], (m, -1))
-        if any(e != 0 for i, e in enumerate(still[len(slopes) :]) if i % (m + 1)):
+        self._still, self._separate = self._written([*J, *a]), self._separated(J, a)
+        both = np.reshape([e != 0 for e in J], J.shape)
+        if any(e != 0 for i, e in enumerate(a) if i % (self.m + 1)):
             both[:] = both.any(axis=0)  # masses couple what the forces do not
         #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
         self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
-        turned = {x: -x for x in equations.states}
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
@@ -109,7 +107,7 @@ class Variation:
     def _written(self, expressions):
         return lambdified((*self.equations.parameters, *self.equations.states, self._phase), expressions, whole=False)
 
-    def _parts(self, parameters, x, phases, still):
+    def parts(self, parameters, x, phases, still):
         """Return slopes of the forces, masses, what the masses' slopes add where not still, and accelerations."""
         m, n = range(self.m), range(self.equations.n)
         values = iter((self._still if still else self._moving)(*parameters, *x, phases[:, None]))
@@ -123,22 +121,21 @@ class Variation:
         rates = [rate for (rate,) in divided(a, [[force] for force in values])]
         return J, a, [[sum(row[j][k] * rates[j] for j in m) for k in m] for row in bent], rates
 
-    def _separated(self, still):
+    def _separated(self, slopes, masses):
         """Return functions of the phase and, for each, slopes and masses in the parameters; None if they are no sums.
 
         Each slope is a sum of products of a function of the phase and one of the parameters.
         """
-        count, parts = self.m * self.equations.n, {}
-        if any(e.has(self._phase) for e in still[count:]):
+        parts = {}
+        if any(e.has(self._phase) for e in masses):
             return None
-        for k, e in enumerate(still[:count]):
+        for k, e in enumerate(slopes):
             for term in sp.Add.make_args(sp.expand(e)):
                 factor, moving = term.as_independent(self._phase, as_Add=False)
                 if moving.free_symbols - {self._phase}:
                     return None
-                parts.setdefault(moving, [sp.Integer(0)] * count)[k] += factor
-        slopes = [e for part in parts.values() for e in part]
-        return lambdified([self._phase], parts), self._written([*slopes, *still[count:]])
+                parts.setdefault(moving, [sp.Integer(0)] * len(slopes))[k] += factor
+        return lambdified([self._phase], parts), self._written([*(e for part in parts.values() for e in part), *masses])
 
     def at(self, parameters, x, phases, still) -> tuple[np.ndarray, np.ndarray]:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
@@ -154,7 +151,7 @@ class Variation:
             a = [[next(values) for _ in range(m)] for _ in range(m)] if self.second else None
             parts = [divided(a, J) if self.second else J for J in parts]
         else:
-            J, a, bent, _ = self._parts(parameters, x, phases, still)
+            J, a, bent, _ = self.parts(parameters, x, phases, still)
             for row, extra in zip(J, bent, strict=not still and self.second):
                 row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
             J = divided(a, J) if self.second else J
@@ -167,11 +164,6 @@ class Variation:
                 row[:] = J[i][j]
         return factors, slopes
 
-    def masses(self, parameters, x):
-        """Return the masses of points at rest, where they do not change with the time: rows of arrays (points,)."""
-        _, a, *_ = self._parts(parameters, x, np.zeros(1), True)
-        return [[np.ravel(mass) for mass in row] for row in a]
-
     def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest rates (points, n) and absolute values of the Jacobian's terms (points, n, n) at phases."""
         m, n, points = self.m, self.equations.n, parameters[0].size
@@ -179,7 +171,7 @@ class Variation:
             which = np.split(np.arange(points), range(CACHED, points, CACHED))
             parts = [self.bounds([p[some] for p in parameters], x[:, :, some], phases) for some in which]
             return tuple(map(np.concatenate, zip(*parts, strict=True)))
-        _, a, bent, rates = self._parts(parameters, x, phases, False)
+        _, a, bent, rates = self.parts(parameters, x, phases, False)
         values = iter(self._terms(*parameters, *x, phases[:, None]))
         terms = [[next(values) for _ in range(n)] for _ in range(m)]
         if self.second:
@@ -236,6 +228,7 @@ def factors(expressions, moving) -> list[sp.Expr]:
 class Base:
     """The periodic motions of points at any time: of a model, parameters (points,), and numbers of names, (points,)."""
 
+    @np.errstate(all="ignore")
     def __init__(self, model, parameters, slot):
         self.model, self.parameters, size = model, parameters, slot.size
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
@@ -244,26 +237,22 @@ class Base:
         self.closed, self.error = np.zeros(size), np.zeros(size)
         self.still = np.ones(size, dtype=bool)
         self.period, self.reciprocal, self.even = model.variation.proved(parameters)
-        with np.errstate(all="ignore"):
-            self.still = self._measure_sizes(places)
-            self.even &= self.still
-            self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
-            if not self.still.all():
-                model.perturbed(False)
-                self._close(np.flatnonzero(~self.still))
-                self._measure_sizes(places)
+        self.still = self._measure_sizes(places)
+        self.even &= self.still
+        self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
+        if not self.still.all():
+            model.perturbed(False)
+            self._close(np.flatnonzero(~self.still))
+            self._measure_sizes(places)
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
-        phases, m = (np.arange(32) + 0.5) / 32, self.model.equations.m
+        phases = (np.arange(32) + 0.5) / 32
         rates, terms = self.model.variation.bounds(self.parameters, self(phases), phases)
         terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:
-            ratio = sizes[:, None, :] / sizes[:, :, None]
-            rate = np.sqrt((terms[:, m:, :m] * ratio).max(axis=(1, 2)))
-            rate = np.maximum(rate, (terms[:, m:, m:] * ratio).max(axis=(1, 2)))
-            sizes = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
+            sizes = jacobians.with_velocities(terms, sizes)
         self.scale, self.sizes = jacobians.scales(terms, sizes)
         return (rates <= STILL * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
@@ -318,10 +307,9 @@ class Base:
         points, m = self.period.size, self.model.equations.m
         if not self.even[0]:
             return np.empty((0, points))
-        a = self.model.variation.masses(self.parameters, self.start.T[:, None])
-        a = [[a[i][j] * self.sizes[:, m + i] * self.sizes[:, j] for j in range(m)] for i in range(m)]
-        rows = [*a, *divided(a, np.eye(m).tolist())]
-        return np.array([np.broadcast_to(x, points) for row in rows for x in row])
+        _, a, *_ = self.model.variation.parts(self.parameters, self(np.zeros(1)), np.zeros(1), True)
+        a = [[np.ravel(a[i][j]) * self.sizes[:, m + i] * self.sizes[:, j] for j in range(m)] for i in range(m)]
+        return np.reshape([*a, *divided(a, np.eye(m).tolist())], (-1, points))
 
     @cached_property
     def number(self) -> np.ndarray:
@@ -436,23 +424,21 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
     base = Base(model, model.parameters(points, slot.size), slot)
     epsilon, columns = np.asarray(points["epsilon"], dtype=np.float64), {}
     for part in alike(base):
-        with np.errstate(all="ignore"):
-            part_columns = _columns(base.chosen(part), epsilon[part], tolerance)
-        for name, values in part_columns.items():
+        for name, values in _columns(base.chosen(part), epsilon[part], tolerance).items():
             fill = np.nan if values.dtype == float else 0
             columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[part] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
     return columns | starts | {"base_residual": base.closed, "steps": base.number.astype(np.int32)}
 
 
+@np.errstate(all="ignore")
 def refusal(model, parameters) -> str:
     """Return why none of these points has a periodic motion to measure; nothing if one has."""
     flags, labels = [], model.system.labels
     if not labels:
         return "equilibrium: no start of the periodic motion is named; allowed: system.equilibrium(name, {x: place, …})"
     for slot in range(len(labels)):
-        with np.errstate(all="ignore"):
-            base = Base(model, parameters, np.full(parameters[0].size, slot))
+        base = Base(model, parameters, np.full(parameters[0].size, slot))
         if not (base.period > 0.0).any():
             return f"period: {model.system.given_period} is {base.period[0]:.6g} s; allowed: a finite time > 0"
         flags.append(((base.closed <= CLOSED).any(), (base.number > 0).any()))
@@ -471,12 +457,12 @@ def refusal(model, parameters) -> str:
 def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
     some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
-    with np.errstate(all="ignore"):
-        _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
-        terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)
+    _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
+    terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)
     return not (terms[FOURIER // 4 :].max(axis=0) <= FALLEN * terms.max(axis=0)).any()
 
 
+@np.errstate(all="ignore")
 def _columns(base, epsilon, tolerance):
     """Return columns of points with one number of segments."""
     (points, n), reciprocal = base.sizes.shape, bool(base.reciprocal[0])
@@ -490,7 +476,6 @@ def _columns(base, epsilon, tolerance):
         blind.matrix[wide] = np.nan
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
-    cases = [~(base.closed <= CLOSED), wide, unresolved, ~sound, ~agree]
-    names = ["NO_PERIODIC_MOTION", "PERTURBATION_TOO_LARGE", "NOT_CONVERGED", "NON_FINITE", "NOT_CONVERGED"]
-    status = np.select(cases, [getattr(statuses, name) for name in names], statuses.OK)
-    return columns | {"status": status.astype(np.int8)}
+    cases = [~(base.closed <= CLOSED), wide, unresolved | (sound & ~agree), ~sound]
+    kinds = [statuses.NO_PERIODIC_MOTION, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED, statuses.NON_FINITE]
+    return columns | {"status": np.select(cases, kinds, statuses.OK).astype(np.int8)}

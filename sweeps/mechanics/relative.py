@@ -77,10 +77,7 @@ def _jacobian(model, parameters, x, slopes, terms):
     J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
     J[:, m:] = inverse @ slopes
     bound[:, m:] = np.abs(inverse) @ terms
-    ratio = sizes[:, None, :] / sizes[:, :, None]
-    pulled, dragged = bound[:, m:, :m] * ratio, bound[:, m:, m:] * ratio
-    rate = np.maximum(np.sqrt(pulled.max((1, 2))), dragged.max((1, 2)))  # so that no unit of time counts
-    scaled = np.concatenate([sizes, sizes * rate[:, None]], axis=1)
+    scaled = jacobians.with_velocities(bound, sizes)
     root = jacobians.roots(bound * scaled[:, None, :] / scaled[:, :, None])
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
