@@ -1,6 +1,6 @@
 """What figures of described systems have in common: the parameters along their sides, and the line above them."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 import xarray as xr
@@ -41,19 +41,22 @@ def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look)
     return ";  ".join(filter(None, [cut, *words])) or "as measured"
 
 
-def boundary(ax: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, rounding: float, label: str) -> None:
-    """Draw theory's boundary, where values of shape (y, x) change sign by more than rounding, named in the legend."""
+def boundary(ax: Axes, x, y, values: np.ndarray, rounding: float, label: str, lw: float = 1.1, halo=2.2) -> None:
+    """Draw theory's boundary, where values of shape (y, x) change sign by more than rounding, named in the legend.
+
+    A halo sets it off from what it divides; without one it leaves narrow regions their colour.
+    """
     if np.nanmin(values, initial=0.0) < -rounding and np.nanmax(values, initial=0.0) > rounding:
-        line = ax.contour(x, y, values, [0.0], colors=colors.INK, linewidths=1.1)
-        line.set(gid="theory", path_effects=style.halo(2.2))
-        ax.plot([], [], color=colors.INK, lw=1.1, label=label)
+        line = ax.contour(x, y, values, [0.0], colors=colors.INK, linewidths=lw)
+        line.set(gid="theory", path_effects=style.halo(halo) if halo else [])
+        ax.plot([], [], color=colors.INK, lw=lw, label=label)
 
 
-def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
+def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str, symbols: Mapping = {}) -> None:
     """Set scales and labels of a plane's axes, logarithmic where values spread by ratio."""
     style.scale_as_spread(ax.xaxis, one[x].values)
     style.scale_as_spread(ax.yaxis, one[y].values)
-    ax.set(xlabel=style.label_of(one, x), ylabel=style.label_of(one, y))
+    ax.set(xlabel=style.label_of(one, x, symbols), ylabel=style.label_of(one, y, symbols))
 
 
 def once(titled: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:

@@ -19,11 +19,10 @@ DEEPEST = 1.0  # growth in a period that has the full colour
 MOST_PANELS = 4
 SIZE = 60  # of the tridiagonal matrices
 BOUNDS = ("det_minus_identity", "det_plus_identity", "krein_discriminant")  # positive inside, of two degrees of freedom
-
 ROUNDING = 1e-9  # of what is positive inside: so little is none
 
 Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # (x, y) of each
-EXACT = "Mathieu's curves, exact"
+EXACT, THEORY = "Mathieu's curves, exact", "boundary by linear theory"
 
 
 def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
@@ -57,8 +56,8 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         for number, pair in enumerate(pairs):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
-        labels = [style.label_of(ds, name, look.symbols) for name in (x, y)]
-        place.set(xlabel=labels[0], ylabel=labels[1], xlim=ends(one, x), ylim=ends(one, y))
+        planes.name_sides(place, one, x, y, look.symbols)
+        place.set(xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes, "growth per period")
     return figure
 
@@ -84,10 +83,7 @@ def _contour(ax: Axes, one: xr.Dataset, x: str, y: str) -> None:
     else:
         margin = np.min([4.0 - np.abs(trace), *(one[f"{name}_theory"].values for name in BOUNDS)], axis=0)
     margin = np.where(np.abs(margin) < ROUNDING, ROUNDING, margin)
-    if np.nanmin(margin, initial=0.0) < 0.0 < np.nanmax(margin, initial=0.0):
-        ax.plot([], [], color=colors.INK, linewidth=1.0, label="boundary by linear theory")
-        line = ax.contour(one[x].values, one[y].values, margin, [0.0], colors=colors.INK, linewidths=1.0)
-        line.set(gid="theory")
+    planes.boundary(ax, one[x].values, one[y].values, margin, 0.0, THEORY, 1.0, halo=0.0)
 
 
 def chart(one: xr.Dataset, x: str, y: str) -> tuple[str, Curves] | None:
@@ -111,25 +107,17 @@ def averaged(one: xr.Dataset, x: str, y: str) -> tuple[str, Curves] | None:
 
 
 def characteristic(q: np.ndarray, count: int = 12) -> np.ndarray:
-    """Return Mathieu's characteristic values a_0, b_1, a_1, b_2, … of each q ≥ 0, shape (count, q.size).
+    """Return Mathieu's characteristic values a_0 < b_1 < a_1 < b_2 … of each q ≥ 0, shape (count, q.size).
 
-    They are eigenvalues of four tridiagonal matrices, of the Fourier series of solutions with periods pi and 2 pi.
+    They are eigenvalues of two tridiagonal matrices, of the Fourier series of solutions with periods pi and 2 pi.
     """
-    k = np.arange(SIZE + 8 * math.ceil(math.sqrt(np.max(q))), dtype=float)
-    eigenvalues = np.empty((q.size, count))
-    for row, one in zip(eigenvalues, q, strict=True):
-        couplings = np.full(k.size - 1, one)
-        even_first = couplings.copy()
-        even_first[0] *= math.sqrt(2.0)
-        odd = np.square(2.0 * k + 1.0)
-        a_odd, b_odd = odd.copy(), odd.copy()
-        a_odd[0], b_odd[0] = 1.0 + one, 1.0 - one
-        most = (0, count // 2)
-        classes = [(4.0 * k**2, even_first), (b_odd, couplings), (a_odd, couplings), (4.0 * (k + 1.0) ** 2, couplings)]
-        values = [eigvalsh_tridiagonal(*matrix, select="i", select_range=most) for matrix in classes]
-        even_a, odd_b, odd_a, even_b = values
-        ordered = [even_a[0]]
-        for n in range(count // 2):
-            ordered += [odd_b[n], odd_a[n], even_b[n], even_a[n + 1]]
-        row[:] = ordered[:count]
-    return eigenvalues.T
+    most = SIZE + 8 * math.ceil(math.sqrt(np.max(q)))
+    even = 2.0 * np.arange(-(most // 2), most // 2 + 1)
+    values = [
+        [
+            eigvalsh_tridiagonal(np.square(k), np.full(k.size - 1, one), select="i", select_range=(0, count - 1))
+            for one in q
+        ]
+        for k in (even, even + 1.0)
+    ]
+    return np.sort(np.concatenate(values, axis=1), axis=1)[:, :count].T

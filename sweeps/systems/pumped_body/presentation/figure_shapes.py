@@ -8,9 +8,10 @@ from matplotlib.patches import Patch
 from scipy.interpolate import CubicSpline
 
 from kernels.codes import REGIMES
-from sweeps.figure import colors, style
+from sweeps.figure import style
 from sweeps.systems.bodies.presentation import triangle
-from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, Curves, characteristic, ends
+from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends
+from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look
 from sweeps.systems.presentation.regimes import MISSING, Regimes
 from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
@@ -28,8 +29,7 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
-        place.contour(*triangle.places(ds), np.abs(trace), [2.0], colors=colors.INK, linewidths=0.8)
-        place.plot([], [], color=colors.INK, linewidth=0.8, label="boundary by linear theory")
+        planes.boundary(place, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
         place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[MISSING])
         triangle.frame(place, axis, True)
         place.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
