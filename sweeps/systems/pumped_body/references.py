@@ -8,6 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from sweeps.systems.periodic.references import MOST_TURNS, compared
+from sweeps.systems.pumped_body.system import moments_at
 from sweeps.systems.system import Reference
 
 if TYPE_CHECKING:
@@ -16,21 +17,18 @@ if TYPE_CHECKING:
 
 def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
     """Return the trace by DOP853 on the linear equations; NaN where a period is too long."""
-    L, nu = point["omega0"] * point[f"I{int(point['axis'])}"], point["frequency"]
-    axes = [(int(point["axis"]) + k - 1) % 3 + 1 for k in range(3)]
+    axis, nu = int(point["axis"]), point["frequency"]
+    L, period = point["omega0"] * point[f"I{axis}"], 2.0 * math.pi / nu
 
-    def inverses(t):
-        for i in axes:
-            factor = 1.0 + point[f"depth{i}"] * math.cos(nu * t + point[f"lag{i}"])
-            yield (factor if inverse else 1.0 / factor) / point[f"I{i}"]
+    def along(t):
+        moments = moments_at(point, nu * t, inverse)
+        return [L / moments[(axis + k - 1) % 3] for k in range(3)]
 
     def rates(t, y):
-        a, b, c = inverses(t)
-        return [-L * (c - a) * y[1], L * (b - a) * y[0], -L * (c - a) * y[3], L * (b - a) * y[2]]
+        a, b, c = along(t)
+        return [-(c - a) * y[1], (b - a) * y[0], -(c - a) * y[3], (b - a) * y[2]]
 
-    period = 2.0 * math.pi / nu
-    sizes = [abs(L * value) * period for t in np.linspace(0.0, period, 9) for value in inverses(t)]
-    if max(sizes) > MOST_TURNS:
+    if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in along(t)) * period > MOST_TURNS:
         return math.nan
     y = solve_ivp(rates, (0.0, period), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
     return float(y[0] + y[3])

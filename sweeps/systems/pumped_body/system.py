@@ -106,6 +106,12 @@ class PumpedBody(Dynamics):
         return described.fingerprint(self.kernels, self.mechanism.perturbed_code(True), equations)
 
 
+def moments_at(points: Mapping[str, np.ndarray], phase: np.ndarray | float, inverse: bool) -> list[np.ndarray]:
+    """Return the three moments at a phase of the period, rad; with `inverse`, 1/I_i is modulated, and not I_i."""
+    factors = [1.0 + points[f"depth{i}"] * np.cos(phase + points[f"lag{i}"]) for i in (1, 2, 3)]
+    return [points[f"I{i}"] * (1.0 / f if inverse else f) for i, f in enumerate(factors, 1)]
+
+
 def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
     """Return the least triangle margin over the period, of points whose arrays broadcast together.
 
@@ -114,8 +120,7 @@ def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
     from kernels.triangle import triangle_margin
 
     def margin(u):
-        factors = [1.0 + points[f"depth{i}"] * np.cos(u + points[f"lag{i}"]) for i in (1, 2, 3)]
-        return triangle_margin(*(points[f"I{i}"] * (1.0 / f if inverse else f) for i, f in enumerate(factors, 1)))
+        return triangle_margin(*moments_at(points, u, inverse))
 
     least, at = margin(0.0), 0.0
     for u in 2.0 * np.pi / PHASES * np.arange(1, PHASES):

@@ -16,6 +16,7 @@ from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.solid import solid
 from sweeps.systems.presentation import animation
+from sweeps.systems.pumped_body.system import moments_at
 from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, FilmStage
 
 FRAMES = 150
@@ -68,13 +69,11 @@ def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple
 
     The point has parameters of the body, by `NAMES`; times are in s. With `inverse`, 1/I_i is modulated, and not I_i.
     """
-    mean, depth, lag = (np.array([point[f"{name}{i}"] for i in (1, 2, 3)]) for name in ("I", "depth", "lag"))
     k = int(point["axis"]) - 1
-    size = point["omega0"] * mean[k]
+    size = point["omega0"] * point[f"I{k + 1}"]
 
     def moments(t):
-        factor = 1.0 + depth * np.cos(point["frequency"] * np.asarray(t)[..., None] + lag)
-        return mean / factor if inverse else mean * factor
+        return np.stack(moments_at(point, point["frequency"] * t, inverse), axis=-1)
 
     def rates(t, y):
         turned = y.reshape(3, 3)  # rows: the axes of space, the last along L, in those of the body
