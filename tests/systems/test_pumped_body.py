@@ -72,7 +72,7 @@ def test_impossible_points_are_counted():
 def test_the_measured_boundary_is_mathieus_curve():
     ds = sweeps.survey(RACKET)
     part = ds.sel(axis=3).squeeze()
-    _, known = figure_shapes.mathieu(part, 3, "depth2")
+    _, known = figure_shapes.mathieu(3, part, "frequency", "depth2")
     frequency, depth = part["frequency"].values, part["depth2"].values
     crossings = 0
     for row, at in zip(part["trace"].transpose("depth2", "frequency").values, depth, strict=True):

@@ -1,18 +1,12 @@
 """Presentation of systems that are periodic in time."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sweeps.figure import colors
-from sweeps.systems.presentation import Page, Presentation, moving
+from sweeps.schema.boxes import Dataset
+from sweeps.systems.presentation import Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 MARKS = {
     "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
@@ -36,22 +30,21 @@ class PeriodicPresentation(Presentation):
         "Which periodic motions are stable, and how fast does a perturbation grow?",
     )
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return the perturbed motion beside the unperturbed one."""
         facts = moving.facts_of(ds, self.system, "start")
         return replace(self.part, facts=facts) if facts["equations"] else Page(question=self.part.question)
 
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures(self, ds: Dataset) -> Drawings:
         """Return the regimes over two parameters, for each base motion, with the exact boundary."""
         from sweeps.systems.periodic.presentation import figure_tongues
 
         curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
-        return {
-            f"tongues_{name}": partial(
-                figure_tongues.draw, ds, {"equilibrium": name}, f"perturbed motion: {name}", LOOK, curves
-            )
-            for name in ds["equilibrium"].values.tolist()
-        } | self.against_theory(ds)
+        tongues = {}
+        for name in ds["equilibrium"].values.tolist():
+            more = {"equilibrium": name}, f"perturbed motion: {name}", LOOK, curves
+            tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *more)
+        return tongues | self.against_theory(ds)
 
 
 PRESENTATION = PeriodicPresentation

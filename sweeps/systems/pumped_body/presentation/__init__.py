@@ -1,22 +1,16 @@
 """Presentation of pumped bodies."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sweeps.reading.definitions import definition_of
+from sweeps.schema.boxes import Dataset
 from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.periodic.presentation import COMPARED, MARKS
-from sweeps.systems.presentation import Page, Presentation
+from sweeps.systems.presentation import Animations, Drawings, Page, Presentation
 from sweeps.systems.presentation.look import Look, Symbol
 from sweeps.systems.rigid_body.presentation.look import is_of_shapes
-
-if TYPE_CHECKING:
-    import numpy as np
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 LOOK = Look(
     marks=MARKS,
@@ -37,12 +31,12 @@ class PumpedBodyPresentation(Presentation):
         "Does a spin stay stable while the moments of inertia change?", Path(__file__).parent / "page" / "part.js"
     )
 
-    def page(self, ds: "xr.Dataset") -> Page:
+    def page(self, ds: Dataset) -> Page:
         """Return the page, which knows whether the inverses of the moments are modulated."""
         page = super().page(ds)
         return replace(page, facts={**page.facts, "inverse": _is_inverse(ds)})
 
-    def figures(self, ds: "xr.Dataset") -> "dict[str, Callable[..., Figure | None]]":
+    def figures(self, ds: Dataset) -> Drawings:
         """Return the regimes over the inertia triangle, or over two parameters for each axis, and the breakdown."""
         from sweeps.systems.periodic.presentation import figure_breakdown, figure_tongues
         from sweeps.systems.pumped_body.presentation import figure_shapes
@@ -51,23 +45,19 @@ class PumpedBodyPresentation(Presentation):
             return {"triangle": partial(figure_shapes.draw, ds, LOOK)}
         if ds.sizes["epsilon"] >= figure_breakdown.LEAST_SIZES:
             return {"breakdown": partial(figure_breakdown.draw, ds, LOOK)}
-
-        def about(axis: int):
+        tongues = {}
+        for axis in ds["axis"].values.tolist():
             title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
-            curves = lambda one, x, y: figure_shapes.mathieu(one, axis, y) if x == "frequency" else None  # noqa: E731
-            return partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves if _is_inverse(ds) else None)
-
-        tongues = {f"tongues_axis_{axis}": about(axis) for axis in ds["axis"].values.tolist()}
+            curves = partial(figure_shapes.mathieu, axis) if _is_inverse(ds) else None
+            tongues[f"tongues_axis_{axis}"] = partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
         return tongues | self.against_theory(ds)
 
-    def animations(self, ds: "xr.Dataset") -> "dict[str, Callable[[], Iterator[np.ndarray]]]":
+    def animations(self, ds: Dataset) -> Animations:
         """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""
-        from sweeps.systems.pumped_body.presentation import figure_held
-
-        return {"held": partial(figure_held.frames, ds, _is_inverse(ds))}
+        return {"held": self.drawing("figure_held.frames", ds, _is_inverse(ds))}
 
 
-def _is_inverse(ds: "xr.Dataset") -> bool:
+def _is_inverse(ds: Dataset) -> bool:
     return definition_of(ds.attrs).get("modulation") == "inverse"
 
 

@@ -38,14 +38,14 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def mathieu(one: xr.Dataset, axis: int, depth: str) -> tuple[str, Curves] | None:
+def mathieu(axis: int, one: xr.Dataset, x: str, depth: str) -> tuple[str, Curves] | None:
     """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
 
     With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
     ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
     """
     modulated = {f"depth{i}" for i in (1, 2, 3) if one[f"depth{i}"].values.any()}
-    if modulated != {depth} or depth == f"depth{axis}":
+    if x != "frequency" or modulated != {depth} or depth == f"depth{axis}":
         return None
     j = int(depth[-1])
     (i,) = {1, 2, 3} - {axis, j}
