@@ -105,6 +105,14 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     assert PumpedBodyPresentation(resolve("pumped_body")).figures(calm)["tongues_axis_3"]() is None  # of one colour
 
 
+def test_sides_are_logarithmic_where_values_spread_by_ratio():
+    sides = {"depth2": {"start": 0.0, "stop": 0.3, "num": 9}}
+    sides |= {"frequency": {"start": 0.05, "stop": 0.5, "num": 12, "spacing": "log"}}
+    ds = sweeps.survey(RACKET | {"grid": GRID | sides})
+    ax, *_ = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]().axes
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+
+
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
     ds = sweeps.survey(RACKET | {"grid": RACKET["grid"] | {"I2": [1.9, 2.0182]}})
