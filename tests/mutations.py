@@ -227,8 +227,9 @@ def drawn(folder, count, seed, only=""):
 class Watch:
     """A plugin of pytest: keeps the tests that are wanted, in their order; says what passed and through which lines."""
 
-    def __init__(self, wanted=None, coverage=None, session=None, patience=PATIENCE):
+    def __init__(self, wanted=None, coverage=None, session=None, patience=PATIENCE, plain=True):
         self.wanted, self.coverage, self.session, self.patience = wanted, coverage, session, patience
+        self.plain = plain
         self.seconds, self.failed, self.broken, self.begun = {}, [], [], 0.0
 
     def pytest_collection_finish(self, session):
@@ -243,13 +244,15 @@ class Watch:
         self.begun = time.process_time()
         if self.coverage is not None:
             self.coverage.switch_context(nodeid)
+        if self.coverage is not None and self.plain:  # compiled, a thread that is broken off may hold a lock
             signal.signal(signal.SIGVTALRM, _too_long)
             signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
 
     def pytest_runtest_logreport(self, report):
         """Seconds of a processor that a test takes, and what did not pass."""
         self.seconds[report.nodeid] = time.process_time() - self.begun
-        if report.outcome != "passed":
+        too_long = self.coverage is not None and self.seconds[report.nodeid] > LONGEST
+        if report.outcome != "passed" or too_long:
             self.failed.append(report.nodeid)
         if report.failed:
             self.broken.append(report.nodeid)
@@ -291,7 +294,7 @@ def _run(folder, plain, files, wanted, limit, mapped):
         rooms = [f"{folder}/{room}/*.py" for room in ROOMS]
         watcher = coverage.Coverage(data_file=None, config_file=False, include=rooms)
         watcher.start()
-    watch = Watch(wanted, watcher)
+    watch = Watch(wanted, watcher, plain=plain)
     whole = not mapped and wanted is None
     status = pytest.main([*_options(plain, whole), *([] if mapped else ["-x"]), *files], plugins=[watch])
     if mapped:
