@@ -1,8 +1,7 @@
 r"""Small oscillations: full motions from a nudge, many side by side, measured mode by mode.
 
-A point is a system with numbers in it, an equilibrium q0 and one of its modes. Its motion is carried as the deviation
-:math:`x = (q - q_0)/\varepsilon` in the rows of a scratch array, and advanced by functions that were written for the
-system (`advance`, `check`): they come in as arguments, so that this module is compiled once for all systems.
+A point is a system with numbers in it, an equilibrium q0 and one of its modes. Its motion is advanced by functions that
+were written for the system (:mod:`kernels.runs`), and sampled as :math:`x = (q - q_0)/\varepsilon`.
 
 With :math:`v_k` the modes (:math:`v^{\mathsf T} a v = 1`) and :math:`a` the kinetic matrix at the equilibrium, the
 mode coordinates are

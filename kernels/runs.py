@@ -1,10 +1,10 @@
 r"""Runs of described systems: perturbed motions near equilibria, many side by side, sampled for a measurement.
 
 A point is a system with numbers in it and an equilibrium. Its motions are carried as the deviations
-:math:`x = (\text{state} - x_0)/\varepsilon` in the rows of a scratch array, W lanes each: states, epsilon, the
-step in s, what is watched, constants. Functions that were written for the system advance them and write what is
-watched, `advance(S, steps)` and `check(S)`; they come in as arguments, so that the kernels are compiled once for all
-systems. So does `take`, which a measurement gives to be called with every sample.
+:math:`x = \text{state} - x_0` in the rows of a scratch array, W lanes each: states, 1/ε, the step in s, what is
+watched, constants; samples are :math:`x/\varepsilon`. Functions that were written for the system advance them and
+write what is watched, `advance(S, steps)` and `check(S)`; they come in as arguments, so that the kernels are compiled
+once for all systems. So does `take`, which a measurement gives to be called with every sample.
 
 *Amplitude.* Of a perturbation whose size counts, motions start from +ε and -ε, of which half the difference has no even
 power of ε, and from a half and a quarter of it alike. What is left goes with even powers, so that of the samples
@@ -73,7 +73,7 @@ class Runs(NamedTuple):
     #: rows at the start of each motion, shape (points, runs, motions, rows): of every direction, from +ε and -ε of each
     #: of SIZES; one motion alone where no size counts. The step is set by the kernel.
     starts: np.ndarray
-    #: from the states' deviations to what is measured, shape (points, measured, states that count).
+    #: from the states' deviations over ε to what is measured, shape (points, measured, states that count).
     project: np.ndarray
     scale: np.ndarray  #: S, a bound on every possible rate, in s-1
     size: np.ndarray  #: relative size of the perturbation
@@ -117,8 +117,8 @@ def at_zero(whole, half, quarter):
     return quarter + (19.0 * (quarter - half) + (whole - half)) / 45.0
 
 
-@njit(void(LANES, LANES, boolean, int64, LANES), **OPTIONS)
-def _project(project, R, pair, sizes, D):
+@njit(void(LANES, LANES, int64, boolean, int64, LANES), **OPTIONS)
+def _project(project, R, states, pair, sizes, D):
     """Write what is measured of the motions of each size: half the difference of both sides, where there are two."""
     whole_vectors()
     channels, N, lanes = project.shape[0], project.shape[1] // W, D.shape[1]
@@ -132,6 +132,8 @@ def _project(project, R, pair, sizes, D):
                 for lane in range(lanes):
                     x = P[j * W + lane]
                     D[row, lane] += project[c, j * W + lane] * (0.5 * (x - M[j * W + lane]) if pair else x)
+            for lane in range(lanes):
+                D[row, lane] *= P[states * W + lane]
 
 
 @njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **OPTIONS)
@@ -142,7 +144,7 @@ def _halve(advance, R, K, project, watched, states, steps, D, change):
         for i in range(states * W):
             R[0, i] = K[i]
         advance(R[0], steps * (turn + 1))
-        _project(project, R, False, 1, D[turn * project.shape[0] :])
+        _project(project, R, states, False, 1, D[turn * project.shape[0] :])
         for lane in range(W):
             R[0, (states + 1) * W + lane] *= 0.5
     for c in range(watched):
@@ -191,7 +193,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
                     for motion in range(0, 2 * sizes, 1 if pair else 2):
                         advance(R[motion], number)
                 check(R[0])
-                _project(project, R, pair, sizes, D)
+                _project(project, R, states, pair, sizes, D)
                 going = take(D, R[0], Q, numbers, direction, k)
                 for row in range(0, states * W, W):
                     for lane in range(Q.shape[1]):

@@ -1,7 +1,7 @@
 r"""The equations of motion as a graph of additions, products, quotients and known functions, about an equilibrium.
 
-*Deviations.* With :math:`q = q_0 + \varepsilon x` every node is :math:`u = U + \varepsilon\hat u`, U its value at the
-equilibrium, and the graph is worked in :math:`\hat u` alone,
+*Deviations.* With :math:`q = q_0 + x` every node is :math:`u = U + \hat u`, U its value at the equilibrium, and the
+graph is worked in :math:`\hat u` alone,
 
 .. math:: \widehat{uv} = U\hat v + v\hat u, \qquad \widehat{u/v} = (\hat u - W\hat v)/v, \qquad W = U/V
 
@@ -9,13 +9,13 @@ so that no nudge is too small: nothing is ever subtracted that has the size of q
 (a velocity, a force at its equilibrium) it is 0 and not the rounding that a formula leaves.
 
 *Functions.* A function :math:`w = f(u)` keeps its remainder :math:`\tilde w`,
-:math:`\hat w = f'(U)\,\hat u + \varepsilon\tilde w`, which obeys
+:math:`\hat w = f'(U)\,\hat u + \tilde w`, which obeys
 :math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated beside the states. So the integrator needs no
 sine and no power: sums, products and quotients are all that is left, whatever the system.
 
-*Energy.* One order further, :math:`u = U + \varepsilon\,\nabla u\cdot x + \varepsilon^2\tilde u`, with
+*Energy.* One order further, :math:`u = U + \nabla u\cdot x + \tilde u`, with
 :math:`\widetilde{uv} = U\tilde v + V\tilde u + \hat u\hat v` and so on. For V the gradient vanishes at the equilibrium,
-so :math:`\tilde V` is its rise above the equilibrium in units of :math:`\varepsilon^2`, to all digits.
+so :math:`\tilde V` is its rise above the equilibrium, to all digits.
 
 *Few products of series.* With :math:`d = B^{-1/2}`, where that occurs, every inverse power of B is one of d, whose
 slope is -d³/2; in products tan u is sin u / cos u where these occur; a product is divided factor by factor, the longest
@@ -56,7 +56,7 @@ class Graph:
     """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
 
     Where it is `near`, deviations are from an equilibrium, at which velocities and forces vanish; else all that moves
-    is its own deviation (U = 0, epsilon = 1), and the time is the last of the states.
+    is its own deviation (U = 0), and the time is the last of the states.
     """
 
     def __init__(self, equations, near: bool = True):

@@ -3,13 +3,13 @@ r"""The integrator of a system near its equilibria: its Taylor series of order 1
 It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
 each node of the graph gives its n-th term from the ones before it,
 
-.. math:: (uv)_n = U v_n + V u_n + \varepsilon\sum_{k=0}^n u_k v_{n-k}, \qquad
-          (u/v)_n = \Big(u_n - W v_n - \varepsilon\sum_{k=1}^n v_k w_{n-k}\Big)\Big/(V + \varepsilon v_0), \qquad
+.. math:: (uv)_n = (U + u_0) v_n + (V + v_0) u_n + \sum_{k=1}^{n-1} u_k v_{n-k}, \qquad
+          (u/v)_n = \Big(u_n - (W + w_0) v_n - \sum_{k=1}^{n-1} v_k w_{n-k}\Big)\Big/(V + v_0), \qquad
           \tilde w_n = \frac1n\sum_{k=1}^n k\,u_k\,g_{n-k}, \qquad
-          (A + \varepsilon a_0)\,v_n = f_n - \varepsilon\sum_{k=1}^n a_k v_{n-k}
+          (A + a_0)\,v_n = f_n - \sum_{k=1}^n a_k v_{n-k}
 
-(all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \varepsilon\tilde w_n`; v the accelerations that a matrix
-A + ε a couples, which is factorised once a step), and :math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's
+for n > 0 (all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \tilde w_n`; v the accelerations that a matrix
+A + a couples, which is factorised once a step), and :math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's
 node. A Taylor step was preferred to a Runge-Kutta one of order 8: it needs no sine or power inside the loop over lanes,
 its terms are relative to the nudge, and for Euler's equations it is the very step that the rigid body takes.
 
@@ -67,6 +67,7 @@ CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quan
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
 COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
 SAMPLES_TIMES_CHARACTERS = 4e10
+LEAST = 1e-60  # size of a perturbation that stands for all smaller ones, whose squares might underflow
 
 
 def in_quotes(text: str) -> str:
@@ -120,7 +121,7 @@ class Generated:
 class Code(Generated):
     """The rows of the scratch array and the text of the module of motions near equilibria.
 
-    Rows, each W long: the states, the functions' remainders, epsilon, the step, what is watched, and what is constant
+    Rows, each W long: the states, the functions' remainders, 1/ε, the step, what is watched, and what is constant
     along a run. The module has functions `advance(S, steps)` and `check(S)`.
     """
 
@@ -129,9 +130,10 @@ class Code(Generated):
         self.n = len(graph.rates)
         self.remainders = {number: self.n + k for k, number in enumerate(graph.slopes)}
         self.states = self.n + len(self.remainders)
-        self.epsilon_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
+        self.inverse_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
         self._used: set = set()
+        self._wholes: dict[int, str] = {}
         self.text = self._text()
 
     @property
@@ -157,12 +159,12 @@ class Code(Generated):
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [*place.T, *still])
             for k, (epsilon, x) in enumerate(motions):
-                row = rows[:, k]
-                _, remainders = self.values.deviations(U, slopes, parameters, epsilon, x)
-                row[:, : self.n] = np.transpose(x)
+                row, size = rows[:, k], np.maximum(epsilon, LEAST)
+                _, remainders = self.values.deviations(U, slopes, parameters, 1.0, size * x)
+                row[:, : self.n] = np.transpose(size * x)
                 for number, at in self.remainders.items():
                     row[:, at] = remainders[number]
-                row[:, self.epsilon_row] = epsilon
+                row[:, self.inverse_row] = 1.0 / size
                 for (kind, number), at in self.constants.items():
                     row[:, at] = (U if kind == "U" else slopes)[number]
         return rows
@@ -182,6 +184,13 @@ class Code(Generated):
         self.constants.setdefault((kind, number), self.rows)
         self._used.add((kind, number))
         return f"{kind}{number}"
+
+    def _whole(self, number):
+        """Return the text of a node's value at the start of a step, in terms after the first; None where it is 0."""
+        if not self.graph.moves(number):
+            return self._base(number)
+        self._wholes[number] = self._at_start(number)
+        return f"v{number}"
 
     def _hat(self, number, order):
         """Return the text of a node's term; None where it is 0."""
@@ -224,22 +233,22 @@ class Code(Generated):
         return text or "0.0"
 
     def _product(self, a, b, n):
-        terms = []
-        for first, second in ((a, b), (b, a)):
-            base, hat = self._base(first), self._hat(second, n)
-            if base is not None and hat is not None:
-                terms.append(f"{base} * {hat}")
-        if a == b and len(terms) == 2:
-            terms = [f"2.0 * {terms[0]}"]
-        if self.graph.moves(a) and self.graph.moves(b):
-            terms.append(f"epsilon * ({self._square(a, n) if a == b else self._convolution(a, b, 0, n)})")
-        return " + ".join(terms) or "0.0"
+        moves, known = self.graph.moves, []
+        if moves(a) and moves(b):
+            known = [f"u{a}_0 * u{b}_0"] if n == 0 else [self._square(a, n)] if a == b else [self._convolution(a, b, n)]
+        of = self._base if n == 0 else self._whole
+        if a == b:
+            newest = [f"2.0 * {of(a)} * {self._hat(a, n)}"] if of(a) else []
+        else:
+            newest = [f"{of(x)} * {self._hat(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
+        return " + ".join(filter(None, [*known, *newest])) or "0.0"
 
-    def _convolution(self, a, b, first, n):
-        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(first, n))
+    def _convolution(self, a, b, n):
+        """Return the text of the sum over 0 < k < n."""
+        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(1, n - 1))
 
     def _square(self, a, n):
-        pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range((n + 1) // 2)))
+        pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range(1, (n + 1) // 2)))
         middle = f"u{a}_{n // 2} * u{a}_{n // 2}" if n % 2 == 0 else ""
         return " + ".join(filter(None, (f"2.0 * ({pairs})" if pairs else "", middle)))
 
@@ -248,10 +257,10 @@ class Code(Generated):
         lines, terms = [], [self._hat(above, n) or "0.0"]
         if n == 0:
             lines.append(f"r{number} = 1.0 / ({self._at_start(below)})")
-        if numerator := self._base(number):
-            terms.append(f"{numerator} * u{below}_{n}")
-        if n > 0:
-            terms.append(f"epsilon * ({self._convolution(below, number, 1, n)})")
+        if known := self._convolution(below, number, n):
+            terms.append(f"({known})")
+        if quotient := (self._base if n == 0 else self._whole)(number):
+            terms.append(f"{quotient} * u{below}_{n}")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
 
     def _solved(self, number, n):
@@ -263,21 +272,21 @@ class Code(Generated):
         right = []
         for i, force in enumerate(forces):
             moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
-            known = " + ".join(self._convolution(*pair, 1, n) for pair in moving)
-            right.append((self._hat(force, n) or "0.0") + (f" - epsilon * ({known})" if known else ""))
+            pairs = [f"u{part}_{k} * u{to}_{n - k}" for part, to in moving for k in newest_last(1, n)]
+            right.append((self._hat(force, n) or "0.0") + (f" - ({' + '.join(pairs)})" if pairs else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
         return [*lines, *substituted(right, names, f"{first}_")]
 
     def _at_start(self, number):
         """Return the text of a node's value at the start of a step."""
-        terms = self._base(number), f"epsilon * u{number}_0" if self.graph.moves(number) else None
+        terms = self._base(number), f"u{number}_0" if self.graph.moves(number) else None
         return " + ".join(filter(None, terms)) or "0.0"
 
     def _function(self, number, node, n, name):
         (inner,) = node.parts
         lines = [f"w{number}_{n} = {self._remainder(number, inner, n)}"]
         if self.graph.moves(inner):
-            lines.append(f"{name} = {self._constant('F', number)} * u{inner}_{n} + epsilon * w{number}_{n}")
+            lines.append(f"{name} = {self._constant('F', number)} * u{inner}_{n} + w{number}_{n}")
         return lines
 
     def _remainder(self, number, inner, n):
@@ -293,13 +302,14 @@ class Code(Generated):
         functions = self.graph.slopes
         nodes = self.graph.behind([*self.graph.rates, *functions])
         last = self.graph.behind([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
-        lines = [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
-        for n in range(ORDER + 1):
-            if n:
-                lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
+        first, lines = [], [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
+        for number in nodes:
+            first += self._term(number, 0)
+        for n in range(1, ORDER + 1):
+            lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
             for number in last if n == ORDER else nodes:
                 node = self.graph.nodes[number]
-                if node.kind == X and n:
+                if node.kind == X:
                     lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
                 else:
                     lines += self._term(number, n)
@@ -307,7 +317,7 @@ class Code(Generated):
             if number not in last:
                 (inner,) = self.graph.nodes[number].parts
                 lines.append(f"w{number}_{ORDER} = {self._remainder(number, inner, ORDER)}")
-        return lines
+        return [*first, *(f"v{number} = {text}" for number, text in self._wholes.items()), *lines]
 
     def _sums(self):
         names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
@@ -321,7 +331,7 @@ class Code(Generated):
 
     def _check_lines(self):
         watched, moves = self.graph.watched, self.graph.moves
-        lines = []
+        lines = [f"inverse = S[{self.inverse_row * W} + lane]"] if watched else []
         for number in self.graph.behind([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term(number, 0)
         for number in self.graph.behind([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
@@ -329,7 +339,8 @@ class Code(Generated):
         for row, (kind, terms) in enumerate(watched, self.watched_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
             text = " + ".join(f"abs({name})" if kind == ABSOLUTE else name for name in names)
-            lines.append(f"S[{row * W} + lane] = {text or '0.0'}")
+            per = "inverse" if kind == FIRST else "inverse * inverse"
+            lines.append(f"S[{row * W} + lane] = ({text or '0.0'}) * ({per})")
         return lines
 
     def _second(self, number):
@@ -361,7 +372,7 @@ class Code(Generated):
         used = sorted(self._used, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
-        loads += [f"epsilon = S[{self.epsilon_row * W} + lane]", f"h = S[{self.step_row * W} + lane]", "h1 = h"]
+        loads += [f"h = S[{self.step_row * W} + lane]", "h1 = h"]
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
     def _text(self):

@@ -8,7 +8,7 @@ from numba import njit
 from kernels import oscillations, statuses
 from kernels.runs import Integrator, Runs, Sampling
 
-STATES = 2  # x, v; then epsilon, the step, energy and its terms, k
+STATES = 2  # x, v in units of epsilon; then 1, the step, energy and its terms, k
 
 
 def _advance(S, steps):
@@ -45,7 +45,7 @@ def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advanc
     """The raw result of linear oscillators with these k, scale 1, or of what else advances them."""
     k = np.atleast_1d(np.asarray(k, dtype=np.float64))
     rows = np.zeros((k.size, 1, 6, 7))
-    rows[..., 0], rows[..., 1], rows[..., STATES], rows[..., 6] = start, speed, size, k[:, None, None]
+    rows[..., 0], rows[..., 1], rows[..., STATES], rows[..., 6] = start, speed, 1.0, k[:, None, None]
     ones = np.ones(k.size)
     twice = np.zeros(k.size, dtype=np.int64)
     exact, energy = compiled()
@@ -159,7 +159,7 @@ def test_another_mode_that_grows_ends_the_window():
             S[192 + lane], S[224 + lane] = 1.0, 1.0
 
     rows, project = np.zeros((1, 1, 6, 8)), np.zeros((1, 3, 4))
-    rows[..., 0], rows[..., 1] = 1.0, 1e-3
+    rows[..., 0], rows[..., 1], rows[..., 4] = 1.0, 1e-3, 1.0
     project[0, [0, 1, 2], [0, 2, 1]] = 1.0
     one, none = np.ones(1), np.zeros(1, dtype=np.int64)
     for allowed, most in ((0.0, 100.0), (10.0, 1e4)):  # the other mode grows to a tenth; to ten

@@ -414,7 +414,7 @@ def check_motion(name, epsilon=0.01):
     module = code.module()
     for k in range(1, 21):
         module.advance(S, 4)
-        moved = place + epsilon * rows[: m.equations.n, 0]
+        moved = place + rows[: m.equations.n, 0]
         off = np.abs(moved - reference[k]) / theory["sizes"][0]
         assert off.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
 
