@@ -36,6 +36,7 @@ from sweeps.mechanics.equations import SIMPLE, Equations, expanded
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
+OF_PERIOD = 64.0 * float(np.finfo(np.float64).eps)  # by which a period may be off: some roundings
 TRIALS = 6  # random places at which what is conserved, and R, are looked at
 
 
@@ -263,7 +264,8 @@ def _trials(system):
     for _ in range(TRIALS):
         values = {}
         for p in system.parameters.values():
-            value = p.default * (1.0 + 0.1 * rng.random())
+            part = 0.1 * rng.random()
+            value = p.default * (1.0 + part) or part  # a term that is 0 would not be looked at
             values[p.symbol] = sp.Float(value if p.allows(value) else p.default, DIGITS)
         ends = dict(values)
         for place in (*system.kept, *system.states.values()):
@@ -276,19 +278,21 @@ def _trials(system):
 
 
 def _check_period(equations):
-    """Check the equations a period later, at random places and times, in 40 digits."""
+    """Check the equations a period later, at random places and times, in 40 digits: but for the period's rounding."""
     system, t = equations.system, equations.system.time
     for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
         ("a_ij", e) for e in equations.a or ()
     ]:
         for values in _trials(system) if e.has(t) else ():
-            later = values | {t: values[t] + system.given_period.subs(values)}
+            T = system.given_period.subs(values).evalf(DIGITS)
+            here = values | {t: values[t] * T}
             with mpmath.workdps(DIGITS):
-                here, there = (complex(e.subs(at).evalf(DIGITS)) for at in (values, later))
-            if abs(there - here) > 1e-12 * max(abs(here), abs(there)):
+                now, slope = (complex(f.subs(here).evalf(DIGITS)) for f in (e, e.diff(t)))
+                change = complex((e.subs(here | {t: here[t] + T}) - e.subs(here)).evalf(DIGITS))
+            if abs(change) > OF_PERIOD * abs(slope * T) + 1e-30 * abs(now):
                 raise DescriptionError(
-                    f"period: {name} is {here.real:.6g} at a time and {there.real:.6g} a period later; allowed: what "
-                    "leaves all equations the same"
+                    f"period: {name} is {now.real:.6g} at a time, and differs by {change.real:.2g} a period later; "
+                    "allowed: what leaves all equations the same, to all digits (2*pi/w, not 6.2832/w)"
                 )
 
 

@@ -218,3 +218,15 @@ def test_removes_a_coupled_cyclic_coordinate_after_routh():
     derived = derive(system)
     assert sp.simplify(derived.a[0] - m * M / (m + M)) == 0
     assert sp.simplify(derived.V - x**2 - p**2 / (2 * (m + M))) == 0
+
+
+def test_what_only_the_defaults_conserve_is_refused():
+    """With births of 0.5 the total grows at 0.5; it was left out as a zero mode, and the rest called stable."""
+    system = System("Births")
+    births, (x, y) = system.parameter("births", default=0.0), [system.state(n, bounds=(-2, 2)) for n in "xy"]
+    system.rate(x, y - x + births * x)
+    system.rate(y, x - y + births * y)
+    system.conserved(x + y, "total")
+    system.equilibrium("empty", {x: 0, y: 0})
+    with pytest.raises(DescriptionError, match="conserved total: its rate of change is"):
+        derive(system)
