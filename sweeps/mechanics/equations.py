@@ -15,7 +15,7 @@ NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a syste
 
 def expanded(e: sp.Expr) -> sp.Expr:
     """Return an expression expanded if it is short: a long one grows with the product of its sums."""
-    return sp.expand(e) if e.count_ops() <= SHORT else e
+    return sp.expand(e, power_exp=False) if e.count_ops() <= SHORT else e
 
 
 @dataclass(eq=False)

@@ -1,6 +1,7 @@
 import mpmath
 import numpy as np
 import pytest
+import sympy as sp
 from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
@@ -391,3 +392,15 @@ def test_log_slope_is_the_rate_where_its_window_holds_it(models):
     large = model.survey(columns | {"epsilon": np.full(12, 1e-3)})  # 0.01 is ten times this nudge, 1.6 e-folds above 2
     assert (large["e_folds"][upright] > 1.0).all()
     assert np.isnan(large["growth_rate_logslope"]).all()
+
+
+def test_the_energy_of_a_narrow_well_is_watched():
+    """exp(-1250 (x - 1)²), expanded, is a product of exp(2500 x) and exp(-1250): infinity times 0, a drift of 0."""
+    system = System("Narrow well")
+    w, x = system.parameter("width", default=0.02, positive=True), system.coordinate("x", bounds=(-3, 3))
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(-(w**2) * sp.exp(-((x - 1) ** 2) / (2 * w**2)))
+    system.equilibrium("well", {x: 1})
+    ones = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
+    found = Model(system).survey(ones | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
+    assert 0.0 < found["energy_drift"][0] < 1e-13
