@@ -6,7 +6,7 @@ an equilibrium; else Newton's method on the period map finds the motion of the s
 *Segments.* A period T is cut into K of equal length, at most TURN/(S + 2 pi/T); S, a bound on every rate along the base
 motion, and the states' sizes come from the absolute values of the Jacobian's terms, as those of
 `sweeps.mechanics.relative`. So no perturbation grows by more than some times before it is sampled, however large the
-multipliers are.
+multipliers are. There are more of them where functions of the time are steep (`sweeps.mechanics.steepness`).
 
 *Measuring.* From the base motion at each segment's start the full equations are followed from both sides in each
 direction (from one where the equations are odd or linear), perturbed by epsilon, by the steps of
@@ -35,8 +35,10 @@ from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
+from sweeps.mechanics.steepness import Steepness
 
 TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
+STEEP = 0.25  # of the steepest function of the time: a segment's steps meet all of its pulses
 SEGMENTS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # that a period may have
 STEPS = 2  # in a segment, of the first try
 WIDE = 0.1  # of the segments' matrices, that the amplitude may change
@@ -44,6 +46,7 @@ TOGETHER = 262_144  # segments times squares of states: points of one number of 
 CACHED = 2048  # points whose bounds are found at once: their arrays stay in the processor's cache
 FALLING = 0.25  # of the difference before: else what is left is rounding, or the amplitude's
 TWO_PHASES = 1e-6  # of the matrix: traces from two phases that differ by more are none
+ROUNDED = 1e-11  # of the matrix: a difference that no longer falls, but is larger, is not rounding
 FINEST = 1 << 14  # steps in a period, at most
 STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions of the states' sizes: equilibrium
 COARSER = 0.1  # of the difference of both flows: the error of the finer, of order 16 and 5/4 times the steps
@@ -51,7 +54,7 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
-OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number"  # of a base motion
+OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number steepness"  # of a base motion
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -82,6 +85,7 @@ class Variation:
         self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
+        self.steepness = Steepness([*forces, *masses], self._phase, (*equations.parameters, *equations.states))
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
@@ -130,7 +134,7 @@ class Variation:
         if any(e.has(self._phase) for e in masses):
             return None
         for k, e in enumerate(slopes):
-            for term in sp.Add.make_args(sp.expand(e)):
+            for term in sp.Add.make_args(sp.expand(e, power_exp=False)):
                 factor, moving = term.as_independent(self._phase, as_Add=False)
                 if moving.free_symbols - {self._phase}:
                     return None
@@ -221,7 +225,7 @@ def unpaired(equations: Equations) -> list[sp.Expr]:
 
 def factors(expressions, moving) -> list[sp.Expr]:
     """Return what does not move of each term of expressions: where all of it vanishes, so do they."""
-    terms = [term for e in expressions for term in sp.Add.make_args(sp.expand(e))]
+    terms = [term for e in expressions for term in sp.Add.make_args(sp.expand(e, power_exp=False))]
     return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
 
 
@@ -244,6 +248,7 @@ class Base:
             model.perturbed(False)
             self._close(np.flatnonzero(~self.still))
             self._measure_sizes(places)
+        self.steepness = model.variation.steepness([*parameters, *self.start.T])
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
@@ -314,8 +319,9 @@ class Base:
     @cached_property
     def number(self) -> np.ndarray:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
-        needed = np.ceil((self.period * self.scale + 2.0 * np.pi) / TURN)
-        at = np.searchsorted(SEGMENTS, np.where(np.isfinite(needed) & (self.closed <= CLOSED), needed, np.inf))
+        needed = np.ceil(np.maximum(self.period * self.scale + 2.0 * np.pi, STEEP * self.steepness) / TURN)
+        known = np.isfinite(needed) & (self.closed <= CLOSED)
+        at = np.searchsorted(SEGMENTS, np.where(known, needed, np.inf))
         segments = np.array([*SEGMENTS, 0])[at]
         return segments + self.even * segments % 2
 
@@ -390,7 +396,7 @@ class Base:
         flow.error[:] += apart[:, None, None]
         second = np.abs(flow.second[0] - coarser.second[0])
         flow.second[1] += np.nan_to_num(second)  # none where no entry is large there
-        rounded = (apart >= FALLING * last) & (apart <= TWO_PHASES * floquet.largest(flow.matrix))
+        rounded = (apart >= FALLING * last) & (apart <= ROUNDED * floquet.largest(flow.matrix))
         left = np.flatnonzero(~(apart <= noise) & ~rounded)
         if left.size and 3 * steps // 4 * 2 <= FINEST:
             finer, *others = self.chosen(left).certified(3 * steps // 4 * 2, apart[left])
@@ -447,10 +453,11 @@ def refusal(model, parameters) -> str:
             f"base motion: none of the system's period begins near {', '.join(labels)} (Newton's method on the period "
             "map does not close it); allowed: an equilibrium at all times, or a start near a periodic motion"
         )
-    if not any(bounded for _, bounded in flags):
-        return "coefficients: not finite, or too fast for the period; allowed: smooth, bounded functions of the time"
-    if is_jagged(base):
-        return "coefficients: they jump, have a kink or a pole; allowed: smooth, bounded functions of the time"
+    if not any(bounded for _, bounded in flags) or is_jagged(base):
+        return (
+            "coefficients: they jump, have a kink or a pole, or are too fast for the period; allowed: smooth, bounded "
+            "functions of the time"
+        )
     return ""
 
 

@@ -27,6 +27,7 @@ import re
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
 from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
@@ -80,9 +81,13 @@ class PerturbedCode(Series):
 
     @property
     def is_mixed(self) -> bool:
-        """Return whether a function depends on states and time at once, or the base motion moves."""
-        mixed = (self._deviates(k) and self.time in self._states_of(k) for kind, k in self.perturbed if kind == "w")
-        return not self.still or any(mixed)
+        """Return whether each segment begins with functions' values anew: one segment's error is not the next one's.
+
+        That is needed where functions depend on states and time at once, or the base motion moves; and of exponentials
+        of the time, which may be 0 where a period begins and are not on their way.
+        """
+        timed = [k for k in self.graph.slopes if self.time in self._states_of(k)]
+        return not self.still or any(self._deviates(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in timed)
 
     @cached_property
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
