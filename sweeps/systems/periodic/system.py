@@ -13,7 +13,7 @@ from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, mapping
 from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Variable, table
-from sweeps.systems.described import MECHANICS, PATHS, Described
+from sweeps.systems.described import MECHANICS, PATHS, SEARCH, Described
 from sweeps.systems.periodic import variables as tables
 from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
 from sweeps.systems.system import Kernel
@@ -48,7 +48,10 @@ class Periodic(Described):
     samples_per_second = 5_000
     start_seconds = 2.5
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
-    kernels = ("floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight", "variational")
+    kernels = (
+        *("enclosures", "floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
+        "variational",
+    )
     compiled = (Kernel("monodromy", seconds=5.0), Kernel("variational", seconds=1.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
@@ -97,6 +100,10 @@ class Periodic(Described):
         from sweeps.mechanics import periodic
 
         return periodic.refusal(self.mechanism, values)
+
+    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
+        """Return what all periodic systems call, and what encloses functions of the time that are no plain waves."""
+        return *super().kernels_of(definition), *(SEARCH[:1] if self.mechanism.variation.steepness.parts else ())
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)
