@@ -90,10 +90,11 @@ class PumpedBody(Dynamics):
         return motion.model(self.inverse)
 
     def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
-        """Return what periodic systems share, and the generated code of the definition's kind of modulation."""
+        """Return what periodic systems share, and what the definition's kind of modulation needs, its code and all."""
         kinds = (PumpedBody(False), PumpedBody(True)) if definition is None else (self.bound(definition),)
         codes = [kind.mechanism.perturbed_code(True) for kind in kinds]
-        return *super().kernels_of(definition), *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
+        steep = described.SEARCH[:1] if any(kind.mechanism.variation.steepness.parts for kind in kinds) else ()
+        return *super().kernels_of(definition), *steep, *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used; they depend on no parameter."""
