@@ -233,19 +233,18 @@ class Code(Generated):
         return text or "0.0"
 
     def _product(self, a, b, n):
-        moves, known = self.graph.moves, []
-        if moves(a) and moves(b):
-            known = [f"u{a}_0 * u{b}_0"] if n == 0 else [self._square(a, n)] if a == b else [self._convolution(a, b, n)]
-        of = self._base if n == 0 else self._whole
+        moves, of = self.graph.moves, self._base if n == 0 else self._whole
         if a == b:
-            newest = [f"2.0 * {of(a)} * {self._hat(a, n)}"] if of(a) else []
+            terms = [self._square(a, n), f"2.0 * {of(a)} * {self._hat(a, n)}" if of(a) else ""]
         else:
-            newest = [f"{of(x)} * {self._hat(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
-        return " + ".join(filter(None, [*known, *newest])) or "0.0"
+            known = f"u{a}_0 * u{b}_0" if n == 0 else self._convolution(a, b, n, n - 1)
+            terms = [known] if moves(a) and moves(b) else []
+            terms += [f"{of(x)} * {self._hat(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
+        return " + ".join(filter(None, terms)) or "0.0"
 
-    def _convolution(self, a, b, n):
-        """Return the text of the sum over 0 < k < n."""
-        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(1, n - 1))
+    def _convolution(self, a, b, n, last):
+        """Return the text of the sum of u_k v_(n-k) over k = 1 … last."""
+        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(1, last))
 
     def _square(self, a, n):
         pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range(1, (n + 1) // 2)))
@@ -257,7 +256,7 @@ class Code(Generated):
         lines, terms = [], [self._hat(above, n) or "0.0"]
         if n == 0:
             lines.append(f"r{number} = 1.0 / ({self._at_start(below)})")
-        if known := self._convolution(below, number, n):
+        if known := self._convolution(below, number, n, n - 1):
             terms.append(f"({known})")
         if quotient := (self._base if n == 0 else self._whole)(number):
             terms.append(f"{quotient} * u{below}_{n}")
@@ -272,8 +271,8 @@ class Code(Generated):
         right = []
         for i, force in enumerate(forces):
             moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
-            pairs = [f"u{part}_{k} * u{to}_{n - k}" for part, to in moving for k in newest_last(1, n)]
-            right.append((self._hat(force, n) or "0.0") + (f" - ({' + '.join(pairs)})" if pairs else ""))
+            known = " + ".join(self._convolution(*pair, n, n) for pair in moving)
+            right.append((self._hat(force, n) or "0.0") + (f" - ({known})" if known else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
         return [*lines, *substituted(right, names, f"{first}_")]
 
