@@ -25,6 +25,7 @@ from sweeps.schema.refusals import DescriptionError
 if TYPE_CHECKING:
     from sweeps.mechanics.periodic import Variation
     from sweeps.mechanics.perturbed import PerturbedCode
+    from sweeps.mechanics.steepness import Steepness
 
 RANK = 1e-9  # singular values of the conserved quantities' gradients below it are none
 
@@ -80,6 +81,13 @@ class Model:
         from sweeps.mechanics.periodic import Variation
 
         return Variation(self.equations)
+
+    @cached_property
+    def steepness(self) -> "Steepness":
+        """How steep the equations' functions of the time are."""
+        from sweeps.mechanics.steepness import Steepness
+
+        return Steepness(self.equations)
 
     @cached_property
     def degenerate(self) -> Degenerate:

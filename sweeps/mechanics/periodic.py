@@ -35,7 +35,6 @@ from sweeps.mechanics import motions
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
-from sweeps.mechanics.steepness import Steepness
 
 TURN = 2.8  # of 1/(S + 2π/T): no longer segment, in which a perturbation turns by less than a half turn
 STEEP = 0.25  # of the steepest function of the time: a segment's steps meet all of its pulses
@@ -85,7 +84,6 @@ class Variation:
         self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
-        self.steepness = Steepness([*forces, *masses], self._phase, (*equations.parameters, *equations.states))
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
@@ -248,7 +246,7 @@ class Base:
             model.perturbed(False)
             self._close(np.flatnonzero(~self.still))
             self._measure_sizes(places)
-        self.steepness = model.variation.steepness([*parameters, *self.start.T])
+        self.steepness = model.steepness([*parameters, *self.start.T])
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""

@@ -6,6 +6,7 @@ So functions are enclosed in many intervals of the period, whatever their values
 import numpy as np
 import sympy as sp
 
+from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.tape import Tape
 
 INTERVALS = 64, 4096  # of a period; the second where a function changes by more than a SHARE of its range in the first
@@ -15,12 +16,15 @@ TOGETHER = 1 << 17  # intervals
 
 
 class Steepness:
-    """The functions of the phase in some expressions, of parameters and states at one place."""
+    """The functions of the time in some equations, over a period: of parameters and states at one place."""
 
-    def __init__(self, expressions, phase: sp.Symbol, arguments):
+    def __init__(self, equations: Equations):
+        phase = sp.Symbol("phase", real=True)
+        timed = {equations.system.time: phase * equations.system.given_period}
+        expressions = [e.subs(timed) for e in [*equations.forces, *(equations.a or ())]]
         parts = set().union(*(e.atoms(sp.Function, sp.Pow) for e in expressions))
         self.parts = sorted((e for e in parts if e.has(phase) and not _is_plain(e, phase)), key=str)
-        self.tape = Tape(self.parts, [phase], arguments)
+        self.tape = Tape(self.parts, [phase], (*equations.parameters, *equations.states))
 
     def __call__(self, arguments, level: int = 0) -> np.ndarray:
         """Return the largest slope by the phase over the range of a function, at points; infinite where one may jump.

@@ -93,7 +93,7 @@ class PumpedBody(Dynamics):
         """Return what periodic systems share, and what the definition's kind of modulation needs, its code and all."""
         kinds = (PumpedBody(False), PumpedBody(True)) if definition is None else (self.bound(definition),)
         codes = [kind.mechanism.perturbed_code(True) for kind in kinds]
-        steep = described.SEARCH[:1] if any(kind.mechanism.variation.steepness.parts for kind in kinds) else ()
+        steep = described.SEARCH[:1] if any(kind.mechanism.steepness.parts for kind in kinds) else ()
         return *super().kernels_of(definition), *steep, *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
