@@ -50,7 +50,7 @@ ASIDE = 0.01  # of the range: a family has members so far off
 FAR = 0.25  # of the range: no name reaches farther
 CHUNK = 1 << 12  # points at a time
 CELL = 7  # leading bits of parameters that are searched together
-ROUGH = 2.0**-14  # width of boxes that are left to each of these points, over the range
+ROUGH = 2.0**-12  # width of boxes that are left to each of these points, over the range
 SHARING, SHARED = 3, 3  # unknowns of a search that is shared, and how many times the boxes of one point it may take
 
 
