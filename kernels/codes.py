@@ -20,7 +20,7 @@ ORDER, FAR_ORDER = 12, 20  # of the generated Taylor steps, near equilibria and 
 ZERO = 0  # a box that holds exactly one zero
 LOST = 1  # F changes by less than the rounding of F itself
 NARROW = 2  # as narrow as a box may be
-BROKEN = 3  # as narrow, and F is not defined, or unbounded, in a part of it
+BROKEN = 3  # narrow, and F is not defined, or unbounded, in a part of it
 OVERFLOW = 4  # F is beyond all numbers, or underflows
 LEFT = 5  # the number of boxes was used up
 

@@ -39,6 +39,7 @@ SLACK = 1.0 + 1e-14
 MOST_LEFT = 400  # boxes of a point that cannot be decided
 DEPTH = 64  # halvings of a variable
 STEPS, WIDENED = 100, 16  # towards a zero; and of the box about it
+UNSURE = 1e-6  # of a place's distance from 0: while steps are larger, their roundings shrink as they do
 
 
 A, B, X, Y, MIDDLE, HALF, SIZE = range(7)  # rows of a box's ends
@@ -74,6 +75,7 @@ class Limits(NamedTuple):
     narrowest: float  #: width of the narrowest boxes, over that of the bounds
     most: int  #: number of boxes that a point may take
     few: int  #: number of its boxes that may be LOST or NARROW
+    poles: float  #: width of the widest boxes that are BROKEN, over that of the bounds
     #: only exclude: zeros are not told apart, and a box ends where the constants' ranges move a zero farther than it
     rough: bool
 
@@ -94,7 +96,7 @@ BOX = types.NamedTuple(
     Box,
 )
 WHERE = types.NamedTuple((float64[:, :, ::1], float64[:, :, ::1], int64[:, ::1]), Where)
-LIMITS = types.NamedTuple((float64, int64, int64, boolean), Limits)
+LIMITS = types.NamedTuple((float64, int64, int64, float64, boolean), Limits)
 FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
@@ -287,7 +289,7 @@ def _refine(F, box):
             box.inverse[2, i, k] = box.ends[HALF, i] * box.inverse[0, i, k] / box.ends[SIZE, k]
     size, best = _residual(F, box, place, step), math.inf
     for _ in range(STEPS):
-        if not size < best:
+        if size <= UNIT or best <= size < UNSURE / UNIT:
             break
         best = size
         for i in range(n):
@@ -336,7 +338,7 @@ def _verdict(F, box, narrow, rough):
     if _range(box.values) == 1:
         return OVERFLOW
     if state == POLE:
-        return BROKEN if narrow else -2
+        return BROKEN
     if state == -1:
         if _range(box.at) == 2:
             infinite = True
@@ -402,6 +404,15 @@ def _begin(box, start, within, narrowest, floor):
     return narrow
 
 
+@njit(inline="always", **OPTIONS)
+def _widest(box, within):
+    """Return the largest width of the box over that of the bounds."""
+    widest = 0.0
+    for j in range(len(box.u)):
+        widest = max(widest, (box.ends[B, j] - box.ends[A, j]) / (within[1, j] - within[0, j]))
+    return widest
+
+
 @njit(**OPTIONS)
 def _is_within(low, high, boxes, kinds):
     """Return whether low … high lies in one of boxes (records, 2, n) that hold one zero; high … low: meets one."""
@@ -462,6 +473,8 @@ def search(functions, where, limits, boxes_found):
                 kind = LEFT
             else:
                 kind = _verdict(F, box, narrow, limits.rough)
+            if kind == BROKEN and not narrow and _widest(box, within) > limits.poles:
+                kind = -2
             if limits.rough and kind in (ZERO, LOST):
                 kind = NARROW if _shrink(box, floor) >= 0.0 else -1
             if kind == ZERO:

@@ -50,7 +50,7 @@ ASIDE = 0.01  # of the range: a family has members so far off
 FAR = 0.25  # of the range: no name reaches farther
 CHUNK = 1 << 12  # points at a time
 CELL = 7  # leading bits of parameters that are searched together
-ROUGH = 2.0**-12  # width of boxes that are left to each of these points, over the range
+ROUGH = 2.0**-12  # width of boxes that are left to each of these points, and about poles, over the range
 SHARING, SHARED = 3, 3  # unknowns of a search that is shared, and how many times the boxes of one point it may take
 
 
@@ -234,17 +234,17 @@ class _All:
         cells = [_cell(p[points]) for p in self.parameters]
         first, cell = _points([low for low, _ in cells])
         constants = self.problem.constants(*([p[first] for p in ends] for ends in zip(*cells, strict=True)))
-        which, _, boxes = self.run(constants, bounds[first], (ROUGH, most, MANY, True))
+        which, _, boxes = self.run(constants, bounds[first], (ROUGH, most, MANY, ROUGH, True))
         ends = np.searchsorted(which, np.arange(first.size + 1))
         return boxes[:, 0], np.stack([ends[:-1], ends[1:]], axis=-1)[cell]
 
-    def run(self, constants, bounds, limits, starts=None):
+    def run(self, constants, bounds, limits, starts=None, tape=None):
         """Search boxes; return for each record the box, its kind, the box it stands for, and one about the zero."""
         from kernels import roots  # compiled by its import
 
         progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
-        functions = self.problem.tape.formulas(np.ascontiguousarray(constants))
+        functions = (tape or self.problem.tape).formulas(np.ascontiguousarray(constants))
         where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
         room, parts = 4 * len(bounds) + 1000, [(each[:0], each[:0], np.empty((0, 2, 2, self.n)))]
         while progress[0] < len(bounds):
@@ -372,13 +372,12 @@ class _All:
         self._note(owner[zero], place[zero], reach=reach[zero])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
         doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
-        doubt[doubt] = ~self._poles(owner[doubt], kind[doubt], low[doubt], high[doubt])
         if doubt.any():
             self._decide(owner[doubt], kind[doubt], low[doubt], high[doubt])
 
     def _searched(self, points, bounds, most, starts):
         """Search boxes as `run`, and again where more than a few hide whether there are zeros and lie in no family."""
-        few, many = ((self.narrowest, most, narrow, False) for narrow in (FEW, MANY))
+        few, many = ((self.narrowest, most, narrow, ROUGH, False) for narrow in (FEW, MANY))
         records = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
         narrow = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
         again, first, count = np.unique(which[narrow], return_index=True, return_counts=True)
@@ -388,14 +387,34 @@ class _All:
         member = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)
         member &= self.family(at, place)[0] > 0
         again = again[~member]
-        if not again.size:
+        if again.size:
+            starts = starts and (starts[0], starts[1][again])
+            more = self.run(self.constants[points[again]], bounds[again], many, starts)
+            records = _merged(records, np.isin(which, again), (again[more[0]], *more[1:]))
+        return self._about_poles(points, bounds, many, records)
+
+    def _about_poles(self, points, bounds, limits, records):
+        """Search what is left about poles for zeros of the numerators of F, but for those where a denominator vanishes.
+
+        Towards a pole boxes would be cut for ever, and hide a zero beside it. Of the numerators the pole is a zero as
+        others are: alone in a box, it leaves no room for one of F.
+        """
+        which, kind, boxes = records
+        rows = np.flatnonzero(kind == codes.BROKEN)
+        if not rows.size:
             return records
-        starts = starts and (starts[0], starts[1][again])
-        more = self.run(self.constants[points[again]], bounds[again], many, starts)
-        kept = ~np.isin(which, again)
-        merged = [np.concatenate([a[kept], b]) for a, b in zip(records, (again[more[0]], *more[1:]), strict=True)]
-        order = np.argsort(merged[0], kind="stable")
-        return tuple(x[order] for x in merged)
+        numerators, denominators = self.problem.fractions
+        at, first = np.unique(which[rows], return_index=True)
+        starts = boxes[rows, 0], np.stack([first, np.append(first[1:], rows.size)], axis=-1)
+        parameters = [p[points[at]] for p in self.parameters]
+        constants, divisors = (self.problem.constants(parameters, tape=tape) for tape in (numerators, denominators))
+        owner, found, places = self.run(constants, bounds[at], (*limits[:3], 0.0, False), starts, numerators)
+        values = denominators.slopes(divisors, owner, places[:, 1, 0], places[:, 1, 1], 0)[0][:, :, 0]
+        kept = (found != codes.ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
+        for j in np.flatnonzero(kept & (found == codes.ZERO)):  # found twice where it is beside a box without poles
+            others = boxes[(which == at[owner[j]]) & (kind == codes.ZERO), 1]
+            kept[j] = not ((others[:, 0] <= places[j, 1, 1]) & (others[:, 1] >= places[j, 1, 0])).all(axis=1).any()
+        return _merged(records, kind == codes.BROKEN, (at[owner[kept]], found[kept], places[kept]))
 
     def _note(self, owner, place, reach=0.0, hidden=0.0, dimension=0):
         """Note equilibria within the bounds; one at a bound but for a rounding is at it."""
@@ -405,29 +424,6 @@ class _All:
         new = owner, place, *(np.broadcast_to(x, place.shape) for x in (reach, hidden)), dimension + 0 * owner
         for name, values in zip(("owner", "place", "reach", "hidden", "dimension"), new, strict=True):
             setattr(self, name, np.concatenate([getattr(self, name), values[inside]]))
-
-    def _poles(self, owner, kind, low, high):
-        """Return whether boxes hold only a pole, towards which a row of F grows from all sides within the bounds."""
-        poles = kind == codes.BROKEN
-        rows = np.flatnonzero(poles)
-        owner, middle = owner[rows], 0.5 * (low[rows] + high[rows])
-        half = np.maximum(0.5 * (high - low)[rows], 4.0 * codes.UNIT * np.abs(middle))
-        steady, grows = np.ones((rows.size, self.n), dtype=bool), np.zeros((rows.size, self.n), dtype=bool)
-        for j in range(self.n):
-            for sign in (-1.0, 1.0):
-                sizes = []
-                for far in (4.0, 32.0):
-                    place = middle.copy()
-                    place[:, j] += sign * far * half[:, j]
-                    values, states = self.slopes(owner, place, place)
-                    inside = ((place >= self.low[owner]) & (place <= self.high[owner])).all(axis=1)
-                    size = np.abs(values[:, :, 0].mean(axis=-1))
-                    sizes.append(np.where((inside & (states < codes.POLE))[:, None], size, np.nan))
-                ratio = np.nan_to_num(sizes[0] / sizes[1], nan=1.0)
-                steady &= ratio > 0.999
-                grows |= ratio > 1.001
-        poles[rows] = (steady & grows).any(axis=1)
-        return poles
 
     def _decide(self, owner, kind, low, high):
         """Find what Newton's method finds from boxes that could not be decided; note it, and why they could not be."""
@@ -499,7 +495,7 @@ class _All:
             which, kind, boxes = self.run(
                 self.constants[owner[rows]],
                 np.stack([place[rows] - wide, place[rows] + wide], axis=1),
-                (self.narrowest, 1, MANY, False),
+                (self.narrowest, 1, MANY, 0.0, False),
             )
             one = kind == codes.ZERO
             chosen = rows[which[one]]
@@ -567,6 +563,13 @@ class _All:
         places[points[kept], position], dimension[points[kept], position] = place[kept], self.dimension[kept]
         hidden[points[kept, None], position[:, None], problem.free] = self.hidden[kept]
         return places, hidden, dimension
+
+
+def _merged(records, gone, more):
+    """Return records without those that are gone, and with more, by the numbers of their points."""
+    parts = [np.concatenate([a[~gone], b]) for a, b in zip(records, more, strict=True)]
+    order = np.argsort(parts[0], kind="stable")
+    return tuple(part[order] for part in parts)
 
 
 # -- slots

@@ -66,11 +66,19 @@ class Landscape:
     @cached_property
     def tape(self) -> Tape:
         """F of the free coordinates, of which the held ones are parameters."""
-        if len(self.free) == self.m:
-            return self.whole
+        return self.whole if len(self.free) == self.m else self._tape([self.F[i] for i in self.free])
+
+    @cached_property
+    def fractions(self) -> tuple[Tape, Tape]:
+        """Numerators and denominators of `tape`: where a denominator vanishes, F is not defined or has a pole."""
+        forces = [self.F[i].replace(sp.tan, lambda a: sp.sin(a) / sp.cos(a)) for i in self.free]
+        pairs = [sp.fraction(sp.together(e)) for e in forces]
+        return tuple(self._tape(parts) for parts in zip(*pairs, strict=True))
+
+    def _tape(self, expressions):
         held = [x for i, x in enumerate(self.symbols) if i not in self.free]
-        forces = [sp.factor_terms(self.F[i]) for i in self.free]
-        return Tape(forces, [self.symbols[i] for i in self.free], (*self.parameters, *held))
+        unknowns = [self.symbols[i] for i in self.free]
+        return Tape([sp.factor_terms(e) for e in expressions], unknowns, (*self.parameters, *held))
 
     @cached_property
     def followed(self) -> Tape:
@@ -79,10 +87,10 @@ class Landscape:
         forces = [sp.factor_terms(self.F[i].subs(held)) for i in self.free]
         return Tape(forces, [*(self.symbols[i] for i in self.free), *self.parameters], ())
 
-    def constants(self, parameters, high=None):
-        """Return the constants of `tape`, for one array (points,) for each parameter; see `Tape.constants`."""
+    def constants(self, parameters, high=None, tape=None):
+        """Return the constants of a tape, by default `tape`, for one array (points,) each; see `Tape.constants`."""
         held = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
-        constants = self.tape.constants([*parameters, *held], None if high is None else [*high, *held])
+        constants = (tape or self.tape).constants([*parameters, *held], None if high is None else [*high, *held])
         return np.array(np.broadcast_to(constants, (parameters[0].size, *constants.shape[1:])))
 
     def enclosed(self, parameters, low, high):

@@ -222,6 +222,16 @@ def test_all_equilibria_of_several_coordinates_are_found_and_proved(name, monkey
         assert fsolve(lambda at: gradient(*at), place, xtol=1e-12) == pytest.approx(place, abs=1e-8)  # MINPACK's
 
 
+@pytest.mark.parametrize("distance", [0, 1e-13, 1e-10, 1e-6, 1e-3])
+def test_a_zero_beside_a_pole_is_found_however_near(distance):
+    """F of a charge at (0.3, -0.7), moved by so much from its own centre; without that it is nowhere 0."""
+    u, v = x - sp.Rational(3, 10), y + sp.Rational(7, 10)
+    cubed = (u**2 + v**2) ** sp.Rational(3, 2)
+    found = search([(u - sp.Rational(distance)) / cubed, v / cubed], [(-2, 2)] * 2)
+    assert found.certified[0] == PROVED
+    assert places(found) == pytest.approx(np.array([[0.3 + distance, -0.7]][: distance > 0]).reshape(-1, 2), abs=1e-15)
+
+
 @pytest.mark.parametrize("power", [4, 8, 12])
 def test_a_stiff_direction_hides_no_soft_one(power):
     """Rotated by 45°, so that no coordinate is soft."""
