@@ -302,10 +302,11 @@ def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, mon
 def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
     copy = shutil.copy(path, tmp_path / "map.nc")
     with netCDF4.Dataset(copy, "a") as file:
-        file["regime"][0, 0, 0, 0, 0] = 9
+        beyond = file["regime"].flag_values.max() + 1
+        file["regime"][0, 0, 0, 0, 0] = beyond
     with (
         sweeps.open_map(copy) as ds,
-        pytest.raises(MapError, match="regime: holds the flag 9, without a meaning"),
+        pytest.raises(MapError, match=f"regime: holds the flag {beyond}, without a meaning"),
     ):
         ds["regime"].load()
 

@@ -94,7 +94,8 @@ def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
     assert "allowed: " in str(refused.value)
 
 
-def test_two_samples_of_any_duration_are_a_motion():
+def test_two_samples_of_any_duration_are_a_motion_and_so_are_ten_million():
+    motion.check_length(1e-3, 10_000_000)
     moved = motion.of(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
     assert moved.time.values.tolist() == [0.0, 1e-3]
 

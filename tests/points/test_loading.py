@@ -262,6 +262,7 @@ def test_an_alias_repeats_a_value(tmp_path):
         ("grid: {I1: " + "9" * 5000 + "}", "line 1: " + "9" * 59 + "… is a number of 5,000 digits"),
         ('{"grid": {"I1": ' + "9" * 5000 + "}}", "is a number of 5,000 digits"),
         ("x" * 2**20 + "x", "too large"),
+        ("x" * 2**20, "(top level): 'xxx"),
         ("a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]\n" + "".join(
             f"{y}: &{y} [{', '.join(['*' + x] * 9)}]\n" for x, y in zip("abcdefgh", "bcdefghi", strict=True)
         ), "too large"),

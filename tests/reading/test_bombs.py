@@ -13,8 +13,9 @@ from sweeps.pipeline import finished
 from sweeps.points import tables
 from sweeps.points.loading import read
 from sweeps.process import living
-from sweeps.reading import definitions
+from sweeps.reading import definitions, hdf5
 from sweeps.reading import tables as formats
+from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies import inertia
 
@@ -34,6 +35,14 @@ def test_aliases_are_counted_in_characters(what):
         definitions.plain(definitions.read_text(ALIASES[what]))
     assert "4,194,304 characters in all, aliases expanded" in refused.value.problem.allowed
     assert definitions.definition_of({"definition": ALIASES[what]}) == {}  # in a map
+    assert definitions.plain(definitions.read_text(ALIASES[what].replace(LONG, LONG[:20_000])))  # 3.7 million at most
+
+
+def test_numbers_of_an_attribute_are_read_where_they_are_few(tmp_path):
+    with h5py.File(tmp_path / "map.nc", "w") as file:
+        file.attrs.update(contract_version="1.0", few=np.ones(10_000, "i1"), many=np.ones(10_001, "i1"))
+    attributes = hdf5.read_structure(FileBytes(tmp_path / "map.nc")).attributes
+    assert (attributes["few"], attributes["many"]) == ([1] * 10_000, "")
 
 
 @pytest.mark.parametrize("place", ["/dev/zero", "/dev/stdin", "fifo", "folder", "loop"])

@@ -126,6 +126,13 @@ def test_a_map_that_this_process_has_open_in_h5py_is_read(path, mode, options):
         assert ds["regime"].shape == ds["regime"].load().shape
 
 
+def test_a_file_that_comes_in_pieces_is_read_whole(path, monkeypatch):
+    """As on network file systems, and of more than 2 GiB."""
+    pread = os.pread
+    monkeypatch.setattr(os, "pread", lambda file, size, place: pread(file, min(size, 700), place))
+    assert FileBytes(path).read_at(3, 1000) == path.read_bytes()[3:1003]
+
+
 def test_a_map_that_is_written_while_it_is_open_is_refused(path, tmp_path):
     copy = tmp_path / "map.nc"
     copy.write_bytes(path.read_bytes())

@@ -93,6 +93,13 @@ def test_a_brick_of_any_format_has_the_moments_of_the_textbook(tmp_path, suffix)
     assert found.mass == pytest.approx(1.0, rel=1e-15)
 
 
+def test_a_thin_plate_keeps_its_thickness(tmp_path):
+    plate = trimesh.creation.box()
+    plate.apply_scale((1.0, 1.0, 1e-9))
+    plate.export(tmp_path / "plate.stl")
+    assert inertia.solid(tmp_path / "plate.stl", mass=1.0).volume == pytest.approx(1e-9, rel=1e-6)  # single precision
+
+
 def test_density_unit_and_place_count_as_they_should(tmp_path):
     brick(tmp_path / "near.obj", turn=False)
     brick(tmp_path / "far.obj", shift=(4000.0, -3000.0, 2000.0), turn=False)
