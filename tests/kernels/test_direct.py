@@ -310,7 +310,7 @@ def test_a_looser_tolerance_takes_longer_steps():
 
 def test_short_and_loose_intervals_take_one_step_and_no_less():
     # G(1) is 0.01: a tolerance above it would let a step be longer than a radian
-    assert direct._counts(np.array([0.0, 1e-3, 1.0]), 0.9).tolist() == [1, 1, 1]
+    assert direct._counts(np.array([0.0, 1e-3, 10.0]), 0.9).tolist() == [1, 1, 10]
     # intervals shorter than a radian in all count as one
     border = direct.truncation(1.0, 12) * 0.5**12 * (1 + 1e-9)
     assert direct._counts(np.array([0.5]), border).tolist() == [1]

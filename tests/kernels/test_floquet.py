@@ -124,8 +124,9 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
 )
 def test_regimes_with_damping(entries, regime):
     M = np.array([entries])
-    found = floquet.columns(floquet.Matrices(M, np.full(M.shape, 1e-14)), np.ones(1), reciprocal=False)
-    assert found["regime"] == NAMES[regime]
+    known = (floquet.Matrices(M, np.full(M.shape, error)) for error in (0.0, 1e-14))
+    exact, found = (floquet.columns(matrices, np.ones(1), reciprocal=False) for matrices in known)
+    assert exact["regime"] == found["regime"] == NAMES[regime]
     if regime != "undetermined":
         expected = np.sort_complex(np.linalg.eigvals(M[0]))
         ours = np.sort_complex(found["multiplier_real"][0] + 1j * found["multiplier_imag"][0])

@@ -105,7 +105,7 @@ def test_log_slope_is_that_of_the_logarithms_in_its_window():
     assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.RAW.e_folds] <= math.log(100.0 / 2.0)
 
 
-def test_halving_is_tried_where_the_motion_is_largest():
+def test_halving_is_tried_where_the_motion_is_largest_and_scatter_is_that_of_least_squares():
     """A step that gives the speed h² x³ / 1000 too much: what halving changes goes with the cube of the size."""
 
     def step(x, v, h):
@@ -138,6 +138,13 @@ def test_halving_is_tried_where_the_motion_is_largest():
     # rounding of the steps, 1e-14, over what halving changes
     assert raw[oscillations.RAW.halving] == pytest.approx(expected(largest), rel=1e-7)
     assert expected(largest) > 2.0 * expected(states[0])
+
+    sizes = np.array(states)[:, 0]
+    (twice_cosine,), (scatter,), *_ = np.linalg.lstsq(sizes[1:-1, None], sizes[2:] + sizes[:-2])
+    angle, error = math.acos(0.5 * twice_cosine), math.sqrt(scatter / (62 * (sizes[1:-1] ** 2).sum()))
+    # the runs of a half and of a quarter of the nudge are this one: what they extrapolate to is, too
+    both = raw[[oscillations.RAW.stderr, oscillations.RAW.spread]]
+    np.testing.assert_allclose(both, angle / math.sin(angle) * error / 0.4**2, rtol=1e-9)
 
 
 def test_another_mode_that_grows_ends_the_window():

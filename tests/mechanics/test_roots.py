@@ -301,13 +301,14 @@ def test_boxes_that_hold_a_crest_or_a_trough_reach_it(function):
 
 
 def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
-    boxes = np.array([[-2.0], [-1.0], [0.5]]), np.array([[-1.5], [1.0], [0.6]])
-    states = {}
-    for f in (sp.log(x), 1 / x, sp.sqrt(x)):
+    boxes = np.array([[-2.0], [-1.5], [0.5], [1.5]]), np.array([[-1.5], [1.0], [0.6], [2.0]])
+    sound, pole, outside = codes.SOUND, codes.POLE, codes.OUTSIDE
+    expected = {f(x): [outside, pole, sound, sound] for f in (sp.log, sp.sqrt)}
+    expected |= {f(x): [outside, pole, sound, outside] for f in (sp.asin, sp.acos)}
+    expected |= {1 / x: [sound, pole, sound, sound], sp.acosh(x): [outside, pole, outside, sound]}
+    for f, states in expected.items():
         tape = Tape([f], [x], [])
-        states[f] = tape.slopes(tape.constants([]), np.zeros(3, dtype=np.int64), *boxes)[1].tolist()
-    assert states[sp.log(x)] == states[sp.sqrt(x)] == [codes.OUTSIDE, codes.POLE, codes.SOUND]
-    assert states[1 / x] == [codes.SOUND, codes.POLE, codes.SOUND]
+        assert tape.slopes(tape.constants([]), np.zeros(4, dtype=np.int64), *boxes)[1].tolist() == states, f
 
 
 def test_constants_are_enclosed():
