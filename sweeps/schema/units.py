@@ -6,7 +6,7 @@ from collections import Counter
 from fractions import Fraction
 from typing import NamedTuple
 
-NUMBER = re.compile(r"\s*([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?+)\s*([^\d\s.].*?)\s*")
+NUMBER = re.compile(r"\s*([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?+)(?:\s*([^\d\s.].*?)|\s+(1\s*/.*?))\s*")
 _TEXT = 80  # characters; longer text is no number
 _SIGNS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 _FACTOR = re.compile(r"(/?)\s*([^\W\d_]+|[°%]|1(?!\d))(-?\d)?[\s·*.]*")
@@ -55,9 +55,10 @@ def number(text: object, wanted: str) -> object:
     match = NUMBER.fullmatch(text) if isinstance(text, str) and len(text) <= _TEXT else None
     if match is None:
         return text
-    amount = _times(Fraction(match[1].replace("−", "-")), match[2], wanted)
+    unit = match[2] or match[3]
+    amount = _times(Fraction(match[1].replace("−", "-")), unit, wanted)
     if amount is None:
-        raise ValueError(match[2])
+        raise ValueError(unit)
     return amount
 
 

@@ -308,6 +308,9 @@ def test_units(unit, wanted, factor):
         ("5 %", "1", 0.05),
         ("1e999 h", "s", np.inf),
         ("2 min", "h", 2 / 60),
+        ("2 1/ms", "s-1", 2000.0),
+        ("21/ms", "s-1", 21000.0),
+        ("2 1 /ms", "s-1", 2000.0),
         ("1e3", "m", "1e3"),  # a quoted number stays text
         ("fast", "m", "fast"),
         (2, "m", 2),
