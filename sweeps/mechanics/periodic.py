@@ -53,7 +53,7 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
-OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number steepness"  # of a base motion
+OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number steepness finite"  # of motions
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -240,6 +240,7 @@ class Base:
         self.still = np.ones(size, dtype=bool)
         self.period, self.reciprocal, self.even = model.variation.proved(parameters)
         self.still = self._measure_sizes(places)
+        self.finite = np.isfinite(self.scale)  # at the start, before another is looked for
         self.even &= self.still
         self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
         if not self.still.all():
@@ -445,13 +446,20 @@ def refusal(model, parameters) -> str:
         base = Base(model, parameters, np.full(parameters[0].size, slot))
         if not (base.period > 0.0).any():
             return f"period: {model.system.given_period} is {base.period[0]:.6g} s; allowed: a finite time > 0"
-        flags.append(((base.closed <= CLOSED).any(), (base.number > 0).any()))
-    if not any(closed for closed, _ in flags):
+        flags.append((base.finite.any(), (base.closed <= CLOSED).any(), (base.number > 0).any()))
+    finite, closed, bounded = map(any, zip(*flags, strict=True))
+    if not finite:
+        return (
+            f"coefficients: near {', '.join(labels)} they are no finite doubles at some times of the period; allowed: "
+            "smooth, bounded functions of the time, which SymPy does not take apart (exp(10000*(cos(t) - 1)): of "
+            "exp(1e4*(cos(t) - 1)) it makes 1e-4344*exp(1e4*cos(t)))"
+        )
+    if not closed:
         return (
             f"base motion: none of the system's period begins near {', '.join(labels)} (Newton's method on the period "
             "map does not close it); allowed: an equilibrium at all times, or a start near a periodic motion"
         )
-    if not any(bounded for _, bounded in flags) or is_jagged(base):
+    if not bounded or is_jagged(base):
         return (
             "coefficients: they jump, have a kink or a pole, or are too fast for the period; allowed: smooth, bounded "
             "functions of the time"
@@ -481,6 +489,11 @@ def _columns(base, epsilon, tolerance):
         blind.matrix[wide] = np.nan
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
-    cases = [~(base.closed <= CLOSED), wide, unresolved | (sound & ~agree), ~sound]
-    kinds = [statuses.NO_PERIODIC_MOTION, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED, statuses.NON_FINITE]
-    return columns | {"status": np.select(cases, kinds, statuses.OK).astype(np.int8)}
+    cases = {
+        statuses.NON_FINITE: ~base.finite,
+        statuses.NO_PERIODIC_MOTION: ~(base.closed <= CLOSED),
+        statuses.PERTURBATION_TOO_LARGE: wide,
+        statuses.NOT_CONVERGED: unresolved | (sound & ~agree),
+    }
+    status = np.select([*cases.values(), ~sound], [*cases, statuses.NON_FINITE], statuses.OK)
+    return columns | {"status": status.astype(np.int8)}

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import sweeps
 from kernels import floquet
 from kernels.codes import REGIMES
-from kernels.statuses import NO_PERIODIC_MOTION, NOT_CONVERGED, OK
+from kernels.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, OK
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
@@ -292,6 +292,16 @@ def test_a_base_motion_that_grows_without_bound_is_none():
     assert np.isnan(found["trace"][0])
 
 
+def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
+    system = System("Exponential")
+    K, x = system.parameter("sharpness", default=1.0), system.coordinate("x", bounds=(-1, 1))
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential((2 + sp.exp(K * sp.cos(system.time))) * x**2 / 2)
+    system.period(2 * sp.pi)
+    system.equilibrium("rest", {x: 0})
+    assert of_model(Model(system), sharpness=[1.0, 800.0])["status"].tolist() == [OK, NON_FINITE]
+
+
 def test_a_force_that_has_a_potential_leaves_pairs():
     """Two springs with a drive: as forces in place of a potential; then with what has none, a curl."""
     system = System("Driven")
@@ -543,6 +553,7 @@ def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors(mean, 
             lambda: oscillator(lambda t: 2 + 9**9 * sp.exp(10**10 * (sp.cos(t - 1) - 1))),
             "or are too fast for the period",
         ),
+        (lambda: oscillator(lambda t: 2 + sp.exp(1e4 * (sp.cos(t) - 1))), "coefficients: near rest they are no finite"),
         (lambda: oscillator(lambda t: 2 + sp.cos(t), period=None), "period: is missing"),
         (lambda: oscillator(lambda t: 2 + sp.cos(t), period=3), r"period: force x_dot is .* a period later"),
         (lambda: oscillator(lambda t: 2 + t, period=3), r"period: force x_dot is .* a period later"),
