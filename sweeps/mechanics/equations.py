@@ -9,6 +9,7 @@ from sweeps.mechanics.description import System
 
 SHORT = 400  # operations: longer expressions are not expanded,
 SIMPLE = 80  # and longer ones not simplified
+HIGH = 16  # powers above stay as they are
 LONG = 1500
 NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a system that has none
 
@@ -16,6 +17,16 @@ NOTHING = sp.Dummy("nothing", real=True)  # stands for the parameters of a syste
 def expanded(e: sp.Expr) -> sp.Expr:
     """Return an expression expanded if it is short: a long one grows with the product of its sums."""
     return sp.expand(e, power_exp=False) if e.count_ops() <= SHORT else e
+
+
+def simplify(e: sp.Expr) -> sp.Expr:
+    """Simplify an expression but for exponentials and high powers: exp(300 x) would be a polynomial of degree 300."""
+    parts = (f for f in e.atoms(sp.exp, sp.Pow) if isinstance(f, sp.exp) or (f.exp.is_Integer and abs(f.exp) > HIGH))
+    kept = {
+        f: sp.Symbol(f"part {k}", real=True, positive=f.is_positive)
+        for k, f in enumerate(sorted(parts, key=sp.default_sort_key))
+    }
+    return sp.simplify(e.xreplace(kept)).xreplace({symbol: f for f, symbol in kept.items()})
 
 
 @dataclass(eq=False)

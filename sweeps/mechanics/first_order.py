@@ -8,7 +8,7 @@ from functools import cache
 
 import sympy as sp
 
-from sweeps.mechanics.equations import Equations, expanded
+from sweeps.mechanics.equations import Equations, expanded, simplify
 from sweeps.mechanics.graph import ABSOLUTE, FIRST, SECOND, Graph
 from sweeps.mechanics.taylor import Code
 
@@ -44,7 +44,7 @@ def _by_order(equations, near=True):
 
 def _by_inverse(equations, near=True):
     g, m = Graph(equations, near), equations.m
-    inverse = equations.a.inv().applyfunc(sp.simplify)
+    inverse = equations.a.inv().applyfunc(simplify)
     forces = [g.vanishing(gathered(e, equations)) for e in equations.forces]
     rates = []
     for i in range(m):

@@ -230,3 +230,26 @@ def test_what_only_the_defaults_conserve_is_refused():
     system.equilibrium("empty", {x: 0, y: 0})
     with pytest.raises(DescriptionError, match="conserved total: its rate of change is"):
         derive(system)
+
+
+@pytest.mark.parametrize(
+    "pulse",
+    [
+        lambda u: sp.exp(300 * cos(u) - 300),  # no polynomial of degree 300 for SymPy to factor
+        lambda u: sp.exp(300.0 * cos(u) - 300),  # 5e-131 exp(300 cos u) is taken for 0
+        lambda u: cos(u) ** 3000,
+    ],
+)
+def test_pulses_of_the_kinetic_energy_are_derived_in_a_moment(pulse):
+    """By hand: (2 + p(t)) x'' + p' x' + x = 0, and with p(x), (2 + p) x'' + p' x'²/2 + x = 0."""
+    for of_time in (True, False):
+        system = System("Pulses")
+        x = system.coordinate("x", bounds=(-1, 1))
+        v, u = system.velocity(x), system.time if of_time else x
+        system.kinetic_energy((2 + pulse(u)) * v**2 / 2)
+        system.potential(x**2 / 2)
+        equations = derive(system)
+        by_hand = -x - pulse(u).diff(u) * (v if of_time else v**2 / 2)
+        place = {u: sp.Float("0.1", 40), x: sp.Float("0.1", 40), v: sp.Float("0.7", 40)}
+        assert equations.forces[0].subs(place).evalf(30) == pytest.approx(by_hand.subs(place).evalf(30), rel=1e-14)
+        assert equations.a[0].subs(place).evalf(30) == pytest.approx((2 + pulse(u)).subs(place).evalf(30), rel=1e-14)
