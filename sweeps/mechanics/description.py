@@ -22,6 +22,7 @@ here derives anything.
 import math
 import re
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -114,6 +115,11 @@ class PicturePart(NamedTuple):
     kind: str
     points: tuple[tuple[sp.Expr, ...], ...]
     label: str = ""
+
+
+def is_word(name: object) -> bool:
+    """Return True for text of letters, digits and _ that begins with a letter."""
+    return isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) is not None
 
 
 ATTITUDE = sp.symbols("attitude_0:4", real=True)  # the quaternion that turns a body's vectors into space
@@ -261,6 +267,8 @@ class System:
 
     def draw(self, kind: str, points, label: str = "") -> None:
         """Add a part of the picture that moves in reports (`PicturePart`), which else shows masses and rods."""
+        if kind not in ("mass", "body", "line", "face"):
+            raise DescriptionError(f"draw: {kind!r} is no part of a picture; allowed: mass, body, line, face")
         places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
         self.drawn.append(PicturePart(kind, places, label))
 
@@ -282,8 +290,10 @@ class System:
 
     def equilibrium(self, label: str, place: dict) -> None:
         """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters)."""
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", label) or label in self.labels:
+        if not is_word(label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
+        if not isinstance(place, Mapping):
+            raise DescriptionError(f"equilibrium {label}: {place} is no place; allowed: {{x: place, …}}")
         symbols = {c.symbol for c in (*self.coordinates.values(), *self.states.values())}
         if unknown := sorted(str(x) for x in place if x not in symbols):
             allowed = ", ".join(sorted(map(str, symbols))) or "there are none yet"
@@ -333,12 +343,12 @@ class System:
         return e
 
     def _check_name(self, name, unit="1"):
-        taken = name in {*self.parameters, *self.coordinates, *self.states, *RESERVED}
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,31}", name) or taken:
+        taken = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)
+        if not is_word(name) or taken:
             raise DescriptionError(
                 f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "
                 + ", ".join(RESERVED)
             )
-        for word in re.sub(r"[-+^*]*\d+", "", unit).replace("/", " ").replace(".", " ").split():
+        for word in re.sub(r"[-+^*]*\d+", "", str(unit)).replace("/", " ").replace(".", " ").split():
             if not re.fullmatch(UNIT, word):
                 raise DescriptionError(f"unit of {name}: {unit!r} holds {word!r}; allowed: UDUNITS text such as m s-2")

@@ -48,13 +48,14 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
 
 
 def _mapping(values: dict, grid: Mapping) -> dict:
-    """Return a mapping with a system by its name, and further entries of its grid."""
+    """Return a mapping with a system by its name, and further entries of its grid, where that is one."""
     if not isinstance(values.get("system", ""), str):
         from sweeps import mechanics
 
         if isinstance(values["system"], mechanics.System):
             values["system"] = systems.built(values["system"])
-    return {**values, "grid": {**values.get("grid", {}), **grid}} if grid else values
+    given = values.get("grid", {})
+    return {**values, "grid": {**given, **grid}} if grid and isinstance(given, Mapping) else values
 
 
 def _is_of(library: str, kind: str, value: object) -> bool:

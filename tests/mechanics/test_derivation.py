@@ -1,3 +1,5 @@
+import re
+
 import pytest
 import repeated
 import sympy as sp
@@ -136,6 +138,24 @@ def test_refuses_an_unbound_symbol():
     system.particle(m, (x,))
     with pytest.raises(DescriptionError, match=r"V: unbound symbol k; allowed: mass, t, x"):
         system.potential(sp.Symbol("k") * x**2)
+
+
+@pytest.mark.parametrize(
+    ("describe", "said"),
+    [
+        (lambda system, x: system.equilibrium(None, {x: 0}), "equilibrium None: allowed: words"),
+        (lambda system, x: system.equilibrium("rest", None), "equilibrium rest: None is no place; allowed: {x: place"),
+        (lambda system, x: system.coordinate(None, bounds=(0, 1)), "name None is taken or no word"),
+        (lambda system, x: system.coordinate(["y"], bounds=(0, 1)), "name ['y'] is taken or no word"),
+        (lambda system, x: system.coordinate("y", None, bounds=(0, 1)), "unit of y: None holds 'None'"),
+        (lambda system, x: system.conserved(x, None), "name None is taken or no word"),
+        (lambda system, x: system.draw("dot", [(x, 0)]), "draw: 'dot' is no part of a picture; allowed: mass, body"),
+    ],
+)
+def test_refuses_what_is_no_name_place_or_part_in_words(describe, said):
+    system = System("Spring")
+    with pytest.raises(DescriptionError, match=re.escape(said)):
+        describe(system, system.coordinate("x", "m", bounds=(-1, 1)))
 
 
 def test_refuses_a_kinetic_energy_that_is_not_quadratic():

@@ -57,6 +57,7 @@ def test_keywords_are_all_keys_of_all_definitions():
             {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": "3000 1/min"},
             "grid.omega0: '3000 1/min' has the unit '1/min'; allowed: rad s-1, s-1, deg s-1, rpm",
         ),
+        ((), {"grid": None, "I1": 1.0}, "grid: null is not a mapping"),
         ((), {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": "fast"}, "grid.omega0: 'fast' is text, not a number"),
     ],
 )
