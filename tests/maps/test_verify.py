@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import repeated
 import xarray as xr
-from maps import write
+from maps import BODIES, write
 
 import sweeps
 from sweeps.__main__ import main
@@ -165,6 +165,15 @@ def test_wrong_eigenvalues_of_other_kernels_are_found(rotor, tmp_path, name, way
         file[name][:] = file[name][:] + 1e-5
     told = findings(sealed(path), points=40, any_kernels=True)
     assert told[way][0].startswith(f"{name} at point")
+
+
+def test_a_copy_with_text_stored_character_by_character_holds(tmp_path):
+    """The classic model has no text: netCDF's library adds a dimension of the names' characters."""
+    with xr.open_dataset(write(tmp_path, BODIES)) as ds:
+        ds.to_netcdf(tmp_path / "copy.nc", format="NETCDF4_CLASSIC")
+    with netCDF4.Dataset(tmp_path / "copy.nc") as file:
+        assert len(file["body"].dimensions) == 2
+    assert findings(tmp_path / "copy.nc", points=2) == {}
 
 
 @pytest.mark.slow
