@@ -8,7 +8,7 @@ from calls import said
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from sweeps.maps import verify
+from sweeps.maps import storage, verify
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
@@ -59,8 +59,6 @@ def test_the_tilt_is_that_of_the_motion(tumbles):
 
 @pytest.mark.parametrize("name", ["throws", "tumbles"])
 def test_verify_looks_at_them(name, request, tmp_path):
-    from sweeps.maps import storage
-
     path = tmp_path / "map.nc"
     storage.write_map(request.getfixturevalue(name), path)
     checks = {check.name: check for check in verify.verify(path, points=6)}
@@ -68,6 +66,15 @@ def test_verify_looks_at_them(name, request, tmp_path):
     assert not checks["SciPy DOP853"].skipped
     assert not checks["closed form"].skipped
     assert not checks["attitude"].skipped
+
+
+def test_a_spin_or_separatrix_without_a_period_is_verified(tmp_path):
+    """E = 1 and I3/I1 are spins about principal axes, E = I3/I2 the separatrix: their periods are missing."""
+    grid = {"I1": 1.0, "I2": 1.5, "I3": 2.0, "energy": [1.0, 1.2, 2.0 / 1.5, 1.5, 2.0], "omega0": 1.0}
+    storage.write_map(sweeps.survey({"system": "tumbling", "grid": grid}), tmp_path / "map.nc")
+    checks = {check.name: check for check in verify.verify(tmp_path / "map.nc", points=5)}
+    assert not any(check.findings for check in checks.values())
+    assert checks["SciPy DOP853"].covers.startswith("2 points")
 
 
 def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monkeypatch):
