@@ -38,6 +38,7 @@ from sweeps.schema.refusals import DescriptionError
 CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
+TINY = sp.Float(1e-290)  # changes no number but 0, to sixteen digits
 
 
 @dataclass(frozen=True)
@@ -274,7 +275,9 @@ class Graph:
         if e.is_Pow and e.base in self._roots:
             return self.product(self.build(sp.Rational(-1, 2)), self.product(number, self.product(number, number)))
         if e.is_Pow and e.base != sp.E:
-            return self.quotient(self.product(self.build(e.exp), number), inner)
+            # of a high whole power the slope at 0 is 0, not 0/0
+            below = self.sum((inner, self.build(TINY))) if e.exp.is_Integer and e.exp > 0 else inner
+            return self.quotient(self.product(self.build(e.exp), number), below)
         f = of_u.expr
         if f.func is sp.tan:
             return self.sum((self.build(sp.Integer(1)), self.product(number, number)))
