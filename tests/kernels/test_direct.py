@@ -5,7 +5,7 @@ from functools import partial
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from naive import taylor_terms, truncation
 from numba import config
@@ -222,6 +222,7 @@ def left_out(order, steps, x, size, samples):
 
 
 @given(st.floats(1e-3, 0.5), st.floats(1e-8, 1.0), st.integers(1, 10**6), st.floats(-13, -3))
+@example(0.5, 1e-5, 64, -10)  # near, but not nearest
 def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, exponent):
     tolerance = 10**exponent
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
