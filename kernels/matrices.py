@@ -26,11 +26,11 @@ def length(A):
 
 
 def joined(n, groups):
-    """Return whether states act on each other, by row a tuple, from groups of those that do."""
+    """Return whether states act on each other, shape (n, n), from groups of those that do."""
     block = np.arange(n)
     for group in [*groups] * n:
         block[[*group]] = block[[*group]].min()
-    return tuple(map(tuple, (block[:, None] == block).tolist()))
+    return block[:, None] == block
 
 
 def eigenvalues(A):

@@ -18,272 +18,270 @@ is not, and counts :math:`\sqrt{Kn}` times, for :math:`(\sum_{k=1}^K a_k)^2 \le 
 *Second compounds.* The minors of two rows and two columns of a product are the products of the factors' minors. Their
 trace is the determinant (two states), or the second invariant (four): from the segments' minors these keep the digits
 that beside a large multiplier the entries of M have lost.
+
+A matrix is n n rows of W lanes; that of the entry (i, j) is i n + j.
 """
 
 import math
-from functools import cache
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
-from kernels.blocks import LANES, W, rows_of, scratch
+from kernels.blocks import LANES, ROWS, W, rows_of, scratch
 from kernels.dense import put
-from kernels.jit import OPTIONS, PASSED, float64, int64, njit, types, void, whole_vectors
-from kernels.straight import lines
+from kernels.jit import OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
 NOISE = 6.0 * EPSILON  # rounding of a segment, relative to its terms
 ROUNDED = 16.0 * EPSILON  # of terms: by what a sum of motions may be off by rounding alone
 LARGE = 1e3  # entry from which on the lesser pair is found from the product of both
 ELSEWHERE = 0.381966  # of a period: where the product begins again
-ROWS = void(float64[::1], float64[:, ::1], int64)
-COMPOSE = void(float64[::1], int64, int64)
-FUNCTION, COMPOSING = types.FunctionType(ROWS), types.FunctionType(COMPOSE)
+PAIRS = np.array([*combinations(range(4), 2)])  # of states; the first one is that of two states
+CALLED = void(ROWS, LANES, int64)  # what advances motions, and what writes a step's matrix
+FUNCTION = types.FunctionType(CALLED)
+MATRICES, STATES = float64[:, :, ::1], boolean[:, ::1]
 
 
-class Record:
-    """The rows that are kept of each segment of n states, W lanes each, and the lines that work on them.
+@njit(MATRICES(int64, int64), **OPTIONS)
+def zeros_of(count, n):
+    """Return so many matrices of zeros, shape (count, n n, W)."""
+    return scratch(count * n * n).reshape(count, n * n, W)
 
-    S its matrix, row by row, and later E, the sum of the squares of what its errors and those after become; o by what
-    it is off beside rounding, in roundings, and a what counts as alike in all segments, relative to the largest entry;
-    P the product of the matrices before, and later of it and those after; M, R, t, c, e, L the result of
-    :func:`compose_of`; v a vector on its way; m and w the masses in the states' sizes, and their inverse. Where entries
-    are large, longer records have C, D, Q, too: the second compound, the sizes of its errors, its products. Entries of
-    states that are not `joined` vanish, and no line works on them.
+
+@njit(void(LANES, LANES, LANES, STATES), **OPTIONS)
+def multiply(A, B, C, joined):
+    """Write A B into C; entries of states that are not joined vanish."""
+    whole_vectors()
+    n, lanes, flat = len(joined), C.shape[1], C.reshape(C.size)
+    for x in range(flat.size):
+        flat[x] = 0.0
+    for i in range(n):
+        for k in range(n):
+            if joined[i, k]:
+                for j in range(n):
+                    for lane in range(lanes):
+                        C[i * n + j, lane] += A[i * n + k, lane] * B[k * n + j, lane]
+
+
+@njit(void(LANES, int64), **OPTIONS)
+def write_unit(A, n):
+    """Write the unit matrix of n states."""
+    for row in range(n * n):
+        for lane in range(A.shape[1]):
+            A[row, lane] = 1.0 if row % (n + 1) == 0 else 0.0
+
+
+@njit(void(MATRICES, MATRICES, STATES, MATRICES, MATRICES, MATRICES), **OPTIONS)
+def multiply_after(S, G, joined, before, after, work):
+    """Write the products of each matrix and all after it, and the squares of their errors in the product of all.
+
+    The last product is given. Into the first matrix of work is written the sum of the squares of what errors G of the
+    matrices, and one rounding of each product, become in the product of all.
     """
-
-    def __init__(self, n: int, joined):
-        self.n, self.pairs, names = n, [*combinations(range(n), 2)] if n in (2, 4) else [], "SoaPMRtceLvmwCDQ"
-        d, m = len(self.pairs), n // 2
-        sizes = [n * n, 1, 1, *[n * n] * 3, 1, 1, 1, n * n, n, *[m * m] * 2, *[d * d] * 3]
-        self.first = dict(zip(names, np.cumsum([0, *sizes]).tolist(), strict=False))
-        self.of = {name: d if name in "CDQ" else m if name in "mw" else n for name in names}
-        self.height, self.tall = self.first["C"], sum(sizes)
-        self.entries = {d: [*product(range(d), repeat=2)], n: [*zip(*np.nonzero(joined), strict=True)]}
-
-    def at(self, name: str, i: int = 0, j: int = 0) -> str:
-        """Return the place of an entry, of the next segment where the name is doubled; of `q`, its name."""
-        if name == "q":
-            return f"q_{i}_{j}"
-        height = self.tall if name[0] in "CDQ" else self.height
-        row = self.first[name[0]] + i * self.of[name[0]] + j + (len(name) - 1) * height
-        return f"S[{row * W} + lane]"
-
-    @staticmethod
-    def unit(i: int, j: int) -> float:
-        """Return an entry of the unit matrix."""
-        return float(i == j)
-
-    def each(self, name, source, of=""):
-        """Return lines that write the entries of a matrix: those of another one, or what a function returns."""
-        entries = self.entries[self.of[of or name[0]]]
-        return [
-            f"{self.at(name, *e)} = {self.at(source, *e) if isinstance(source, str) else source(*e)}" for e in entries
-        ]
-
-    def _terms(self, a, b, i, j):
-        """Return the terms of an entry of a product of matrices."""
-        row = (k for r, k in self.entries[self.of[b[0]]] if r == i)
-        return [f"{self.at(a, i, k)} * {self.at(b, k, j)}" for k in row]
-
-    def multiplied(self, name, a, b):
-        """Return lines that write a product of matrices."""
-        return self.each(name, lambda i, j: " + ".join(self._terms(a, b, i, j)), b[0])
-
-    def _largest(self, name, least=0.0):
-        """Return lines that find the largest entry."""
-        return [f"most = {least}", *(f"most = max(most, abs({self.at(name, *e)}))" for e in self.entries[self.n])]
-
-    def mirrored(self, name: str, power: int = 1) -> list[str]:
-        """Return lines that find R S⁻¹ R of a matrix, q; with a power of 2, what it makes of the squares of errors."""
-        m, entries = self.n // 2, self.entries[self.n]
-
-        def entry(i, j):
-            terms = []
-            for a, b in product(range(m), repeat=2):
-                mass, other = (a, j) if j < m else (j - m, a), (i, b) if i < m else (b, i - m)
-                factor = f" * ({self.at('m', *mass)} * {self.at('w', *other)})" if m > 1 else ""
-                if mass in entries and other in entries:
-                    terms.append(self.at(name, a + m * (j < m), b + m * (i < m)) + power * factor)
-            return " + ".join(terms) or "0.0"
-
-        return self.each("q", entry, name)
-
-    def join(self, half: bool) -> list[str]:
-        """Return lines that write the product of all, and begin that of those after."""
-        text = self.mirrored("P") if half else []
-        text += self.multiplied("M", "q", "P") if half else self.each("M", "P")
-        text += [f"{self.at('v', 0, i)} = {self.at('P', i)}" for i in range(self.n)]
-        text += self.each("P", "q" if half else self.unit)
-        return [*text, *self.each("S", lambda *_: 0.0), *self._largest("M"), f"{self.at('c')} = most"]
-
-    def errors(self) -> list[str]:
-        """Return lines that find the sizes of the errors: of terms' roundings, |S||S| or the largest entry, and o."""
-        text = [*self._largest("S"), f"off = {self.at('o')} + {self.at('a')} * most"]
-        for i, j in self.entries[self.n]:  # states apart stay apart
-            text += [f"G_{i}_{j} = min({' + '.join(f'abs({x})' for x in self._terms('S', 'S', i, j))}, most) + off"]
-        return text
-
-    def flip(self) -> list[str]:
-        """Return lines that make R S⁻¹ R of a segment."""
-        text = [*self.mirrored("S"), *self.each("S", "q"), *self._largest("q", 1.0)]
-        return [*text, f"{self.at('o')} = {self.at('o')} * (most * most)"]
-
-    def minors(self) -> list[str]:
-        """Return lines that write the second compound and the sizes of its errors."""
-        text = self.errors()
-        for (r, (i, j)), (s, (k, m)) in product(enumerate(self.pairs), repeat=2):
-            one, other = (f"{self.at('S', i, a)} * {self.at('S', j, b)}" for a, b in ((k, m), (m, k)))
-            text += [f"one = {one}", f"other = {other}", f"{self.at('C', r, s)} = one - other"]
-            text += [f"{self.at('D', r, s)} = abs(one) + abs(other) + 2.0 * {self.at('o')} * most"]
-        return text
-
-    def _turn(self, x, y, u, v, to):
-        """Return lines that count the half turns of a vector on its way from (x, y) to (u, v)."""
-        up, now = f"({y} > 0.0)", f"({v} > 0.0)"
-        turn = f"turn if ({up} & ~{now}) | ({now} & ~{up}) else 0.0"
-        old = self.at("t" if to == "tt" else "tt")
-        return [f"turn = 1.0 if {y} * {u} > {x} * {v} else -1.0", f"turn = {turn}", f"{self.at(to)} = {old} + turn"]
-
-    def before(self, matrix: str, others: str) -> list[str]:
-        """Return lines that multiply the product of those before by a segment's matrix."""
-        text = self.multiplied(2 * others, matrix, others)
-        if matrix == "S" and self.n == 2:
-            text += self._turn(*(self.at(name, i) for name in ("P", "PP") for i in (0, 1)), "tt")
-        return text
-
-    def after(self, matrix: str, others: str) -> list[str]:
-        """Return lines that multiply the product of those after by a segment's matrix, and add errors' squares."""
-        entries, two = self.entries[self.of[matrix]], 2 * others
-        text = self.errors() if matrix == "S" else [f"G_{i}_{j} = {self.at('D', i, j)}" for i, j in entries]
-        if matrix == "S" and self.n == 2:  # the segment turned over
-            x, y, *(a, b, c, d) = (self.at(*e) for e in [("vv", 0, 0), ("vv", 0, 1), *product("S", (0, 1), (0, 1))])
-            text += [f"u = {d} * {x} + {b} * {y}", f"v = {c} * {x} + {a} * {y}", *self._turn(x, y, "u", "v", "t")]
-            text += [f"{self.at('v', 0, 0)} = u", f"{self.at('v', 0, 1)} = v"]
-        for i, j in entries:
-            text += [f"h_{i}_{j} = G_{i}_{j} * G_{i}_{j} + {self.at(matrix, i, j)} * {self.at(matrix, i, j)}"]
-            text += [f"p_{i}_{j} = {self.at(others, i, j)} * {self.at(others, i, j)}"]
-            text += [f"z_{i}_{j} = {self.at(two, i, j)} * {self.at(two, i, j)}"]
-        for b, j in entries:
-            text += [f"t_{b}_{j} = " + " + ".join(f"h_{b}_{c} * p_{c}_{j}" for r, c in entries if r == b)]
-        text += self.multiplied("q", two, matrix)
-        for i, j in entries:
-            squares = " + ".join([self.at(2 * matrix, i, j), *(f"z_{i}_{b} * t_{b}_{j}" for r, b in entries if r == i)])
-            text += [f"{self.at(matrix, i, j)} = {squares}"]
-        return text + self.each(others, "q")
-
-    def texts(self) -> list[list[str]]:
-        """Return the lines of :func:`compose_of` in order; what a step is off, its mirror image is off, too."""
-        return [
-            [*self.each("P", self.unit), f"{self.at('t')} = 0.0"],
-            self.before("S", "P"),
-            self.each("L", "P"),
-            self.join(False),
-            self.join(True),
-            self.after("S", "P"),
-            [*self.multiplied("q", "L", "P"), *self.each("L", "q")],
-            self.each("R", lambda *e: f"sqrt({self.at('S', *e)})"),
-            self.mirrored("S", 2) + self.each("R", lambda *e: f"sqrt(2.0 * ({self.at('S', *e)} + q_{e[0]}_{e[1]}))"),
-        ]
+    whole_vectors()
+    K, size, lanes = S.shape
+    entry, error = S.reshape(K, size * lanes), G.reshape(K, size * lanes)
+    left, right = after.reshape(K + 1, size * lanes), before.reshape(K + 1, size * lanes)
+    flat = work.reshape(len(work), size * lanes)
+    total, one, other, last = flat[0], flat[1], flat[2], flat[3]
+    for x in range(total.size):
+        total[x] = 0.0
+    for s in range(K - 1, -1, -1):
+        multiply(after[s + 1], S[s], after[s], joined)
+        for x in range(total.size):
+            one[x] = left[s + 1, x] * left[s + 1, x]
+            other[x] = error[s, x] * error[s, x] + entry[s, x] * entry[s, x]
+            last[x] = right[s, x] * right[s, x]
+        multiply(work[2], work[3], work[4], joined)
+        multiply(work[1], work[4], work[2], joined)
+        for x in range(total.size):
+            total[x] += other[x]
 
 
-@cache
-def compose_of(n, joined):
-    """Return the compiled function that multiplies matrices of n states, ``compose(S, followed, steps)``, and places.
+@njit(void(LANES, LANES, ROWS), **OPTIONS)
+def find_sizes(A, sizes, most):
+    """Write the sizes of the entries, and the largest of them."""
+    whole_vectors()
+    entries, flat = A.reshape(A.size), sizes.reshape(A.size)
+    for x in range(A.size):
+        flat[x] = abs(entries[x])
+    for lane in range(most.size):
+        most[lane] = sizes[0, lane]
+    for row in range(1, len(A)):
+        for lane in range(most.size):
+            most[lane] = max(most[lane], sizes[row, lane])
 
-    Of states that are :func:`kernels.matrices.joined`. S holds a :class:`Record` of each followed step and one more,
-    flat, of which S and o are given; where half of the steps are followed, the last has the masses. Into this is
-    written: the product; the root of the sum of the squares of what G, and one rounding of each product, become; the
-    number of times that the first column turned through whole half turns, of n = 2; where an entry is large, the trace
-    of the second compound, and the error of that; the matrix of the period that begins ELSEWHERE. Places: the number of
-    rows of a record, of the result's first, of the masses' first.
+
+@njit(void(MATRICES, LANES, STATES, float64, MATRICES, MATRICES), **OPTIONS)
+def write_errors(S, off, joined, alike, G, work):
+    """Write by what matrices may be off: by roundings of terms, as of S S, no more than the largest entry, and off.
+
+    alike: of the largest entry, what is off in all alike: the length of a step is rounded.
     """
-    record, name = Record(n, joined), f"{n}_" + "".join(str(int(x)) for row in joined for x in row)
-    height, size, d, first = record.height, n * n, len(record.pairs), record.first
-    L, t, c = (first[key] for key in "Ltc")
-    begin, before, keep, join, join_halves, after, later, tell, tell_both = (
-        lines("\n".join(text)) for text in record.texts()
-    )
-    tell_minors = _minors_of(record, f"minors_{name}")
-
-    @njit(COMPOSE, name=f"compose_{name}", **PASSED)
-    def compose(S, followed, steps):
-        whole_vectors()
-        half, elsewhere = followed < steps, round(ELSEWHERE * steps)
-        alike = 0.5 * EPSILON / NOISE * math.sqrt(steps * n)
-        X, end, aside = S.reshape(S.size // W, W), S[followed * height * W :], S[elsewhere * height * W :]
-        last, is_large = X[followed * height :], False
-        begin(S)
-        for s in range(followed):
-            here = S[s * height * W :]
-            for lane in range(W):  # the length of a step is rounded in all alike
-                here[(size + 1) * W + lane] = alike
-            before(here)
-        keep(aside)
-        if half:
-            join_halves(end)
-        else:
-            join(end)
-        for lane in range(W):
-            is_large |= last[c, lane] > LARGE
-        if d > 0 and is_large:
-            tell_minors(X, followed, steps)
-        else:
-            for lane in range(W):
-                last[c, lane], last[c + 1, lane] = np.nan, np.nan
-        for s in range(followed, -1, -1):
-            here = S[s * height * W :]
-            if s < followed:
-                after(here)
-            if s == elsewhere:
-                later(here)
-        put(last[:size], X[:size])
-        put(last[L : L + size], X[elsewhere * height + L :][:size])
-        if half:
-            put(last[t : t + 1], X[t : t + 1])
-            tell_both(end)
-        else:
-            tell(end)
-
-    return compose, (height, first["M"], first["m"])
+    whole_vectors()
+    n, lanes, sizes, most = len(joined), S.shape[2], work[0], work[1, 0]
+    for s in range(len(G)):
+        find_sizes(S[s], sizes, most)
+        multiply(sizes, sizes, G[s], joined)
+        for i in range(n):
+            for j in range(n):
+                if joined[i, j]:
+                    row = G[s, i * n + j]
+                    for lane in range(lanes):
+                        row[lane] = min(row[lane], most[lane]) + (off[s, lane] + alike * most[lane])
 
 
-def _minors_of(record, name):
-    """Return the compiled function that writes the trace of the second compound, and its error, of large matrices."""
-    d, height, tall, size, first = len(record.pairs), record.height, record.tall, record.n**2, record.first
-    C, Q, c, m = (first[key] for key in "CQcm")
-    texts = record.flip(), [*record.minors(), *record.before("C", "Q")], record.after("C", "Q")
-    flip, before, after = (lines("\n".join(text)) for text in texts)
+@njit(void(LANES, LANES, STATES, LANES), **OPTIONS)
+def mirror(S, masses, joined, Q):
+    """Write R S⁻¹ R into Q; or, with the squares of masses, what it makes of the squares of errors."""
+    whole_vectors()
+    n, m, lanes = len(joined), len(joined) // 2, Q.shape[1]
+    for i in range(n):
+        for j in range(n):
+            for lane in range(lanes):
+                Q[i * n + j, lane] = 0.0
+            for a in range(m):
+                for b in range(m):
+                    mass, row = (a, j) if j < m else (j - m, a), (a + m * (j < m), b + m * (i < m))
+                    inverse = (i, b) if i < m else (b, i - m)
+                    if joined[mass] and joined[inverse] and joined[row]:
+                        x, y, z = mass[0] * m + mass[1], m * m + inverse[0] * m + inverse[1], row[0] * n + row[1]
+                        for lane in range(lanes):
+                            Q[i * n + j, lane] += S[z, lane] * (masses[x, lane] * masses[y, lane])
 
-    @njit(name=name, **OPTIONS)
-    def tell_minors(X, followed, steps):
-        whole_vectors()
-        S, last, alike = scratch((steps + 1) * tall), X[followed * height :], math.sqrt(steps / followed)
-        T = S.reshape(S.size // W, W)
-        end = T[steps * tall :]
-        for i in range(d):
-            for lane in range(W):
-                T[Q + i * (d + 1), lane] = 1.0
-        for s in range(steps):
-            here, there = S[s * tall * W :], T[s * tall :]
-            put(there, X[(s if s < followed else steps - 1 - s) * height :][: size + 2])
-            if s >= followed:
-                put(there[m:], last[m:height])
-                flip(here)
-            before(here)
-        for lane in range(W):
-            last[c, lane], last[c + 1, lane] = 0.0 if last[c, lane] > LARGE else np.nan, 0.0
-        for i in range(d * d):
-            for lane in range(W):
-                last[c, lane] += end[Q + i, lane] if i % (d + 1) == 0 else 0.0
-                end[Q + i, lane] = 1.0 if i % (d + 1) == 0 else 0.0
-        for s in range(steps - 1, -1, -1):
-            after(S[s * tall * W :])
-        for i in range(d):  # what a segment is off, its mirror image is, too
-            for lane in range(W):
-                last[c + 1, lane] += alike * math.sqrt(T[C + i * (d + 1), lane]) + 0.0 * last[c, lane]
 
-    return tell_minors
+@njit(void(LANES, ROWS, LANES, LANES, int64), **OPTIONS)
+def write_minors(S, off, C, G, n):
+    """Write the second compound of a matrix, and by what it may be off."""
+    whole_vectors()
+    lanes, d, work = off.size, n * (n - 1) // 2, rows_of(n * n + 1)
+    sizes, most = work[: n * n], work[n * n]
+    find_sizes(S, sizes, most)
+    for r in range(d):
+        for c in range(d):
+            i, j, k, m = PAIRS[r, 0] * n, PAIRS[r, 1] * n, PAIRS[c, 0], PAIRS[c, 1]
+            for lane in range(lanes):
+                one, other = S[i + k, lane] * S[j + m, lane], S[i + m, lane] * S[j + k, lane]
+                C[r * d + c, lane] = one - other
+                G[r * d + c, lane] = abs(one) + abs(other) + 2.0 * off[lane] * most[lane]
+
+
+@njit(void(MATRICES, LANES, LANES, STATES, LANES), **OPTIONS)
+def multiply_minors(S, off, masses, joined, result):
+    """Write the trace of the second compound of the product, and its error."""
+    whole_vectors()
+    K, n, halves = len(S), len(joined), 2 if len(masses) else 1
+    d = n * (n - 1) // 2
+    C, G, before, after, work = zeros_of(K, d), zeros_of(K, d), zeros_of(K + 1, d), zeros_of(K + 1, d), zeros_of(5, d)
+    all_joined, mirrored = np.ones((d, d), dtype=np.bool_), zeros_of(1, n)[0]
+    write_unit(before[0], d)
+    write_unit(after[K], d)
+    for s in range(K):
+        write_minors(S[s], off[s], C[s], G[s], n)
+        multiply(C[s], before[s], before[s + 1], all_joined)
+        if halves == 2:
+            mirror(S[s], masses, joined, mirrored)
+            write_minors(mirrored, off[s], work[0], work[1], n)
+            multiply(after[K], work[0], work[2], all_joined)
+            put(after[K], work[2])
+    multiply_after(C, G, all_joined, before, after, work)
+    for i in range(d):  # what a segment is off changes the trace as its mirror image does
+        for lane in range(off.shape[1]):
+            result[0, lane] += after[0, i * (d + 1), lane]
+            result[1, lane] += halves * math.sqrt(work[0, i * (d + 1), lane])
+
+
+@njit(void(ROWS, ROWS, ROWS, ROWS, ROWS), **OPTIONS)
+def count_turns(x, y, u, v, turns):
+    """Count the half turns of vectors on their way from (x, y) to (u, v)."""
+    whole_vectors()
+    for lane in range(turns.size):
+        turn = 1.0 if y[lane] * u[lane] > x[lane] * v[lane] else -1.0
+        change = (1.0 if v[lane] > 0.0 else 0.0) - (1.0 if y[lane] > 0.0 else 0.0)
+        turns[lane] += turn * abs(change)
+
+
+@njit(void(MATRICES, MATRICES, boolean, ROWS), **OPTIONS)
+def count_all_turns(S, before, is_half, turns):
+    """Count how often the first column of two by two products turned through whole half turns."""
+    whole_vectors()
+    K, work = len(S), rows_of(4)
+    for s in range(K):
+        count_turns(before[s, 0], before[s, 2], before[s + 1, 0], before[s + 1, 2], turns)
+    if is_half:
+        x, y, u, v = work[0], work[1], work[2], work[3]
+        for lane in range(turns.size):
+            u[lane], v[lane] = before[K, 0, lane], before[K, 2, lane]
+        for s in range(K - 1, -1, -1):
+            for lane in range(turns.size):
+                x[lane], y[lane] = u[lane], v[lane]
+                u[lane] = S[s, 3, lane] * x[lane] + S[s, 1, lane] * y[lane]
+                v[lane] = S[s, 2, lane] * x[lane] + S[s, 0, lane] * y[lane]
+            count_turns(x, y, u, v, turns)
+
+
+@njit(MATRICES(int64, int64), **OPTIONS)
+def work_of(followed, n):
+    """Return what :func:`compose` works on, of so many segments."""
+    return zeros_of(3 * followed + 7, n)
+
+
+@njit(LANES(MATRICES, LANES, LANES, int64, STATES, MATRICES), **OPTIONS)
+def compose(S, off, masses, steps, joined, work):
+    """Return what is known of the product of the matrices of a period's segments.
+
+    Args:
+        S (numpy.ndarray, shape (followed, n n, W)): The matrices; where there are masses, those of the first half.
+        off (numpy.ndarray, shape (followed, W)): By what each is off beside rounding, in roundings.
+        masses (numpy.ndarray, shape (2 m m, W)): Where half a period is followed, the masses in the states' sizes and
+            their inverse; else of no rows.
+        steps (int): Segments of the period.
+        joined (numpy.ndarray, shape (n, n)): Whether states act on each other: :func:`kernels.matrices.joined`.
+        work (numpy.ndarray): Of :func:`work_of`.
+
+    Returns:
+        numpy.ndarray, shape (3 n n + 3, W): The product; the root of the sum of the squares of what the segments'
+            errors, and one rounding of each product, become; the number of times that the first column turned through
+            whole half turns, of n = 2; where an entry is large, the trace of the second compound, and the error of
+            that; the matrix of the period that begins ELSEWHERE.
+    """
+    whole_vectors()
+    (K, size, lanes), n, is_half, elsewhere = S.shape, len(joined), len(masses) > 0, round(ELSEWHERE * steps)
+    before, after, G, work = work[: K + 1], work[K + 1 : 2 * K + 2], work[2 * K + 2 : 3 * K + 2], work[3 * K + 2 :]
+    result, squares, most, is_large = rows_of(3 * size + 3), rows_of(len(masses)), work[4, 0], False
+    minors, later = result[2 * size + 1 : 2 * size + 3], result[2 * size + 3 :]
+    flat, errors = work.reshape(len(work), size * lanes), result[size : 2 * size].reshape(size * lanes)
+    write_errors(S, off, joined, 0.5 * EPSILON / NOISE * math.sqrt(steps * n), G, work)
+    write_unit(before[0], n)
+    for s in range(K):
+        multiply(S[s], before[s], before[s + 1], joined)
+    if is_half:
+        mirror(before[K], masses, joined, after[K])
+    else:
+        write_unit(after[K], n)
+    multiply_after(S, G, joined, before, after, work)
+    multiply(before[elsewhere], after[elsewhere], later, joined)
+    put(result[:size], after[0])
+    if is_half:
+        for row in range(len(masses)):
+            for lane in range(lanes):
+                squares[row, lane] = masses[row, lane] * masses[row, lane]
+        mirror(work[0], squares, joined, work[1])
+        for x in range(size * lanes):  # what a segment is off, its mirror image is off, too
+            flat[0, x] = 2.0 * (flat[0, x] + flat[1, x])
+    for x in range(size * lanes):
+        errors[x] = math.sqrt(flat[0, x])
+    if n == 2:
+        count_all_turns(S, before, is_half, result[2 * size])
+    find_sizes(after[0], work[0], most)
+    for lane in range(lanes):
+        is_large |= most[lane] > LARGE
+    if is_large and n in (2, 4):
+        multiply_minors(S, off, masses, joined, minors)
+    for row in range(2):
+        for lane in range(lanes):
+            minors[row, lane] = minors[row, lane] if most[lane] > LARGE and n in (2, 4) else np.nan
+    return result
 
 
 @njit(**OPTIONS)
@@ -309,22 +307,22 @@ def store(source, first, target):
 
 
 @njit(**OPTIONS)
-def _differences(C, inverse, matrix, work, numbers, owner):
-    """Write half the differences of both sides, and by what the sum of all columns is off in the row behind these.
+def _differences(C, inverse, matrix, worst, work, numbers, owner):
+    """Write half the differences of both sides, and by what the sum of all columns is off.
 
     numbers: n; first row of the states in a column; sides. owner: of each entry of the matrix the motion that has it;
     -1 where it vanishes. The last row of work: the largest sum of both sides.
     """
     whole_vectors()
     (n, states, sides), (half, linear, terms, uneven) = numbers, (work[0], work[1], work[2], work[3])
-    of_sides, sign, worst = len(C) // sides, 1.0 - 2.0 * (sides - 1), matrix[n * n]
+    of_sides, sign = len(C) // sides, 1.0 - 2.0 * (sides - 1)
     for lane in range(W):
         worst[lane], uneven[lane] = 0.0, 0.0
     for i in range(n):
         for lane in range(W):
             linear[lane], terms[lane] = 0.0, 0.0
         for j in range(max(n, of_sides)):
-            c = owner[i * n + j] if j < n else j
+            c = owner[i, j] if j < n else j
             share, c = (0.5, c) if c >= 0 else (0.0, 0)
             plus, minus = C[c, (states + i) * W :], C[len(C) - of_sides + c, (states + i) * W :]
             for lane in range(W):
@@ -343,17 +341,16 @@ def _differences(C, inverse, matrix, work, numbers, owner):
 
 
 @njit(
-    float64[:, ::1](FUNCTION, COMPOSING, float64[:, :, ::1], float64[:, :, :, ::1], LANES, int64[::1]),
+    float64[:, ::1](FUNCTION, float64[:, :, ::1], float64[:, :, :, ::1], LANES, int64[:, ::1], int64[::1]),
     nogil=True,
     **OPTIONS,
 )
-def measure(advance, compose, base, columns, inverses, numbers):
+def measure(advance, base, columns, inverses, owner, numbers):
     """Follow perturbed motions through the segments of a period, and multiply the segments' matrices.
 
     Args:
         advance (function): ``advance(S, columns, steps)`` advances the base motion, the first rows of S, and perturbed
             motions of it.
-        compose (function): Of :func:`compose_of`.
         base (numpy.ndarray, shape (segments, rows, points)): The base motion where segments begin; or where the first
             one begins, and motions go on from it.
         columns (numpy.ndarray, shape (motions, segments or 1, rows, points)): Perturbed motions where segments begin:
@@ -361,22 +358,22 @@ def measure(advance, compose, base, columns, inverses, numbers):
         inverses (numpy.ndarray, shape (n + 1, points)): Inverse of the states' sizes; what the base motion's error adds
             to an error, of the difference of sides. Where half a period is followed, the masses come after these, and
             their inverse.
-        numbers (numpy.ndarray): n; segments; steps in each; rows of S; first row of the states in a column, and the row
-            of what the steps leave out; sides; row of what the steps leave out of the base motion; places of
-            :func:`compose_of`; and of each entry of a matrix the motion that has it, or -1 where it vanishes.
+        owner (numpy.ndarray, shape (n, n)): Of each entry of a matrix the motion that has it, or -1 where it vanishes.
+        numbers (numpy.ndarray): Segments; steps in each; rows of S; first row of the states in a column, and the row
+            of what the steps leave out; sides; row of what the steps leave out of the base motion.
 
     Returns:
-        numpy.ndarray, shape (2 n n + 5, points): As written by :func:`compose_of` without the last; then the truncation
-            error of the steps and the effect of the amplitude, relative to each segment's largest entry.
+        numpy.ndarray, shape (2 n n + 5, points): As of :func:`compose` without the last; then the truncation error of
+            the steps and the effect of the amplitude, relative to each segment's largest entry.
     """
     whole_vectors()
-    n, segments, steps, rows, states, left_out, sides, base_left_out, height, result, masses = numbers[:11]
-    followed = segments // 2 if len(inverses) > n + 1 else segments
-    motions, size, out = columns.shape[2], n * n, np.empty((2 * n * n + 5, inverses.shape[1]))
+    segments, steps, rows, states, left_out, sides, base_left_out = numbers
+    n, motions, joined = len(owner), columns.shape[2], owner >= 0
+    followed, out = segments // 2 if len(inverses) > n + 1 else segments, np.empty((2 * n * n + 5, inverses.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
-    inverse, records = rows_of(len(inverses)), scratch((followed + 1) * height)
-    R, both, work, coherent = records.reshape(-1, W), rows_of(2), rows_of(4), math.sqrt(segments * n) / NOISE
-    last, lost, wide, half, uneven = R[followed * height :], both[0], both[1], work[0], work[3]
+    inverse, matrices, off = rows_of(len(inverses)), zeros_of(followed, n), rows_of(followed)
+    both, work, products, coherent = rows_of(2), rows_of(4), work_of(followed, n), math.sqrt(segments * n) / NOISE
+    lost, wide, half, uneven = both[0], both[1], work[0], work[3]
     for first in range(0, inverses.shape[1], W):
         load(inverses, first, inverse)
         for lane in range(W):
@@ -387,8 +384,8 @@ def measure(advance, compose, base, columns, inverses, numbers):
             for c in range(len(columns)):
                 load(columns[c, min(s, columns.shape[1] - 1)], first, C[c].reshape(motions, W))
             advance(S, C, steps)
-            worst = R[s * height + size]
-            _differences(C, inverse, R[s * height :], work, (n, states, sides), numbers[11:])
+            worst = off[s]
+            _differences(C, inverse, matrices[s], worst, work, (n, states, sides), owner)
             for lane in range(W):
                 wide[lane] += worst[lane]
                 half[lane] = S[base_left_out * W + lane]
@@ -400,11 +397,10 @@ def measure(advance, compose, base, columns, inverses, numbers):
             for lane in range(W):
                 lost[lane] += half[lane]
                 worst[lane] = (worst[lane] + half[lane] + inverse[n, lane] * uneven[lane]) * coherent
-        load(inverses[n + 1 :], first, last[masses:])
-        compose(records, followed, segments)
-        for i in range(size):
+        result = compose(matrices, off, inverse[n + 1 :], segments, joined, products)
+        for i in range(n * n):
             for lane in range(W):
-                lost[lane] += 0.0 * last[result + i, lane]  # not a number where these are none
-        store(last[result : result + 2 * size + 3], first, out)
-        store(both, first, out[2 * size + 3 :])
+                lost[lane] += 0.0 * result[i, lane]  # not a number where these are none
+        store(result[: 2 * n * n + 3], first, out)
+        store(both, first, out[2 * n * n + 3 :])
     return out

@@ -18,7 +18,7 @@ import numpy as np
 from kernels.blocks import LANES, W, rows_of, scratch
 from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
-from kernels.monodromy import COMPOSING, FUNCTION, ROWS, load, store
+from kernels.monodromy import CALLED, FUNCTION, STATES, compose, load, store, work_of, zeros_of
 from kernels.straight import lines
 
 WRITTEN_OUT = 2  # unknowns at each point up to which a step's elimination is written out
@@ -116,7 +116,7 @@ def step_of(m, n, entries):
     if m <= WRITTEN_OUT:
         step = lines("\n".join(written(m, n, entries)))
 
-        @njit(ROWS, name=name, **PASSED)
+        @njit(CALLED, name=name, **PASSED)
         def by_lines(S, nothing, number):
             whole_vectors()
             step(S)
@@ -127,7 +127,7 @@ def step_of(m, n, entries):
     places = W * np.where(columns < size, rows * size + columns, columns * size + rows)
     pairs = np.stack([places, W * slopes], axis=1).astype(np.uint64)  # unsigned: no index is from the end
 
-    @njit(ROWS, name=name, **PASSED)
+    @njit(CALLED, name=name, **PASSED)
     def by_loops(S, nothing, number):
         whole_vectors()
         s, A, f = S.reshape(S.size // W, W), rows_of((size + n) * size), rows_of(1)[0]
@@ -155,36 +155,36 @@ def step_of(m, n, entries):
 
 
 @njit(
-    float64[:, ::1](FUNCTION, COMPOSING, LANES, float64[:, :, ::1], LANES, int64[::1]),
+    float64[:, ::1](FUNCTION, STATES, LANES, float64[:, :, ::1], LANES, int64),
     nogil=True,
     **OPTIONS,
 )
-def flow(step, compose, factors, slopes, lengths, numbers):
+def flow(step, joined, factors, slopes, lengths, steps):
     """Return the matrix of the period of each point, and what it is known by.
 
     Args:
-        step, compose (function): Of :func:`step_of` and of :func:`kernels.monodromy.compose_of`.
+        step (function): Of :func:`step_of`.
+        joined (numpy.ndarray, shape (n, n)): Whether states act on each other.
         factors (numpy.ndarray, shape (times, parts)): Of the slopes at POINTS of each step; or of no parts.
         slopes (numpy.ndarray, shape (parts or times, entries, points)): Parts of the slopes, of which factors make the
             sum; or the slopes at all times. In units of a step.
         lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. Where
             half a period is followed, the masses in the states' sizes come after these, and their inverse.
-        numbers (numpy.ndarray): n; steps in a period; places of :func:`kernels.monodromy.compose_of`.
+        steps (int): Steps in a period.
 
     Returns:
-        numpy.ndarray, shape (3 n n + 3, points): As written by :func:`kernels.monodromy.compose_of`, in the states'
-            sizes.
+        numpy.ndarray, shape (3 n n + 3, points): As of :func:`kernels.monodromy.compose`, in the states' sizes.
     """
     whole_vectors()
-    n, steps, height, result, masses = numbers
-    followed = steps // 2 if len(lengths) > n else steps
-    (_, count, points), parts = slopes.shape, factors.shape[1]
+    n, (_, count, points), parts = len(joined), slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
-    length, ratio, inverse, records = rows_of(n), rows_of(size), scratch(1), scratch((followed + 1) * height)
-    s, R, out = S.reshape(-1, W), records.reshape(-1, W), np.empty((3 * size + 3, points))
-    last, factor = R[followed * height :], ratio.reshape(size * W)
+    length, ratio, inverse, masses = rows_of(n), rows_of(size), scratch(1), rows_of(len(lengths) - n)
+    followed, s, out = steps // 2 if len(lengths) > n else steps, S.reshape(-1, W), np.empty((3 * size + 3, points))
+    matrices, off, work = zeros_of(followed, n), rows_of(followed), work_of(followed, n)
+    factor = ratio.reshape(size * W)
     for first in range(0, points, W):
         load(lengths[:n], first, length)
+        load(lengths[n:], first, masses)
         for i in range(n):
             for lane in range(W):
                 inverse[lane] = 1.0 / length[i, lane]
@@ -206,13 +206,9 @@ def flow(step, compose, factors, slopes, lengths, numbers):
                         part = H[r * count * W :]
                         for x in range(count * W):
                             rows[x] += factors[at, r] * part[x]
-            step(S, R, 0)
-            there, whole = records[k * height * W :], S[STAGES * count * W :]
+            step(S, off, 0)
+            there, whole = matrices[k].reshape(size * W), S[STAGES * count * W :]
             for x in range(size * W):
                 there[x] = whole[x] * factor[x]
-            for lane in range(W):
-                there[size * W + lane] = 0.0
-        load(lengths[n:], first, last[masses:])
-        compose(records, followed, steps)
-        store(last[result : result + len(out)], first, out)
+        store(compose(matrices, off, masses, steps, joined, work), first, out)
     return out

@@ -88,12 +88,11 @@ class Variation:
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
     def kernels(self, still):
-        """Return the functions of `kernels.variational.flow`, compiled, and the places."""
+        """Return the function of `kernels.variational.flow`, compiled, and whether states act on each other."""
         if still not in self._kernels:
             m, n, entries = self.m, self.equations.n, self.entries[still]
             groups = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
-            compose, places = monodromy.compose_of(n, joined(n, groups))
-            self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), jit.passed(compose), places
+            self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), joined(n, groups)
         return self._kernels[still]
 
     def proved(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -343,8 +342,7 @@ class Base:
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
-        *functions, places = variation.kernels(still)
-        rows = variational.flow(*functions, factors, slopes, lengths, np.array([n, steps, *places]))
+        rows = variational.flow(*variation.kernels(still), factors, slopes, lengths, steps)
         matrices, later = with_errors(rows, n, ROUNDING)
         return matrices, np.moveaxis(later.reshape(n, n, h.size), 2, 0), trace
 
@@ -360,12 +358,11 @@ class Base:
         place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
         x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
         rows, columns = code.starts(self.parameters, place, epsilon, self.period / (K * steps), x)
-        compose, places = monodromy.compose_of(n, tuple(map(tuple, (owner >= 0).tolist())))
-        numbers = [n, K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
-        numbers += [code.base["E", 0], *places, *owner.flat]
+        numbers = [K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
+        numbers.append(code.base["E", 0])
         inverses = np.array([*1.0 / sizes, n * self.error / epsilon, *self.masses])
-        functions = map(jit.passed, (code.module().advance, compose))
-        result = monodromy.measure(*functions, rows, columns, inverses, np.array(numbers))
+        advance = jit.passed(code.module().advance)
+        result = monodromy.measure(advance, rows, columns, inverses, owner, np.array(numbers))
         return with_errors(result, n, monodromy.NOISE * np.sqrt(steps / STEPS))
 
     def measured(self, epsilon: np.ndarray, tolerance: float, steps: int = STEPS) -> tuple:
@@ -405,7 +402,7 @@ class Base:
 
 
 def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrices, np.ndarray]:
-    """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose_of`, and what is behind.
+    """Return matrices with errors from rows (rows, points) of `kernels.monodromy.compose`, and what is behind.
 
     Of n states, in their sizes. An error whose size is 1 there is `noise`; the minors' counts twice.
     """

@@ -99,7 +99,7 @@ class PerturbedCode(Series):
         n = self.time
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        same = np.array(joined(n, [[i, *(self._states_of(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])]))
+        same = joined(n, [[i, *(self._states_of(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
         within = np.tril(same, -1).sum(axis=1)
         return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 

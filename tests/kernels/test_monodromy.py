@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from kernels import matrices, monodromy
-from kernels.blocks import W, scratch
+from kernels.blocks import W, rows_of
 
 STEPS, LANES = 10, 8
 
@@ -21,18 +21,15 @@ def segments(n, half):
     return [found[lane::LANES] for lane in range(LANES)], masses
 
 
-def composed(S, masses, n):
-    """Return what is told of segments, shape (rows, W)."""
-    compose, (height, result, place) = monodromy.compose_of(n, ((True,) * n,) * n)
-    followed, both = len(S[0]), [*masses.ravel(), *np.linalg.inv(masses).ravel()]
-    rows = scratch((followed + 1) * height)
-    R = rows.reshape(-1, W)
+def composed(S, masses, joined):
+    """Return what is known of the product of segments, shape (rows, W); of half a period where there are masses."""
+    n, followed = len(joined), len(S[0])
+    matrices, off, rows = monodromy.zeros_of(followed, n), rows_of(followed), rows_of(2 * masses.size)
     for lane in range(W):
-        for s, one in enumerate(S[lane % LANES]):
-            R[s * height : s * height + n * n, lane] = [*one]
-        R[followed * height + place :, lane] = both
-    compose(rows, followed, STEPS)
-    return R[followed * height + result :][: 3 * n * n + 3]
+        for s, one in enumerate(S[lane % len(S)]):
+            matrices[s, :, lane] = [*one]
+        rows[:, lane] = [*masses.ravel(), *np.linalg.inv(masses).ravel()] if masses.size else []
+    return monodromy.compose(matrices, off, rows, STEPS, joined, monodromy.work_of(followed, n))
 
 
 def exact(S, n):
@@ -52,7 +49,7 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
     with mpmath.workdps(40):
         S, masses = segments(n, half)
         expected = [exact(one, n) for one in S]
-    told, size, large = composed(S, masses, n), n * n, 0
+    told, size, large = composed(S, masses if half else np.empty((0, 0)), np.ones((n, n), dtype=bool)), n * n, 0
     for lane, (M, other, second) in enumerate(expected):
         found, noise = told[: 2 * size, lane].reshape(2, n, n)
         (minors, minors_noise), later = told[2 * size + 1 :, lane][:2], told[2 * size + 3 :, lane].reshape(n, n)
@@ -69,13 +66,7 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
 
 def test_states_apart_have_products_of_their_own():
     """Two states that do not act on each other: no entry and no turn but of each alone; 1e-15: some roundings."""
-    compose, (height, result, _) = monodromy.compose_of(2, matrices.joined(2, []))
-    rows = scratch((STEPS + 1) * height)
-    R = rows.reshape(-1, W)
     factors = np.random.default_rng(5).uniform(0.8, 1.2, (STEPS, 2))
-    for s, (x, y) in enumerate(factors):
-        R[s * height], R[s * height + 3] = x, y
-    compose(rows, STEPS, STEPS)
-    told = R[STEPS * height + result :, 0]
+    told = composed([[[x, 0.0, 0.0, y] for x, y in factors]], np.empty((0, 0)), matrices.joined(2, []))[:, 0]
     np.testing.assert_allclose(told[[0, 3]], factors.prod(axis=0), rtol=1e-15)
     assert not told[[1, 2, 5, 6, 8]].any()

@@ -52,7 +52,7 @@ class Periodic(Described):
         *("enclosures", "floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
         "variational",
     )
-    compiled = (Kernel("monodromy", seconds=5.0), Kernel("variational", seconds=1.0), PATHS)
+    compiled = (Kernel("monodromy", seconds=8.0), Kernel("variational", seconds=1.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
     tables = tables
