@@ -1516,7 +1516,7 @@ def test_the_ring_is_dragged_between_the_points_and_back_goes_back(visit, shapes
     page.wait_for_timeout(200)
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(*on_map(opened, 0.62, 0.83), steps=4)
+    page.mouse.move(*on_map(opened, 0.62, 0.83))  # at once: where the hand pauses, Back goes
     page.wait_for_timeout(100)
     page.mouse.up()
     assert page.evaluate("polhode.state.moments") == pytest.approx([0.62, 0.83, 1.0], abs=0.005)  # of pixels
