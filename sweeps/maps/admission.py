@@ -164,11 +164,12 @@ class _Parts:
         self.specs = {**layout.coordinates, **layout.variables}  #: name → what each of both should be
         if layout.is_open:
             self._take_own(held)
+        parts = {*self.coordinates, *self.variables}
         characters = {one.dims[-1] for one in self.coordinates.values() if one.dtype == "|S1" and one.dims}
-        characters = {dim for dim in characters if dim in held and not held[dim].dtype}
-        parts = {*self.coordinates, *self.variables, *characters}
         #: names of what is no part of a map, and is not read
-        self.others = tuple(name for name in held if name not in parts)
+        self.others = tuple(
+            name for name, one in held.items() if name not in parts and (one.dtype or name not in characters)
+        )
         known = ((one.dims, self.specs[n].over) for n, one in self.variables.items() if n in layout.variables)
         points = (dims[: len(dims) - len(over)] for dims, over in known)
         self.dims = max(points, key=len, default=())  #: the dimensions of the map's points, in storage order

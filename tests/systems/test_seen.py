@@ -78,7 +78,6 @@ def test_a_spin_or_separatrix_without_a_period_is_verified(tmp_path):
 
 
 def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monkeypatch):
-    from sweeps.maps import storage
     from sweeps.systems.twist.system import SYSTEM
 
     path, honest = tmp_path / "map.nc", SYSTEM.motion
