@@ -43,4 +43,4 @@ def abandon(pool: Executor) -> None:
         child.terminate()
     for child in children:
         child.join(PATIENCE)
-    pool.shutdown(wait=False, cancel_futures=True)
+    pool.shutdown(cancel_futures=True)  # waits: its thread, with no process left, ends at once

@@ -1,10 +1,13 @@
 """Ctrl-C reaches every process of a terminal: those that a program started leave it to the program, and end with it."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import psutil
@@ -16,6 +19,7 @@ from sweeps import __main__
 from sweeps.__main__ import main
 from sweeps.commands import program
 from sweeps.maps import storage
+from sweeps.process import interrupts
 
 PROGRAM = """\
 import multiprocessing, os, time
@@ -120,6 +124,14 @@ print(__main__.main(["check"]))
 def test_ctrl_c_is_heard_while_python_disposes_of_an_object():
     done = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("130\n", "interrupted\n")
+
+
+def test_a_pool_that_is_abandoned_leaves_no_thread():
+    before = threading.enumerate()
+    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    pool.submit(int)
+    interrupts.abandon(pool)
+    assert threading.enumerate() == before
 
 
 ROOT = Path(sweeps.__file__).parents[1]
