@@ -12,9 +12,9 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Timer, current_thread, main_thread
+from threading import current_thread, main_thread
 from traceback import extract_tb
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from sweeps.process import startup
 
@@ -29,7 +29,7 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
   polhode help                           all commands
 """
 
-MOMENT = 0.005  # s, in which an object is disposed of
+MOMENT = 0.05  # s, after which a KeyboardInterrupt that was swallowed is raised again
 MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
@@ -37,24 +37,19 @@ NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status."""
     heard = []
-
-    def hear(*_):
-        heard.append(True)
-        raise KeyboardInterrupt
-
-    # while modules are imported Ctrl-C ends the process at once: some of theirs make a panic of the exception
-    with _answering(signal.SIGINT, signal.SIG_DFL) as answer, _hooks(heard):
+    with _hooks(heard):
         try:
-            words = sys.argv[1:] if arguments is None else arguments
-            if not words:
-                print(FIRST, end="")
-                return 0
-            words = [*words[1:2], "--help"] if words[0] == "help" else words
-            from sweeps.commands import program
+            with _ctrl_c(heard) as listen:
+                words = sys.argv[1:] if arguments is None else arguments
+                if not words:
+                    print(FIRST, end="")
+                    return 0
+                words = [*words[1:2], "--help"] if words[0] == "help" else words
+                from sweeps.commands import program
 
-            parser, _ = program.build()
-            answer(hear)
-            return _answered(parser.parse_args(words))
+                parser, _ = program.build()
+                listen()
+                return _answered(parser.parse_args(words))
         except BaseException as error:
             if not (heard or isinstance(error, KeyboardInterrupt)):
                 raise
@@ -110,24 +105,46 @@ def _unwritten(error: OSError) -> int:
 
 
 @contextmanager
-def _answering(number: int, first: Any) -> Iterator[Callable]:
-    """Handle a signal by `first`, then by the yielded function's argument, unless it has a foreign handler."""
-    is_ours = current_thread() is main_thread() and signal.getsignal(number) is signal.default_int_handler
+def _ctrl_c(heard: list) -> Iterator[Callable]:
+    """Let Ctrl-C end the process at once until the yielded function is called, then raise KeyboardInterrupt.
 
-    def answer(how):
-        if is_ours:
-            signal.signal(number, how)
+    While they are imported, some modules make a panic of the exception. Later a library may swallow it, as Cython does
+    where h5py is imported, or Python where it disposes of an object: it is raised again every `MOMENT`, except while
+    such an exception is being handled.
+    """
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield lambda: None  # the handler is another program's
+        return
+    alarmed = signal.getsignal(signal.SIGALRM)
 
-    answer(first)
+    def hear(*_):
+        heard.append(True)
+        signal.signal(signal.SIGALRM, repeat)
+        signal.setitimer(signal.ITIMER_REAL, MOMENT, MOMENT)
+        raise KeyboardInterrupt
+
+    def repeat(*_):
+        error = sys.exception()
+        while error is not None and not isinstance(error, KeyboardInterrupt):
+            error = error.__context__
+        if error is None:
+            raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        yield answer
+        yield lambda: signal.signal(signal.SIGINT, hear)
+        if heard:
+            raise KeyboardInterrupt  # swallowed less than a moment ago
     finally:
-        answer(signal.default_int_handler)
+        if heard:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, alarmed)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @contextmanager
 def _hooks(heard: list) -> Iterator[None]:
-    """Raise Ctrl-C again where it comes while Python disposes of an object, which would swallow it.
+    """Silence what Python reports and forgets once Ctrl-C was heard: that, and errors of half-made objects.
 
     And silence h5py, which on a full disk prints one traceback more for each object that it cannot close.
     """
@@ -138,16 +155,11 @@ def _hooks(heard: list) -> Iterator[None]:
         if not (frames and frames[-1].filename.endswith("_objects.pyx")):
             excepted(kind, value, trace)
 
-    def raise_again(unraisable):
-        if not heard:
-            if "h5py" not in str(unraisable.object):
-                unraised(unraisable)
-        elif issubclass(unraisable.exc_type, KeyboardInterrupt):  # other errors: of objects that were only half made
-            later = Timer(MOMENT, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
-            later.daemon = True
-            later.start()
+    def unraise(unraisable):
+        if not heard and "h5py" not in str(unraisable.object):
+            unraised(unraisable)
 
-    sys.excepthook, sys.unraisablehook = except_h5py, raise_again
+    sys.excepthook, sys.unraisablehook = except_h5py, unraise
     try:
         yield
     finally:

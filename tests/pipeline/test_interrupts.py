@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -98,32 +99,77 @@ def test_ctrl_c_is_heard_where_a_process_has_just_forked_to_look_at_a_map():
     assert (done.stdout, done.stderr) == ("heard\nset()\n", "")
 
 
-LOST = """\
-import os, signal, time
+INTERRUPTED = """\
+import contextlib, ctypes, os, signal, time
 from sweeps import __main__
 from sweeps.commands import program
 
+def interrupt(*_):
+    os.kill(os.getpid(), signal.SIGINT)
+
 class Disposed:
-    def __del__(self):
-        os.kill(os.getpid(), signal.SIGINT)
+    __del__ = interrupt
+
+class Asked:
+    __getattr__ = interrupt
 
 class Parser:
     def parse_args(self, words):
         return self
 
     def run(self, args):
-        Disposed()
-        time.sleep(20)
-        print("not heard")
+%s
 
 program.build = lambda: (Parser(), {})
 print(__main__.main(["check"]))
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+assert signal.getsignal(signal.SIGALRM) == signal.SIG_DFL
+assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+"""
+SWALLOWED = {
+    "as Python disposes of an object": "Disposed()",
+    "by a library": "with contextlib.suppress(BaseException): interrupt()",
+    "by a library, again and again": """
+for k in range(3):
+    with contextlib.suppress(BaseException):
+        interrupt() if k == 0 else time.sleep(20)
+""",
+    "by C": "ctypes.pythonapi.PyObject_HasAttrString(ctypes.py_object(Asked()), b'name')",
+}
+
+
+def after_ctrl_c(code):
+    """What a command that does this prints, and what it says of errors."""
+    words = [sys.executable, "-c", INTERRUPTED % textwrap.indent(code, " " * 8)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("code", SWALLOWED.values(), ids=SWALLOWED)
+@pytest.mark.parametrize("then", ["time.sleep(20); print('not heard')", ""], ids=["it goes on", "it ends"])
+def test_ctrl_c_that_is_swallowed_is_heard(code, then):
+    assert after_ctrl_c(f"{code}\n{then}") == ("130\n", "interrupted\n")
+
+
+CLEANING = """
+@contextlib.contextmanager
+def cleaned():
+    try:
+        yield
+    finally:
+        try:
+            raise OSError
+        except OSError:
+            time.sleep(10 * __main__.MOMENT)
+        print("cleaned")
+
+with cleaned():
+    interrupt()
 """
 
 
-def test_ctrl_c_is_heard_while_python_disposes_of_an_object():
-    done = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("130\n", "interrupted\n")
+def test_what_is_done_because_of_ctrl_c_is_not_cut_short():
+    assert after_ctrl_c(CLEANING) == ("cleaned\n130\n", "interrupted\n")
 
 
 def test_a_pool_that_is_abandoned_leaves_no_thread():
