@@ -7,13 +7,12 @@ import subprocess
 import sys
 import textwrap
 import threading
-import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import psutil
 import pytest
-from houses import wait_for
+from houses import PATIENCE, wait_for
 
 import sweeps
 from sweeps import __main__
@@ -185,40 +184,47 @@ MADE = ("stability_map.nc", "figures", "report.html")
 MINE = {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 6}, "I2": [0.6, 0.75, 0.9], "I3": 1.0, "omega0": 1.0}}
 
 
-def command(folder, *words):
-    """A command in a folder and a group of its own, as a terminal starts it, with a folder for temporary files."""
-    (temporary := folder / "temporary").mkdir(exist_ok=True)
+# in the command itself, as a test's own process may be kept waiting until all is drawn
+DRAWN = """\
+import multiprocessing, os, runpy, signal, threading, time
+
+def disturb():
+    while not multiprocessing.active_children():
+        time.sleep(0.01)
+    time.sleep(%s)
+    %s
+
+threading.Thread(target=disturb, daemon=True).start()
+runpy.run_module("sweeps", run_name="__main__", alter_sys=True)
+"""
+
+
+def disturbed(folder, seconds, how):
+    """What `figures` is disturbed by so long after its worker began: its process, what it prints and says of errors.
+
+    In a folder and a group of its own, as a terminal starts it, with a folder for temporary files.
+    """
+    storage.write_map(sweeps.survey(MINE), folder / "map.nc")
+    (temporary := folder / "temporary").mkdir()
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
     options = {"cwd": folder, "env": environment, "start_new_session": True, "text": True}
     options |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen([sys.executable, "-m", "sweeps", *words], **options)
+    words = [sys.executable, "-c", DRAWN % (seconds, how), "figures", "map.nc", "-o", "drawn"]
+    drawing = subprocess.Popen(words, **options)
+    return drawing, *drawing.communicate(timeout=PATIENCE)
 
 
-def helpers(process):
-    """The processes that a command has started."""
-    return [child.pid for child in psutil.Process(process.pid).children(recursive=True)]
+def is_in(group, number):
+    try:
+        return os.getpgid(number) == group
+    except ProcessLookupError:
+        return False
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 1.0, 2.0])
 def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_on(tmp_path, seconds):
-    storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
-    drawing = command(tmp_path, "figures", "map.nc", "-o", "drawn")
-
-    def draws(child):
-        try:
-            return any("spawn_main" in word for word in child.cmdline())
-        except psutil.NoSuchProcess:  # or a zombie: it ended while the list was made
-            return False
-
-    def worker():
-        return list(filter(draws, psutil.Process(drawing.pid).children()))
-
-    assert wait_for(worker, drawing)
-    time.sleep(seconds)
-    for child in worker():
-        child.kill()
-    _, said = drawing.communicate(timeout=60)
+    drawing, _, said = disturbed(tmp_path, seconds, "[child.kill() for child in multiprocessing.active_children()]")
     assert (drawing.returncode, said.count("\n")) in ((1, 1), (0, 0)), said  # 0: it had drawn its last picture
     assert not said or said.startswith("a process that this command started was ended from outside")
     assert not list(tmp_path.glob(".drawn*"))
@@ -229,15 +235,9 @@ def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 0.1, 0.7])
 def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, seconds):
-    storage.write_map(sweeps.survey(MINE), tmp_path / "map.nc")
-    drawing = command(tmp_path, "figures", "map.nc", "-o", "drawn")
-    assert wait_for(lambda: helpers(drawing), drawing)
-    both = [drawing.pid, *helpers(drawing)]
-    time.sleep(seconds)
-    os.killpg(drawing.pid, signal.SIGINT)
-    out, said = drawing.communicate(timeout=60)
+    drawing, out, said = disturbed(tmp_path, seconds, "os.killpg(0, signal.SIGINT)")
     assert (out, said) == ("", "interrupted\n")
     assert drawing.returncode in (130, -signal.SIGINT)  # the same to a shell; Python's own where it made a class
-    assert wait_for(lambda: all(map(is_over, both)))
+    assert wait_for(lambda: all(is_over(number) for number in psutil.pids() if is_in(drawing.pid, number)))
     assert {path.name for path in tmp_path.iterdir()} == {"map.nc", "temporary"}
     assert not any((tmp_path / "temporary").iterdir())
