@@ -260,23 +260,31 @@ class Base:
         return (rates <= STILL * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):
-        """Find the start of the motion that comes back to where it began."""
-        n, first = self.model.equations.n, self.start.copy()
-        nudges = np.concatenate([np.zeros((1, n)), DIFFERENCE * np.eye(n)])
+        """Find the start of the motion that comes back to where it began, and is the only one near.
+
+        It is (Newton and Kantorovich) where, as far as start and slopes of the period map are uncertain, these change
+        by less than half of the least. Linear equations have the same matrix beside all their motions.
+        """
+        n, linear, first = self.model.equations.n, self.model.perturbed(False).linear, self.start.copy()
+        nudges = DIFFERENCE * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)])
         for _ in range(NEWTONS):
             sizes, x = self.sizes[which], self.start[which]
-            times, least = (np.repeat(y, n + 1, axis=0) for y in (self.period[which, None] * [0.0, 1.0], sizes))
-            given, starts = [np.repeat(p[which], n + 1) for p in self.parameters], x[:, None] + nudges * sizes[:, None]
-            ends, error, _ = motions.solved(self.model.moving, given, starts.reshape(-1, n), times, 1e-13, least)
-            ends = ends[:, 1].reshape(-1, n + 1, n) / sizes[:, None]
+            times, least = (np.repeat(y, len(nudges), axis=0) for y in (self.period[which, None] * [0.0, 1.0], sizes))
+            starts = (x[:, None] + nudges * sizes[:, None]).reshape(-1, n)
+            given = [np.repeat(p[which], len(nudges)) for p in self.parameters]
+            ends, error, _ = motions.solved(self.model.moving, given, starts, times, 1e-13, least)
+            ends = ends[:, 1].reshape(-1, len(nudges), n) / sizes[:, None]
             off = ends[:, 0] - x / sizes
-            slopes = np.swapaxes(ends[:, 1:] - ends[:, :1], 1, 2) / DIFFERENCE - np.eye(n)
+            plus, minus = np.split(np.swapaxes(ends[:, 1:] - ends[:, :1], 1, 2) / DIFFERENCE, 2, axis=2)
+            slopes, bent = 0.5 * (plus - minus) - np.eye(n), np.abs(plus + minus).sum(axis=2).max(axis=1)
             bad = ~np.isfinite(slopes).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < FAR * sizes).all(axis=1)
             slopes[bad] = np.eye(n)
             inverse, distance = np.linalg.pinv(slopes, rcond=1e-9), np.abs(off).max(axis=1)
-            self.closed[which] = np.where(bad, np.inf, distance)
-            rounding = (error[:: n + 1, 1] / sizes).max(axis=1)
+            rounding = (error[:: len(nudges), 1] / sizes).max(axis=1)
             self.error[which] = (distance + rounding) * np.abs(inverse).sum(axis=2).max(axis=1)
+            change = 2.0 * bent * (1.0 + self.error[which] / DIFFERENCE)
+            alone = linear | (change < np.linalg.svd(slopes, compute_uv=False)[:, -1])
+            self.closed[which] = np.where(bad | ~alone, np.inf, distance)
             going = (distance > rounding) & ~bad
             which = which[going]
             if not which.size:
@@ -454,7 +462,8 @@ def refusal(model, parameters) -> str:
     if not closed:
         return (
             f"base motion: none of the system's period begins near {', '.join(labels)} (Newton's method on the period "
-            "map does not close it); allowed: an equilibrium at all times, or a start near a periodic motion"
+            "map does not close it, or others beside it close as well); allowed: an equilibrium at all times, or a "
+            "start near a periodic motion"
         )
     if not bounded or is_jagged(base):
         return (

@@ -292,6 +292,38 @@ def test_a_base_motion_that_grows_without_bound_is_none():
     assert np.isnan(found["trace"][0])
 
 
+def test_a_base_motion_that_is_not_the_only_one_near_is_none():
+    """An undamped pendulum, driven weakly near high resonances: in doubles each motion beside closes as well.
+
+    There DOP853 finds the trace 2 to its own errors, so that det(M - 1) = 0; two others are isolated.
+    """
+    system = System("Weakly driven")
+    w, first = system.parameter("w", default=0.9, positive=True), system.parameter("first", default=1.25)
+    x = system.coordinate("x", "rad", bounds=(-4, 4))
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(-sp.cos(x) - x * sp.cos(w * system.time) / 1000)
+    system.period(2 * sp.pi / w)
+    system.equilibrium("swinging", {x: first})
+    frequencies = np.array([0.475, 0.45, 0.375, 0.325, 0.9, 0.5])
+    found = of_model(Model(system), w=frequencies, first=[0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
+
+    def rates(t, y, w):
+        k = np.cos(y[0])
+        return [y[1], np.cos(w * t) / 1000 - np.sin(y[0]), y[3], -k * y[2], y[5], -k * y[4]]
+
+    for i, frequency in enumerate(frequencies):
+        start = [found["x_start"][i], found["x_dot_start"][i], 1, 0, 0, 1]
+        y = solve_ivp(rates, (0, 2 * np.pi / frequency), start, "DOP853", rtol=1e-13, atol=1e-15, args=(frequency,))
+        trace, closed = y.y[2, -1] + y.y[5, -1], np.abs(y.y[:2, -1] - start[:2]).max() < 1e-9
+        assert closed, frequency
+        if i < 4:
+            assert abs(trace - 2.0) < 1e-7, frequency
+        else:
+            assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-11
+            assert abs(trace - found["trace_theory"][i]) <= 1e-11
+    assert found["status"].tolist() == [NO_PERIODIC_MOTION] * 4 + [OK] * 2
+
+
 def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
     system = System("Exponential")
     K, x = system.parameter("sharpness", default=1.0), system.coordinate("x", bounds=(-1, 1))
