@@ -49,7 +49,7 @@ import numpy as np
 
 from kernels import solution
 from kernels.elliptic import Ladder, climb, jacobi_short, ladder
-from kernels.jit import INLINE, OPTIONS, njit
+from kernels.jit import INLINE, INNER, OPTIONS, njit
 from kernels.rigid_body import relabel
 from kernels.straight import formula
 
@@ -312,7 +312,7 @@ def by_axis(d, x_d, x_j, x_k):
     return x1, x2, x3
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_steady(start, times, out):
     """Write the attitude under a constant angular velocity: one turn about it."""
     w1, w2, w3, unit = solution.scaled(start[0], start[1], start[2])

@@ -9,8 +9,9 @@ import math
 import numpy as np
 
 from kernels.blocks import LANES, ROWS, W
-from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, void, whole_vectors
 
+MATRIX = float64[:, ::1]
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -67,7 +68,7 @@ def _subtract(out, to, A, a, B, b, lanes):
         out[to + np.uint64(lane)] -= A[a + np.uint64(lane)] * B[b + np.uint64(lane)]
 
 
-@njit(**OPTIONS)
+@njit(void(LANES, int64, int64, ROWS), **INNER)
 def _exchange(A, i, k, f):
     """Exchange rows i and k in lanes where f is not 0."""
     whole_vectors()
@@ -112,7 +113,24 @@ def solve_in_lanes(A, B, n, m, exchange, least, f):
                 B[c * n + k, lane] *= A[k * n + k, lane]
 
 
-@njit(**OPTIONS)
+@njit(void(MATRIX, float64[::1], int64, int64, float64, *4 * (int64,)), **INNER)
+def _reflect(H, v, first, after, factor, left, right, top, bottom):
+    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns left … right - 1 and to rows top … bottom - 1."""
+    for j in range(left, right):
+        total = 0.0
+        for i in range(first, after):
+            total += v[i] * H[i, j]
+        for i in range(first, after):
+            H[i, j] -= factor * total * v[i]
+    for i in range(top, bottom):
+        total = 0.0
+        for j in range(first, after):
+            total += H[i, j] * v[j]
+        for j in range(first, after):
+            H[i, j] -= factor * total * v[j]
+
+
+@njit(void(MATRIX, int64, float64[::1]), **INNER)
 def _hessenberg(H, n, v):
     """Reduce H to Hessenberg form by Householder's reflections; v is scratch."""
     for k in range(n - 2):
@@ -131,24 +149,7 @@ def _hessenberg(H, n, v):
         _reflect(H, v, k + 1, n, 2.0 / norm, k, n, 0, n)
 
 
-@njit(**OPTIONS)
-def _reflect(H, v, first, after, factor, left, right, top, bottom):
-    """Apply 1 - factor v vᵀ, v over first … after - 1, to columns left … right - 1 and to rows top … bottom - 1."""
-    for j in range(left, right):
-        total = 0.0
-        for i in range(first, after):
-            total += v[i] * H[i, j]
-        for i in range(first, after):
-            H[i, j] -= factor * total * v[i]
-    for i in range(top, bottom):
-        total = 0.0
-        for j in range(first, after):
-            total += H[i, j] * v[j]
-        for j in range(first, after):
-            H[i, j] -= factor * total * v[j]
-
-
-@njit(**OPTIONS)
+@njit(void(MATRIX, int64, *3 * (float64,), *4 * (int64,)), **INNER)
 def _reflect_three(H, k, a, b, c, left, right, top, bottom):
     """Reflect three rows and columns from k on by the direction (a, b, c), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b + c * c)
@@ -165,7 +166,7 @@ def _reflect_three(H, k, a, b, c, left, right, top, bottom):
         H[i, k + 2] -= total * r
 
 
-@njit(**OPTIONS)
+@njit(void(MATRIX, int64, float64, float64, *4 * (int64,)), **INNER)
 def _reflect_two(H, k, a, b, left, right, top, bottom):
     """Reflect two rows and columns from k on by the direction (a, b), as :func:`_reflect` does."""
     factor = 2.0 / (a * a + b * b)
@@ -180,7 +181,7 @@ def _reflect_two(H, k, a, b, left, right, top, bottom):
         H[i, k + 1] -= total * q
 
 
-@njit(**OPTIONS)
+@njit(void(MATRIX, int64, float64[::1], float64[::1]), **INNER)
 def _pair(H, i, re, im):
     """Write both eigenvalues of the block at i, i + 1."""
     a, b, c, d = H[i, i], H[i, i + 1], H[i + 1, i], H[i + 1, i + 1]
@@ -195,7 +196,7 @@ def _pair(H, i, re, im):
         im[i], im[i + 1] = -math.sqrt(-q), math.sqrt(-q)
 
 
-@njit(**OPTIONS)
+@njit(void(MATRIX, *3 * (int64,)), **INNER)
 def _francis(H, lo, hi, turn):
     """Take one double step on the block lo … hi, with exceptional shifts every tenth turn.
 
@@ -227,7 +228,7 @@ def _francis(H, lo, hi, turn):
             z = H[k + 3, k] if k < hi - 2 else 0.0
 
 
-@njit(boolean(float64[:, ::1], int64, float64[::1], float64[::1]), **OPTIONS)
+@njit(boolean(MATRIX, int64, float64[::1], float64[::1]), **OPTIONS)
 def eigenvalues(A, n, re, im):
     """Fill re and im with the eigenvalues of A, conjugate pairs exactly so; return True if the iteration ended."""
     H = A[:n, :n].copy()

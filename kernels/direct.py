@@ -33,7 +33,7 @@ import math
 
 import numpy as np
 
-from kernels.jit import OPTIONS, njit
+from kernels.jit import INNER, OPTIONS, njit
 from kernels.rigid_body import euler_coefficients
 from kernels.straight import formula
 from kernels.taylor import ORDERS, turn_12
@@ -118,7 +118,7 @@ def choose(x, size, coefficients, samples, tolerance):
     return 3 * i + (1 if near else 0), steps
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _one_step(excess, square, coefficients):
     """Return the number in ORDERS of the lowest order of which one step is enough, and 1; else 0, 0."""
     for i in range(3):
@@ -128,7 +128,7 @@ def _one_step(excess, square, coefficients):
     return 0, 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _several_steps(excess, square, coefficients):
     """Return the number in ORDERS and of its steps that take the least work; excess: order 8's over the tolerance."""
     best, fewest, least = 0, 1, math.inf

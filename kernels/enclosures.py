@@ -21,23 +21,25 @@ import numpy as np
 
 from kernels import codes
 from kernels.codes import OUTSIDE, POLE, SOUND, UNIT, Formulas
-from kernels.jit import OPTIONS, float64, int64, njit, types, void
+from kernels.jit import INNER, OPTIONS, float64, int64, njit, types, void
 
 LIBRARY = 8.0 * UNIT  # of a function of the C library
 TINY = 2.3e-308  # what underflow may take
 INF = math.inf
 
 FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)
+PAIR = types.UniTuple(float64, 2)
+WITH_SLOPE = types.Tuple((*4 * (float64,), int64))
 OF_POINTS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, :, ::1]), Formulas)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _down(x, part):
     y = x - (abs(x) * part + TINY)
     return y if y == y else -INF
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _up(x, part):
     y = x + (abs(x) * part + TINY)
     return y if y == y else INF
@@ -65,7 +67,7 @@ def _mul(a, b, c, d):
     return (low if is_bounded | zero else -INF), (high if is_bounded | zero else INF)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _whole(x, k):
     """Return x^k for a whole k ≥ 0, by squaring: good to k - 1 roundings."""
     result = 1.0
@@ -77,7 +79,7 @@ def _whole(x, k):
     return result
 
 
-@njit(**OPTIONS)
+@njit(PAIR(float64, float64, int64), **INNER)
 def _power(a, b, k):
     """Return [a, b]^k for a whole k ≥ 0."""
     if k == 0:
@@ -93,7 +95,7 @@ def _power(a, b, k):
     return max(0.0, _down(min(p, q), part)), high
 
 
-@njit(**OPTIONS)
+@njit(PAIR(float64, float64), **INNER)
 def _inverse(a, b):
     """Return 1/[a, b]; the whole line where 0 is inside, half of it where 0 is an end."""
     if a > 0.0 or b < 0.0:
@@ -105,7 +107,7 @@ def _inverse(a, b):
     return -INF, INF
 
 
-@njit(**OPTIONS)
+@njit(types.Tuple((float64, float64, int64))(float64, float64, int64), **INNER)
 def _signed_power(a, b, k):
     """Return [a, b]^k for any whole k, and a state that is POLE where k < 0 and 0 is inside."""
     if k >= 0:
@@ -126,7 +128,7 @@ def _signed_power(a, b, k):
     return c, d, SOUND
 
 
-@njit(**OPTIONS)
+@njit(PAIR(*4 * (float64,)), **INNER)
 def _real_power(a, b, p, q):
     """Return [a, b]^[p, q] for a ≥ 0: extreme at its corners."""
     low, high = INF, -INF
@@ -138,7 +140,7 @@ def _real_power(a, b, p, q):
     return max(0.0, _down(low, LIBRARY)), _up(high, LIBRARY)
 
 
-@njit(**OPTIONS)
+@njit(PAIR(*5 * (float64,)), **INNER)
 def _wave(a, b, p, q, top):
     """Enclose cosine or sine on [a, b]: p and q at the ends, 1 at ``top`` turns and -1 half a turn from there."""
     low, high = _down(min(p, q), LIBRARY), _up(max(p, q), LIBRARY)
@@ -150,12 +152,12 @@ def _wave(a, b, p, q, top):
     return max(low, -1.0), min(high, 1.0)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _is_far(a, b):
     return not (b - a < 6.28) or abs(a) > 1e12 or abs(b) > 1e12
 
 
-@njit(**OPTIONS)
+@njit(PAIR(float64, float64), **INNER)
 def _cosine(a, b):
     """Return the cosine of [a, b]; 1 to the last bit at 0, where many equilibria lie."""
     if a == 0.0 == b:
@@ -163,12 +165,12 @@ def _cosine(a, b):
     return (-1.0, 1.0) if _is_far(a, b) else _wave(a, b, math.cos(a), math.cos(b), 0.0)
 
 
-@njit(**OPTIONS)
+@njit(PAIR(float64, float64), **INNER)
 def _sine(a, b):
     return (-1.0, 1.0) if _is_far(a, b) else _wave(a, b, math.sin(a), math.sin(b), 0.25)
 
 
-@njit(**OPTIONS)
+@njit(float64(int64, float64), **INNER)
 def _library(code, x):
     """Return a function of the C library at x."""
     if code == codes.EXP:
@@ -198,20 +200,20 @@ def _library(code, x):
     return math.erf(x)
 
 
-@njit(**OPTIONS)
+@njit(PAIR(int64, float64, float64), **INNER)
 def _rising(code, a, b):
     """Enclose a function of the C library that rises from a to b."""
     return _down(_library(code, a), LIBRARY), _up(_library(code, b), LIBRARY)
 
 
-@njit(**OPTIONS)
+@njit(PAIR(float64, float64), **INNER)
 def _cosh(a, b):
     p, q = math.cosh(a), math.cosh(b)
     least = max(1.0, _down(min(p, q), LIBRARY)) if a > 0.0 or b < 0.0 else 1.0
     return least, _up(max(p, q), LIBRARY)
 
 
-@njit(**OPTIONS)
+@njit(WITH_SLOPE(*4 * (float64,)), **INNER)
 def _any_power(a, b, p, q):
     state = SOUND
     if b < 0.0 or (b == 0.0 and p < 0.0):
@@ -225,7 +227,7 @@ def _any_power(a, b, p, q):
     return f, g, d, e, state
 
 
-@njit(**OPTIONS)
+@njit(WITH_SLOPE(int64, float64, float64), **INNER)
 def _inverse_function(code, a, b):
     """Enclose an inverse of a circular or hyperbolic function: f' = ± 1/(c ± x²), or 1 over its root."""
     state, low, high = SOUND, 1.0 if code == codes.ACOSH else -1.0, INF if code == codes.ACOSH else 1.0
@@ -250,7 +252,7 @@ def _inverse_function(code, a, b):
     return (max(f, 0.0) if code == codes.ACOSH else f), g, d, e, state
 
 
-@njit(**OPTIONS)
+@njit(WITH_SLOPE(int64, *4 * (float64,)), **INNER)
 def _function(code, a, b, p, q):
     """Enclose f and f′ on [a, b]: four ends, and a state; [p, q] is the exponent of POWER, p the one of WHOLE_POWER."""
     if code == codes.WHOLE_POWER:

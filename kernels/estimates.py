@@ -12,7 +12,7 @@ import numpy as np
 from kernels import columns, direct, lanes, linear, measure, reduction, uncertainty
 from kernels.blocks import W
 from kernels.columns import Column
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 from kernels.straight import formula
 
@@ -111,7 +111,7 @@ def _standard_error(slope, sum_rx, sum_rr, sum_xx, used):
     return stderr if used >= 4.0 else math.nan
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_square(S, certified, tolerance):
     """Write the measured Ω² and its basis; fewer than three samples give none.
 
@@ -141,7 +141,7 @@ def _fill_square(S, certified, tolerance):
         S[AT.status + lane] = NON_FINITE if lost else status
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _forgive_growth(S, tolerance):
     """Write the statuses of growing motions, whose rounding at the start has grown with them."""
     whole_vectors()
@@ -154,7 +154,7 @@ def _forgive_growth(S, tolerance):
                 S[AT.status + lane] = OK
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_errors(S, number, rounded, whole):
     """Write the reduced Ω², the terms of both errors and the regime, which follows from the reduced one.
 
@@ -212,7 +212,7 @@ def _fill_errors(S, number, rounded, whole):
         S[AT.omega_squared_error_rounding + lane] = rounding * spin * spin
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _widen_within_a_turn(S):
     """Widen errors and regimes where the spin axis wanders far within few samples: see :mod:`kernels.uncertainty`."""
     for lane in range(W):
@@ -272,7 +272,7 @@ def _rates_of(reduced):
 _fill_rates, _fill_reduced_rates = _rates_of(False), _rates_of(True)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_log_slope(S):
     """Write the lecture's estimator, where its window held at least two e-folds.
 
@@ -295,7 +295,7 @@ def _fill_log_slope(S):
         S[AT.growth_rate_logslope_error + lane] = error * spin
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_no_log_slope(S):
     """Write the estimator as missing where no lane was ever in the window: this spares two logarithms."""
     whole_vectors()
@@ -304,7 +304,7 @@ def _fill_no_log_slope(S):
             S[row + lane] = math.nan
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _fill_drifts(S):
     whole_vectors()
     for lane in range(W):

@@ -24,7 +24,7 @@ import numpy as np
 from kernels import columns, direct, exact, rigid_body, taylor
 from kernels.blocks import W
 from kernels.columns import Column
-from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 from kernels.solution import pick
 
 MOST_ROTATIONS, MOST_STEPS = 20_000, 2_000_000
@@ -61,7 +61,7 @@ def most_steps(c_a, c_b, c_c, h):
     return min(steps, float(MOST_STEPS)) if fastest * h * MOST_STEPS >= 1.0 else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _begin(S, direction):
     """Put every lane at its start, to run forward (1) or backward (-1)."""
     whole_vectors()
@@ -72,7 +72,7 @@ def _begin(S, direction):
         S[KC + lane] *= direction
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _stride(S):
     """Take one step of every lane; return whether a component changed sign in any lane that is still active."""
     whole_vectors()
@@ -87,7 +87,7 @@ def _stride(S):
     return events > 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _crossing(S, lane, component):
     """Return the share of the last step after which a component (1, 2, 3) vanishes, and the state there."""
     a0, b0, c0 = S[PA + lane], S[PB + lane], S[PC + lane]
@@ -108,13 +108,13 @@ def _crossing(S, lane, component):
     return share, a, b, c
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _tilt(a, b, c, sense, epsilon):
     """Return angle between (a, epsilon b, epsilon c) and the end of the axis that has the sign of ``sense``."""
     return math.atan2(epsilon * math.hypot(b, c), a if sense > 0.0 else -a)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _note(S, lane, before, turning):
     """Note the events of one lane's last step; ``before`` is the time before it. End the lane where all is known.
 
@@ -138,7 +138,7 @@ def _note(S, lane, before, turning):
         S[ACTIVE + lane] = 0.0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _walk(S, turning):
     """Step until no lane is active; each is given up at its own limit."""
     whole_vectors()
@@ -153,7 +153,7 @@ def _walk(S, turning):
             limit = _next_limit(S, n)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _next_limit(S, n):
     """Give up the lanes whose limit is n steps or less; return the least limit of the active ones, or 0."""
     whole_vectors()
@@ -166,7 +166,7 @@ def _next_limit(S, n):
     return limit
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _search(S):
     """Find the events of a block: forward for all lanes, backward for those that flipped."""
     whole_vectors()
@@ -184,7 +184,7 @@ def _search(S):
     _walk(S, True)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _largest_tilt(S, lane):
     """Return largest tilt of one lane from its events."""
     least, other = S[TILT_B + lane], S[TILT_C + lane]

@@ -22,7 +22,7 @@ import numpy as np
 from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut, scratch
 from kernels.circular import arctangent
-from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 from kernels.taylor import turn_12
 
 IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")
@@ -93,7 +93,7 @@ def _advance(S, steps):
             S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = w, x, y, z
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _advance_exact(S):
     """Take one exact step of every lane; :func:`_compare` completes it, so that both loops stay short."""
     whole_vectors()
@@ -110,7 +110,7 @@ def _advance_exact(S):
         S[MD + lane], S[MJ + lane], S[MK + lane] = exact.step(m_d, m_j, m_k, S[SD + lane], S[SJ + lane], S[SK + lane])
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _compare(S):
     """Return the angle between every lane's two attitudes, and the heading's turn since the last sample."""
     whole_vectors()
@@ -151,7 +151,7 @@ def _compare(S):
     return opened > 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _seen_from_the_axis(points, i):
     """Return moments of point i as (a, b, c), in a unit near the greatest, and its angular velocity over its spin."""
     Ia, Ib, Ic = rigid_body.relabel(points.I1[i], points.I2[i], points.I3[i], points.axis[i])
@@ -203,7 +203,7 @@ def fill(points, run, out):
             out[4, i] = tumbling.phase_residual(*moments, *omega)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _unload(S, lane, spin, out, i):
     """Write one lane's results: the angle between both attitudes, and psi's mean rate with its error."""
     used, h = S[USED + lane], S[SPACING + lane]

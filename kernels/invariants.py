@@ -29,7 +29,7 @@ from kernels import codes
 from kernels.blocks import LANES, ROWS, rows_of, scratch
 from kernels.codes import HEAD, SAME, UNIT
 from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, put, solve_in_lanes
-from kernels.jit import INLINE, OPTIONS, int64, njit, types, void, whole_vectors
+from kernels.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void, whole_vectors
 
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
 ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and at most
@@ -63,6 +63,10 @@ class Polynomial(NamedTuple):
     K: np.ndarray  #: their covariance for noise of one, shape (n, n)
     noise: float
     lost: float  #: relative error of a term of a covariance
+
+
+POLYNOMIAL = types.NamedTuple((*3 * (float64[::1],), float64[:, ::1], float64, float64), Polynomial)
+ROOM = types.Tuple((float64[:, ::1], complex128[::1]))
 
 
 @njit(void(LANES, int64, LANES, types.Tuple((LANES, LANES, LANES, ROWS))), **OPTIONS)
@@ -105,7 +109,7 @@ def _logarithms(M, n, Y, room):
             Y[at, lane] = 2.0 * T[at, lane]
 
 
-@njit(void(LANES, int64, LANES, LANES, LANES), **OPTIONS)
+@njit(void(LANES, int64, LANES, LANES, LANES), **INNER)
 def _characteristics(A, n, N, c, T):
     """Write the coefficients c of det(λ - A), c[n] = 1, and N_k of adj(λ - A) = Σ λ^(n-1-k) N_k; T is scratch."""
     whole_vectors()
@@ -125,7 +129,7 @@ def _characteristics(A, n, N, c, T):
                     N[k * nn + i * n + i, lane] += c[n - k, lane]
 
 
-@njit(void(MOTIONS, LANES, LANES, LANES, ROWS), **OPTIONS)
+@njit(void(MOTIONS, LANES, LANES, LANES, ROWS), **INNER)
 def _coefficient_covariances(motions, N, K, A, f):
     """Write the coefficients' covariance for noise of one: dc_{n-1-k} = -N_k M⁻¹ x0_s by Θ_s; A, f are scratch."""
     M, X0, runs, n, covariance = motions
@@ -146,7 +150,7 @@ def _coefficient_covariances(motions, N, K, A, f):
         add_inner(into, k * n, slopes, 0, P, turned, k * P, 0, P, n)
 
 
-@njit(**INLINE)
+@njit(float64(LANES, *3 * (int64,)), **INNER)
 def _norm(A, first, count, lane):
     """Return Frobenius norm of the matrix in some rows of a lane."""
     square = 0.0
@@ -155,7 +159,7 @@ def _norm(A, first, count, lane):
     return math.sqrt(square)
 
 
-@njit(**INLINE)
+@njit(float64(POLYNOMIAL, float64[::1]), **INNER)
 def _form(p, a):
     """Return the standard deviation of Σ a_k c_k, and the loss by cancellation of its terms; both for noise of one."""
     total, absolute = 0.0, 0.0
@@ -168,7 +172,7 @@ def _form(p, a):
     return math.sqrt(max(total, 0.0) + p.lost * absolute)
 
 
-@njit(**INLINE)
+@njit(types.Tuple((complex128, float64))(POLYNOMIAL, complex128), **INNER)
 def _slope(p, point):
     """Return the slope of the polynomial at a point, and what rounding may leave of it."""
     size, value, slope = math.hypot(point.real, point.imag), complex(1.0, 0.0), complex(1.0, 0.0)
@@ -179,7 +183,7 @@ def _slope(p, point):
     return slope, steep_rough
 
 
-@njit(**INLINE)
+@njit(boolean(POLYNOMIAL, float64[::1], float64[::1]), **INNER)
 def _is_firm(p, re, im):
     """Return whether rounding leaves the slope of the polynomial at each eigenvalue."""
     for i in range(re.size):
@@ -189,7 +193,7 @@ def _is_firm(p, re, im):
     return True
 
 
-@njit(**OPTIONS)
+@njit(void(float64[:, ::1], float64, *3 * (float64[::1],)), **INNER)
 def _move(y, size, re, im, moves):
     """Write how far each eigenvalue of y is from the next one of y changed by a matrix of a size; y is changed."""
     n = re.size
@@ -204,7 +208,7 @@ def _move(y, size, re, im, moves):
             moves[i] = min(moves[i], math.hypot(re[i] - re_there[j], im[i] - im_there[j]))
 
 
-@njit(**INLINE)
+@njit(types.UniTuple(float64, 2)(POLYNOMIAL, complex128, *3 * (float64,), ROOM), **INNER)
 def _eigenvalue_error(p, point, gap, most, move, room):
     """Return the errors of an eigenvalue's real and imaginary part, the next one ``gap`` away.
 
@@ -249,7 +253,7 @@ def _eigenvalue_error(p, point, gap, most, move, room):
     return radius, radius
 
 
-@njit(**INLINE)
+@njit(void(POLYNOMIAL, *3 * (float64[::1],), float64, float64[::1]), **INNER)
 def _tell_invariants(p, re, im, a, spacing, row):
     """Write S, D and S² - 4D of four eigenvalues and their errors into a raw row; a: zeros, scratch."""
     c, bent, noise = p.c, p.bent, p.noise
@@ -269,7 +273,7 @@ def _tell_invariants(p, re, im, a, spacing, row):
     row[codes.DISCRIMINANT], row[codes.DISCRIMINANT_ERROR] = (S * S - 4.0 * D) / four, (both + rounding * size) / four
 
 
-@njit(**INLINE)
+@njit(void(POLYNOMIAL, *3 * (float64[::1],), float64, ROOM, float64[::1]), **INNER)
 def _tell_lane(p, re, im, moves, spacing, room, row):
     """Write eigenvalues, invariants and their errors of one lane into its raw row; room is scratch."""
     n, odd, a = re.size, 0.0, room[0][0]

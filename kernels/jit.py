@@ -22,6 +22,7 @@ from kernels.cache import KernelCache
 # only a function that is passed as an argument needs a form to be called by C
 OPTIONS = {"error_model": "numpy", "no_cfunc_wrapper": True}
 PASSED = {**OPTIONS, "no_cfunc_wrapper": False}
+INNER = {**OPTIONS, "no_cpython_wrapper": True}  # only kernels call it: a form for Python takes long to compile
 INLINE = {**OPTIONS, "forceinline": True}  # a loop over lanes vectorises only what is inlined into it
 
 # Processors for which LLVM takes 256 bits of 512, and that do not lower their clock for whole ones. (Skylake-X, Cascade
@@ -77,13 +78,28 @@ def _dispatcher(function, signature: tuple, options: dict):
     import numba
 
     _tell_numba()
-    kernel = numba.njit(**options)(function)
+    if "no_cpython_wrapper" in options:
+        kernel = _inner()(function, targetoptions={"nopython": True, **options})
+    else:
+        kernel = numba.njit(**options)(function)
     kernel._cache = KernelCache(function)
     for one in signature:
         kernel.compile(one)
         kernel.disable_compile()
         _share(kernel)
     return kernel
+
+
+@cache
+def _inner() -> type:
+    """Return the class of kernels that have no form for Python: one of Numba's would end a process that calls it."""
+    from numba.core.registry import CPUDispatcher
+
+    class Inner(CPUDispatcher):
+        def __call__(self, *_):
+            raise TypeError(f"{self.py_func.__name__} is called by kernels alone")
+
+    return Inner
 
 
 def _share(kernel) -> None:

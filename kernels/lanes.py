@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
 from kernels.straight import formula
 
 EXACT, RECURRENCE = 9, 10  # the exact solution by its map or its recurrence, where a Taylor step has its number
@@ -148,7 +148,7 @@ _taylor_0, _taylor_1, _taylor_2, _taylor_3, _taylor_4, _taylor_5, _taylor_6, _ta
 )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _advance_exact(S):
     whole_vectors()
     for lane in range(W):
@@ -157,7 +157,7 @@ def _advance_exact(S):
         )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _advance_recurrence(S):
     whole_vectors()
     for lane in range(W):
@@ -499,7 +499,7 @@ def were_logged(S):
     return logged > 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _follow_recurrence(S, left):
     """Take the last samples of every lane by the recurrence."""
     opened = True

@@ -29,7 +29,7 @@ import numpy as np
 
 from kernels.blocks import LANES, ROWS, W, rows_of, scratch
 from kernels.dense import put
-from kernels.jit import OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
 NOISE = 6.0 * EPSILON  # rounding of a segment, relative to its terms
@@ -306,7 +306,7 @@ def store(source, first, target):
             target[row, first + lane] = source[row, lane]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _differences(C, inverse, matrix, worst, work, numbers, owner):
     """Write half the differences of both sides, and by what the sum of all columns is off.
 

@@ -45,7 +45,7 @@ from kernels import measure, reduction
 from kernels.blocks import W
 from kernels.codes import UNIT
 from kernels.columns import numbers
-from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
+from kernels.jit import INNER, OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
 from kernels.runs import CHANGE, GIVEN, LARGER, LEAST_SPAN, SPACING, TAKEN, Measurement, at_zero, has_converged, refined
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 
@@ -82,7 +82,7 @@ RAW = numbers(
 )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _sample(X, half, quarter, P, Q, states, triple):
     """Take one sample of every lane: window, recurrence sums, energy, whether the state is the largest so far.
 
@@ -130,7 +130,7 @@ def _sample(X, half, quarter, P, Q, states, triple):
     return opened > 0, logging > 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _log_sample(X, Q):
     """Add a sample to the log slope of every lane that is inside its window, where the nudged mode moves alone."""
     whole_vectors()
@@ -177,7 +177,7 @@ def take(D, P, Q, numbers, _, k):
     return going
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _estimate(Q, lane, RX, RR, XX, triples, spacing):
     """Return signed rate² and its standard error, s-2, from the sums of those rows; NaN for too few triples."""
     value, stderr = math.nan, math.nan
@@ -189,7 +189,7 @@ def _estimate(Q, lane, RX, RR, XX, triples, spacing):
     return value, stderr
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _unload(Q, lane, steps, row):
     """Turn one lane's sums into its row of the raw result."""
     triples, spacing = Q[USED, lane] - 2.0, Q[SPACING, lane]

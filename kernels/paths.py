@@ -15,7 +15,7 @@ import numpy as np
 
 from kernels.blocks import W, rows_of, scratch
 from kernels.codes import FAR_ORDER as ORDER
-from kernels.jit import OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.runs import CHECK as EXPAND
 from kernels.straight import lines, straight
 
@@ -53,7 +53,7 @@ GUESSED = 0.5  # terms of a step that is to be shorter than this share of theirs
 LAST_BUT_ONE = 1.0 / 16.0  # what the last term but one counts, should the last vanish
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _choose(S, terms, step, size, share, next_step, tolerance):
     """Write how much of the step each lane makes, and its next step; 0 where terms have to be found again.
 
@@ -84,7 +84,7 @@ def _choose(S, terms, step, size, share, next_step, tolerance):
         share[lane] = min(longer, within) if (longer >= GUESSED) & ~(bound >= MOST_BEYOND) else 0.0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _sum_terms(rows, S, first, share):
     """Write in a series' last row how far it comes in shares of the step; first: the row of its first term."""
     whole_vectors()
@@ -93,7 +93,7 @@ def _sum_terms(rows, S, first, share):
     _SUM(rows[first * W :])
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _move(rows, S, terms, low, share):
     """Add the sums of the terms to all series: with what rounding left before, and has left now."""
     whole_vectors()
@@ -108,7 +108,7 @@ def _move(rows, S, terms, low, share):
             low[row, lane] = left if share[lane] > 0.0 else low[row, lane]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _terms(S, first, lane):
     """Return the terms of a series in a lane."""
     at = max(first * W + lane, 0)  # no compiler knows that it is no index from the end
@@ -119,7 +119,7 @@ def _terms(S, first, lane):
     )  # fmt: skip
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _write_samples(rows, S, terms, step, low, share, times, number, due, out):
     """Write the samples of each lane that lie within its step, and what is its next; a later step writes the others."""
     whole_vectors()
@@ -139,7 +139,7 @@ def _write_samples(rows, S, terms, step, low, share, times, number, due, out):
             due[lane] += within
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _take(path, run, S, low, size, lane):
     """Write a run into a lane."""
     for row in range(path.table.shape[1]):
@@ -150,7 +150,7 @@ def _take(path, run, S, low, size, lane):
         size[row, lane] = path.size[run, row]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _give_back(path, run, S, low, size, lane):
     """Write a lane into its run."""
     for row in range(path.table.shape[1]):

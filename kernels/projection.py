@@ -21,12 +21,12 @@ import math
 from kernels.blocks import LANES, ROWS, rows_of, scratch
 from kernels.codes import LEAST_MOVED, UNIT
 from kernels.dense import add_inner, product_in_lanes, put, solve_in_lanes
-from kernels.jit import OPTIONS, boolean, int64, njit, void, whole_vectors
+from kernels.jit import INNER, OPTIONS, boolean, int64, njit, void, whole_vectors
 
 CLOSE = 1e-10  # a step that changes M by less is the last
 
 
-@njit(void(LANES, LANES, LANES, int64, LANES, ROWS), **OPTIONS)
+@njit(void(LANES, LANES, LANES, int64, LANES, ROWS), **INNER)
 def _scaled_inverse(Q, H, right, P, d, f):
     """Write H⁻¹ into the first P columns of right, times its last; H has a diagonal of one meanwhile.
 
@@ -55,7 +55,7 @@ def _scaled_inverse(Q, H, right, P, d, f):
                 right[c * P + p, lane] *= d[p, lane]
 
 
-@njit(void(LANES, LANES, int64, LANES, LANES, ROWS), **OPTIONS)
+@njit(void(LANES, LANES, int64, LANES, LANES, ROWS), **INNER)
 def _normal(by_x, squares, n, B, Q, f):
     """Project C out; write minus its answers to B, the normal matrix into Q, of which the residuals' are the first."""
     whole_vectors()
@@ -75,7 +75,7 @@ def _normal(by_x, squares, n, B, Q, f):
         add_inner(into, p * P1, given, p * nn, 0, flat, 0, nn, nn, p + 1)
 
 
-@njit(boolean(*5 * (LANES,), ROWS, ROWS, int64, LANES, *3 * (ROWS,)), **OPTIONS)
+@njit(boolean(*5 * (LANES,), ROWS, ROWS, int64, LANES, *3 * (ROWS,)), **INNER)
 def _taken(M, X0, A, U, right, left, on, P, covariance, rest, moved, change):
     """Take a step's results over in the lanes that are on, but where the algebra broke down; whether one goes on."""
     whole_vectors()

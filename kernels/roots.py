@@ -27,7 +27,7 @@ import numpy as np
 
 from kernels.codes import BROKEN, FAINT, LEFT, LOST, NARROW, OUTSIDE, OVERFLOW, POLE, SOUND, UNIT, ZERO, Formulas
 from kernels.enclosures import FORMULAS, OF_POINTS, enclose
-from kernels.jit import OPTIONS, boolean, float64, int64, njit, types
+from kernels.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void
 
 INFLATED = 0.05  # of a box, on each side
 CUT = 0.4871  # of a box: zeros at round places are seldom cut through
@@ -100,7 +100,7 @@ LIMITS = types.NamedTuple((float64, int64, int64, float64, boolean), Limits)
 FOUND = types.NamedTuple((int64[:, ::1], float64[:, :, :, ::1], int64[::1]), Boxes)
 
 
-@njit(boolean(float64[:, ::1], float64[:, ::1]), **OPTIONS)
+@njit(boolean(float64[:, ::1], float64[:, ::1]), **INNER)
 def _invert(M, Y):
     """Write the inverse of M, which is overwritten, into Y; return False where there is none."""
     n = len(M)
@@ -129,21 +129,21 @@ def _invert(M, Y):
     return True
 
 
-@njit(**OPTIONS)
+@njit(void(float64[::1], float64[::1]), **INNER)
 def _set(target, source):
     """Copy a vector; a slice that is set would cost seconds of compiling, for the check of its shape."""
     for i in range(len(target)):
         target[i] = source[i]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _product(a, b, c, d):
     """Return the ends of [a, b] [c, d], but for a rounding."""
     p, q, r, s = a * c, a * d, b * c, b * d
     return min(min(p, q), min(r, s)), max(max(p, q), max(r, s))
 
 
-@njit(**OPTIONS)
+@njit(int64(float64[:, :, ::1]), **INNER)
 def _range(values):
     """Return -1 where a row of F has no zero, 1 where one underflows, 2 where one is infinite, 0 else."""
     kind = 0
@@ -155,7 +155,7 @@ def _range(values):
     return kind
 
 
-@njit(int64(FORMULAS, BOX), **OPTIONS)
+@njit(int64(FORMULAS, BOX), **INNER)
 def _enclosed(F, box):
     """Enclose F and J in X, F at its middle; return the state, OUTSIDE where F has no zero, -1 where it is infinite."""
     n = len(box.u)
@@ -185,7 +185,7 @@ def _enclosed(F, box):
     return state
 
 
-@njit(inline="always", **OPTIONS)
+@njit(boolean(BOX), **INNER)
 def _cut_by_rows(box):
     """Cut u by each row of f + A u = 0, solved for each variable; return False where nothing is left."""
     L, u, n = box.linear, box.u, len(box.u)
@@ -209,7 +209,7 @@ def _cut_by_rows(box):
     return True
 
 
-@njit(int64(BOX), **OPTIONS)
+@njit(int64(BOX), **INNER)
 def _cut_by_operator(box):
     """Cut u to K; return 1 where K lies inside X, -1 where nothing is left, HIDDEN or 0 else."""
     L, Y, n = box.linear, box.inverse[0], len(box.u)
@@ -246,7 +246,7 @@ def _cut_by_operator(box):
     return 1 if inside else HIDDEN if hidden and straight else 0
 
 
-@njit(inline="always", **OPTIONS)
+@njit(boolean(BOX), **INNER)
 def _is_lost(box):
     """Return whether each row of F changes in X by less than ROUNDINGS roundings of F at the middle."""
     for i in range(len(box.u)):
@@ -258,7 +258,7 @@ def _is_lost(box):
     return True
 
 
-@njit(float64(FORMULAS, BOX, float64[::1], float64[::1]), **OPTIONS)
+@njit(float64(FORMULAS, BOX, float64[::1], float64[::1]), **INNER)
 def _residual(F, box, place, step):
     """Write P F(place) over h into step, with J there into ``at``; return its largest element over its own rounding.
 
@@ -276,7 +276,7 @@ def _residual(F, box, place, step):
     return most
 
 
-@njit(boolean(FORMULAS, BOX), **OPTIONS)
+@njit(boolean(FORMULAS, BOX), **INNER)
 def _refine(F, box):
     """Narrow X, which holds one zero, to a box about it as small as numbers allow; False where that fails."""
     n = len(box.u)
@@ -329,7 +329,7 @@ def _refine(F, box):
     return False
 
 
-@njit(inline="always", **OPTIONS)
+@njit(int64(FORMULAS, BOX, boolean, boolean), **INNER)
 def _verdict(F, box, narrow, rough):
     """Return the kind of a box, -1 where it holds no zero, -2 where it is to be cut; u holds what is left of X then."""
     state = _enclosed(F, box)
@@ -357,7 +357,7 @@ def _verdict(F, box, narrow, rough):
     return LOST if lost else NARROW if narrow else -2
 
 
-@njit(float64(BOX, float64[::1]), **OPTIONS)
+@njit(float64(BOX, float64[::1]), **INNER)
 def _shrink(box, floor):
     """Cut the box to what is left of X; return what is left of its volume, -1 for nothing."""
     volume = 1.0
@@ -373,7 +373,7 @@ def _shrink(box, floor):
     return volume
 
 
-@njit(inline="always", **OPTIONS)
+@njit(int64(BOX, float64[:, ::1], float64[::1]), **INNER)
 def _axis(box, bounds, floor):
     """Return the variable that F changes most with in the box."""
     axis, best, n = 0, -1.0, len(box.u)
@@ -390,7 +390,7 @@ def _axis(box, bounds, floor):
     return axis
 
 
-@njit(inline="always", **OPTIONS)
+@njit(boolean(BOX, float64[:, ::1], float64[:, ::1], float64, float64[::1]), **INNER)
 def _begin(box, start, within, narrowest, floor):
     """Make a box of a start, with X about it; return whether it is as narrow as a box may be."""
     narrow = True
@@ -404,7 +404,7 @@ def _begin(box, start, within, narrowest, floor):
     return narrow
 
 
-@njit(inline="always", **OPTIONS)
+@njit(float64(BOX, float64[:, ::1]), **INNER)
 def _widest(box, within):
     """Return the largest width of the box over that of the bounds."""
     widest = 0.0
@@ -413,19 +413,19 @@ def _widest(box, within):
     return widest
 
 
-@njit(**OPTIONS)
-def _is_within(low, high, boxes, kinds):
-    """Return whether low … high lies in one of boxes (records, 2, n) that hold one zero; high … low: meets one."""
-    for r in range(len(boxes)):
-        inside = kinds[r, 1] == ZERO
+@njit(boolean(float64[::1], float64[::1], FOUND, int64, int64, int64), **INNER)
+def _is_within(low, high, found, which, begin, end):
+    """Return whether low … high lies in a box of some records that holds one zero; high … low: meets one."""
+    for r in range(begin, end):
+        inside = found.records[r, 1] == ZERO
         for j in range(len(low)):
-            inside &= low[j] >= boxes[r, 0, j] and high[j] <= boxes[r, 1, j]
+            inside &= low[j] >= found.boxes[r, which, 0, j] and high[j] <= found.boxes[r, which, 1, j]
         if inside:
             return True
     return False
 
 
-@njit(inline="always", **OPTIONS)
+@njit(int64(BOX, float64[:, ::1], float64[::1], float64[:, :, ::1], int64), **INNER)
 def _cut(box, within, floor, stack, top):
     """Put what is left of a box on the stack, in two parts if that is most of it; return the new top."""
     volume = _shrink(box, floor)
@@ -467,7 +467,7 @@ def search(functions, where, limits, boxes_found):
         while top > 0:
             top, used = top - 1, used + 1
             narrow = _begin(box, stack[top], within, limits.narrowest, floor)
-            if _is_within(box.ends[A], box.ends[B], boxes[begin:count, 0], records[begin:count]):
+            if _is_within(box.ends[A], box.ends[B], boxes_found, 0, begin, count):
                 continue
             if used > limits.most or undecided > MOST_LEFT or few > limits.few or top + 2 > room:
                 kind = LEFT
@@ -485,8 +485,7 @@ def search(functions, where, limits, boxes_found):
                     _enclosed(F, box)
             if kind == -2:
                 top = _cut(box, within, floor, stack, top)
-            zeros = boxes[begin:count, 1]
-            if kind < 0 or (kind == ZERO and _is_within(box.ends[Y], box.ends[X], zeros, records[begin:count])):
+            if kind < 0 or (kind == ZERO and _is_within(box.ends[Y], box.ends[X], boxes_found, 1, begin, count)):
                 continue
             if count == len(records):
                 progress[0] = point

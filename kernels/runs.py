@@ -26,7 +26,7 @@ import numpy as np
 from kernels import direct, measure
 from kernels.blocks import LANES, ROWS, W, cut, rows_of, scratch
 from kernels.codes import ORDER, UNIT
-from kernels.jit import INLINE, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
 MOST_HALVINGS = 6
 LONGEST = 0.4  # step, in 1/S: its first term left out is 0.4^13/13! = 1e-15
@@ -117,7 +117,7 @@ def at_zero(whole, half, quarter):
     return quarter + (19.0 * (quarter - half) + (whole - half)) / 45.0
 
 
-@njit(void(LANES, LANES, int64, boolean, int64, LANES), **OPTIONS)
+@njit(void(LANES, LANES, int64, boolean, int64, LANES), **INNER)
 def _project(project, R, states, pair, sizes, D):
     """Write what is measured of the motions of each size: half the difference of both sides, where there are two."""
     whole_vectors()
@@ -136,7 +136,7 @@ def _project(project, R, states, pair, sizes, D):
                 D[row, lane] *= P[states * W + lane]
 
 
-@njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **OPTIONS)
+@njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **INNER)
 def _halve(advance, R, K, project, watched, states, steps, D, change):
     """Run the interval that begins at each lane's largest state with steps, and with twice as many: largest change."""
     whole_vectors()

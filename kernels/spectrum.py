@@ -18,7 +18,7 @@ from kernels.blocks import LANES, ROWS, W, rows_of, scratch
 from kernels.codes import EQUATIONS, LEAST_MOVED, MOVED, SCATTER, UNIT
 from kernels.dense import put, solve_in_lanes
 from kernels.invariants import tell
-from kernels.jit import INLINE, OPTIONS, float64, int64, njit, types, void, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.projection import step
 
 STEPS = 4  # of Gauss-Newton, at most
@@ -83,7 +83,7 @@ def moments(Y, weight, runs, count, n, by_x, squares):
 SWEEPS = 12  # of Jacobi's rotations, at most
 
 
-@njit(void(LANES, int64, ROWS, ROWS, ROWS), **OPTIONS)
+@njit(void(LANES, int64, ROWS, ROWS, ROWS), **INNER)
 def _spread(A, n, c, s, moved):
     """Return the root of the smallest eigenvalue over the largest, by Jacobi's rotations, by lane; A is lost.
 
@@ -144,7 +144,7 @@ def start(moments, n, M, moved):
                 moved[lane] = 0.0
 
 
-@njit(void(*5 * (ROWS,), types.UniTuple(int64, 3)), **OPTIONS)
+@njit(void(*5 * (ROWS,), types.UniTuple(int64, 3)), **INNER)
 def _advance(M, X0, live, Z, V, place):
     """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
 

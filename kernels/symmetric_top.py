@@ -45,7 +45,7 @@ from kernels import rigid_body, taylor, triangle
 from kernels.blocks import W, cut
 from kernels.circular import arctangent
 from kernels.columns import arrays, numbers
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
 from kernels.statuses import NON_FINITE, NOT_CONVERGED, OK
 
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
@@ -143,7 +143,7 @@ def _plan(tops, spacing, intervals, tolerance):
         tops.steps[i] = steps_per_sample(bound * tops.spacing[i], intervals, tolerance)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _load(S, lane, tops, i, steps):
     """Set up one lane at the start of point i: omega in units of |omega3|, L in units of I1 |omega3|."""
     ratio, tangent, spacing = tops.ratio[i], tops.tangent[i], tops.spacing[i]
@@ -162,7 +162,7 @@ def _load(S, lane, tops, i, steps):
     S[XB + lane], S[XC + lane] = S[B + lane], S[C + lane]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
     whole_vectors()
@@ -190,7 +190,7 @@ def _tangents(a, b, c, p, q, r):
     return (b * b + c * c) / (a * a), (q / p) * (q / p) + (r / p) * (r / p), x * x + (y * y + z * z)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _advance(M, steps):
     """Take steps of a motion in every lane, over one sample interval."""
     whole_vectors()
@@ -218,7 +218,7 @@ def _sample_angle(M, k, intervals):
         M[B1 + lane], M[C1 + lane] = b, c
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _sample_state(S):
     """Compare one sample of every lane with the exact rotation, with the invariants and with the cones."""
     whole_vectors()
@@ -255,7 +255,7 @@ def _sample_state(S):
         S[SPACE_HIGH + lane] = max(S[SPACE_HIGH + lane], space)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _halve(S, steps):
     """Run omega on over one interval twice, with steps and with twice as many."""
     whole_vectors()
@@ -293,7 +293,7 @@ def _angles(low, high):
     return 0.5 * (least + greatest), greatest - least
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _unload(S, lane, intervals, spacing, steps, row):
     """Turn one lane's sums into its row of the raw result."""
     rate, stderr, row[RAW.ahead] = _rate(S, lane, intervals)

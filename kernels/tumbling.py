@@ -39,7 +39,7 @@ import numpy as np
 from kernels import attitude, direct, elliptic, solution
 from kernels.columns import arrays
 from kernels.elliptic import climb, ladder
-from kernels.jit import OPTIONS, njit
+from kernels.jit import INNER, OPTIONS, njit
 from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
 
@@ -93,7 +93,7 @@ def mode_of(I1, I2, I3, w1, w3):
     return SAM if N > 0.0 else LAM
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _constants(I1, I2, I3, w1, w2, w3):
     """Return (p, m, 1 - m), the moments by role (s, c, d), and the constants of the attitude."""
     p, m, m1, s, c, d = solution.constants(I1, I2, I3, w1, w2, w3)
@@ -136,7 +136,7 @@ def phase_residual(I1, I2, I3, w1, w2, w3):
     return abs(by_integral + sigma * (4.0 * mu_s * mu_c * _quarter_area(a, m, m1, K)))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _quarter_area(a, m, m1, K):
     """Return ``int_0^K dn/(1 + a dn) du`` by the trapezoidal rule, which converges geometrically over a period."""
     means = ladder(m, m1)
@@ -172,14 +172,14 @@ def fill_exact(I1, I2, I3, energy, modes, out):
             out[2, i] = 2.0 * math.pi / about
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _step_length(c1, c2, c3, size, tolerance):
     """Return the step, in units of I3/L, whose error in some hundred steps of G_12(1) x^13 is a tenth of tolerance."""
     x = (tolerance / (1000.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
     return min(x, 0.25) / (size * max(1.0, abs(c1), abs(c2), abs(c3)))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _heading(m, n, axis):
     """Return cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): of the space-fixed vector.
 
@@ -193,13 +193,13 @@ def _heading(m, n, axis):
     return n_j - bend * m_j, -side * (n_k - bend * m_k)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _turned(c0, s0, c1, s1):
     """Return angle from one heading to the next, in (-pi, pi]."""
     return math.atan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _whole_turn(roughly, c0, s0, c1, s1):
     """Return the angle from the first heading to the last, of which a sum of many small ones knows the windings."""
     rest = _turned(c0, s0, c1, s1)
@@ -258,7 +258,7 @@ def follow(moments, omega, h):
     return math.nan, math.nan, 0, math.nan
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _phi(period, turn, axis):
     """Return the periods about L of the long axis and of the encircled one, from one period of w and psi's turn."""
     encircled = 2.0 * math.pi * period / (turn + (2.0 * math.pi if axis == 3 else -2.0 * math.pi))
@@ -330,7 +330,7 @@ def survey(points, tolerance, measured=True):
     return columns
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _ratio(I1, I2, I3, m, short):
     """Return P_psi/P_phi (long axis) of the motion of the parameter m in one mode, and its energy 2T I3/L^2.
 

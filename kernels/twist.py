@@ -38,7 +38,7 @@ import numpy as np
 from kernels import attitude, direct, elliptic, solution
 from kernels.blocks import W
 from kernels.columns import arrays
-from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 from kernels.rigid_body import relabel
 from kernels.taylor import carry_12
 
@@ -79,7 +79,7 @@ def step_length(moments, omega, tolerance):
     return min(x, 0.4) / (rate * max(size, 0.5 * bound))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _advance(S):
     """Take one step of every lane that is not done; return whether any is not. Lanes that are done keep their last."""
     whole_vectors()
@@ -113,7 +113,7 @@ def _advance(S):
     return active > 0
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _finish(S, lane, chi):
     """Return twist and time of the turn of one lane, by Newton's method on the step after the last whole one."""
     a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
@@ -139,7 +139,7 @@ def _finish(S, lane, chi):
     return end + TWO_PI * wraps - chi, (S[STEP + lane] + share) * h
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _run(S, block, shrink, tolerance, out):
     """Follow W throws: moments (3, W), angular velocity (3, W) and chi; out is (2, W): twist and time of the turn."""
     whole_vectors()
@@ -168,7 +168,7 @@ def _run(S, block, shrink, tolerance, out):
             out[0, lane], out[1, lane] = math.nan, math.nan
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _azimuth(q, n, m, frame):
     """Return the handle's azimuth about L since the start, rad, modulo 2 pi; q the attitude, n and m L's direction.
 
@@ -192,7 +192,7 @@ def _azimuth(q, n, m, frame):
     return psi + _bent(m_d, m_j, m_k) - _bent(n_d, n_j, n_k)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _bent(m_d, m_j, m_k):
     """Return the azimuth about d of axis j after the shortest arc from m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
     return math.atan2(-m_j * m_k, m_d + (m_d * m_d + m_k * m_k))
@@ -235,7 +235,7 @@ def exact_turn(moments, begin, chi):
     return _unwound(math.atan2(m3, m2) - chi, t, top), t
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _unwound(change, t, top):
     """Return the change of chi with its whole turns: half a turn a half period where the handle is encircled."""
     p, m, m1, unit = top.motion.p, top.motion.m, top.motion.m1, top.motion.unit

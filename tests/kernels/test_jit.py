@@ -60,6 +60,21 @@ def test_a_function_with_a_signature_is_called_by_others_and_not_compiled_into_t
     assert ninth(9.0) == 1.0
 
 
+@pytest.mark.compiled
+def test_a_kernel_for_kernels_alone_refuses_to_be_called_by_python():
+    @jit.njit("float64(float64)", **jit.INNER)
+    def quarter(x):
+        return x / 4
+
+    @jit.njit("float64(float64)", name="sixteenth", **jit.OPTIONS)
+    def sixteenth(x):
+        return quarter(quarter(x))
+
+    assert sixteenth(8.0) == 0.5
+    with pytest.raises(TypeError, match="quarter is called by kernels alone"):
+        quarter(8.0)
+
+
 def test_only_numbas_types_are_given_for_signatures():
     assert jit.float64 is numba.float64
     assert jit.types is numba.types
