@@ -29,6 +29,7 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
   polhode help                           all commands
 """
 
+INTERRUPTED = 130  # exit status, as of shells
 MOMENT = 0.05  # s, after which a KeyboardInterrupt that was swallowed is raised again
 MACHINE = "enough disk space, and files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
@@ -54,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
             if not (heard or isinstance(error, KeyboardInterrupt)):
                 raise
             print(": ".join(["interrupted", *getattr(error, "__notes__", ())]), file=sys.stderr)
-            return 130
+            return INTERRUPTED
 
 
 def command() -> NoReturn:
@@ -64,14 +65,17 @@ def command() -> NoReturn:
         startup.configure()
         status = main()
     except KeyboardInterrupt:  # before there is anything to say of it
-        status = 130
+        status = INTERRUPTED
     except SystemExit as ended:  # words that are no command, or a question for help
         status = ended.code
     except OSError as error:  # of what the parser prints
         status = _unwritten(error)
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)  # what is left is Python's own: no word of that
     gc.freeze()  # else Python searches all objects for cycles as it ends, for 0.5 s
-    sys.exit(_flushed(status))
+    status = _flushed(status)
+    if status == INTERRUPTED:
+        os._exit(status)  # Python's end may crash where a module was imported by half
+    sys.exit(status)
 
 
 def _prepare_streams() -> None:
