@@ -29,7 +29,7 @@ import numpy as np
 
 from kernels import codes, measure
 from kernels.blocks import LANES, ROWS, W, scratch
-from kernels.jit import INNER, OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
+from kernels.jit import OPTIONS, PASSED, float64, int64, njit, void, whole_vectors
 from kernels.runs import (
     CHANGE,
     GIVEN,
@@ -117,7 +117,7 @@ def take(D, P, Q, numbers, direction, k):
     return opened > 0
 
 
-@njit(void(LANES, LANES, *3 * (int64,), ROWS, ROWS, int64), **INNER)
+@njit(void(LANES, LANES, *3 * (int64,), ROWS, ROWS, int64), **OPTIONS)
 def _take_means(Y, weight, runs, count, n, used, h, most):
     """Take means of two neighbours for samples, in lanes with more than ``most`` of every run; in place.
 

@@ -93,7 +93,7 @@ def _advance(S, steps):
             S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = w, x, y, z
 
 
-@njit(**INNER)
+@njit(**OPTIONS)
 def _advance_exact(S):
     """Take one exact step of every lane; :func:`_compare` completes it, so that both loops stay short."""
     whole_vectors()
@@ -110,7 +110,7 @@ def _advance_exact(S):
         S[MD + lane], S[MJ + lane], S[MK + lane] = exact.step(m_d, m_j, m_k, S[SD + lane], S[SJ + lane], S[SK + lane])
 
 
-@njit(**INNER)
+@njit(**OPTIONS)
 def _compare(S):
     """Return the angle between every lane's two attitudes, and the heading's turn since the last sample."""
     whole_vectors()

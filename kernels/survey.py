@@ -19,7 +19,7 @@ from kernels import collapse, direct, estimates, flips, lanes, linear, measure, 
 from kernels.blocks import W, cut, scratch
 from kernels.circular import FAR, cosine_sine, within
 from kernels.estimates import COLUMNS, MEASURED
-from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
+from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
 from kernels.solution import unit_of
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
@@ -112,7 +112,7 @@ def _work(key, exactly):
     return number // 2 % 9, number // 18 + 1, depth
 
 
-@njit(nogil=True, **INNER)
+@njit(nogil=True, **OPTIONS)
 def _gather(S, T, points, steps):
     """Fill the rows of a block that are given; copies of the last point fill what its points leave."""
     whole_vectors()
@@ -125,7 +125,7 @@ def _gather(S, T, points, steps):
         S[lanes.COSINE + lane], S[lanes.SINE + lane] = cosine_sine(S[lanes.SINE + lane])
 
 
-@njit(nogil=True, **INNER)
+@njit(nogil=True, **OPTIONS)
 def _keep(S, rows, out):
     """Copy some columns of a block, whole rows of lanes at once."""
     whole_vectors()
