@@ -28,9 +28,9 @@ TINY = 2.3e-308  # what underflow may take
 INF = math.inf
 
 FORMULAS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, ::1]), Formulas)
-PAIR = types.UniTuple(float64, 2)
-WITH_SLOPE = types.Tuple((*4 * (float64,), int64))
 OF_POINTS = types.NamedTuple((int64[:, ::1], int64[::1], float64[:, :, ::1]), Formulas)
+PAIR = types.UniTuple(float64, 2)  # ends of an interval
+WITH_SLOPE = types.Tuple((*4 * (float64,), int64))  # ends of f and of f′, and a state
 
 
 @njit(**INNER)

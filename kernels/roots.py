@@ -415,7 +415,10 @@ def _widest(box, within):
 
 @njit(boolean(float64[::1], float64[::1], FOUND, int64, int64, int64), **INNER)
 def _is_within(low, high, found, which, begin, end):
-    """Return whether low … high lies in a box of some records that holds one zero; high … low: meets one."""
+    """Return whether low … high lies in a box about one zero, of the records from begin to end; high … low: meets one.
+
+    which: 0 for the box in which the zero is alone, 1 for the one as small as numbers allow.
+    """
     for r in range(begin, end):
         inside = found.records[r, 1] == ZERO
         for j in range(len(low)):

@@ -14,7 +14,7 @@ INTERNAL = (
     "xarray.core",
     "snakemake.",
 )  # modules, by how they begin
-PUBLIC = {"_exit"}  # of os, documented for processes that were forked
+PUBLIC = {"_exit"}  # of os, documented
 OURS = ("kernels", "sweeps")
 REASONS = {
     "kernels/jit.py: kernel._cache": "Numba has no public way to give a dispatcher a cache",

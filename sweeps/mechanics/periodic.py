@@ -265,7 +265,7 @@ class Base:
         It is (Newton and Kantorovich) where, as far as start and slopes of the period map are uncertain, these change
         by less than half of the least. Linear equations have the same matrix beside all their motions.
         """
-        n, linear, first = self.model.equations.n, self.model.perturbed(False).linear, self.start.copy()
+        n, linear, first = self.model.equations.n, self.model.perturbed_code(False).linear, self.start.copy()
         nudges = DIFFERENCE * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)])
         for _ in range(NEWTONS):
             sizes, x = self.sizes[which], self.start[which]

@@ -138,7 +138,7 @@ for k in range(3):
 
 
 def after_ctrl_c(code):
-    """What a command that does this prints, and what it says of errors."""
+    """Run a command that does this; return what it writes to standard output and standard error."""
     words = [sys.executable, "-c", INTERRUPTED % textwrap.indent(code, " " * 8)]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     return done.stdout, done.stderr
@@ -200,9 +200,10 @@ runpy.run_module("sweeps", run_name="__main__", alter_sys=True)
 
 
 def disturbed(folder, seconds, how):
-    """What `figures` is disturbed by so long after its worker began: its process, what it prints and says of errors.
+    """Run `figures`, which executes the code `how` so many seconds after its worker was started.
 
-    In a folder and a group of its own, as a terminal starts it, with a folder for temporary files.
+    It has a folder, a process group and a folder for temporary files of its own. Return its process, standard output
+    and standard error.
     """
     storage.write_map(sweeps.survey(MINE), folder / "map.nc")
     (temporary := folder / "temporary").mkdir()
@@ -215,6 +216,7 @@ def disturbed(folder, seconds, how):
 
 
 def is_in(group, number):
+    """Return whether a process is in a process group."""
     try:
         return os.getpgid(number) == group
     except ProcessLookupError:
