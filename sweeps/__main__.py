@@ -4,6 +4,7 @@ Each command, of `sweeps.commands`, reads, calls one function and writes.
 """
 
 import atexit
+import errno
 import gc
 import os
 import signal
@@ -31,7 +32,18 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
 
 INTERRUPTED = 130  # exit status, as of shells
 MOMENT = 0.05  # s, after which a KeyboardInterrupt that was swallowed is raised again
-MACHINE = "enough disk space, and files that can be read and written"
+ACCESS = "files and folders that this user can read and write"
+REMEDIES = {  # errno → what is allowed
+    errno.ENOSPC: "enough disk space",
+    errno.EDQUOT: "enough disk space within the quota",
+    errno.EACCES: ACCESS,
+    errno.EPERM: ACCESS,
+    errno.EROFS: "a file system that can be written",
+    errno.EMFILE: "a higher limit of open files (ulimit -n)",
+    errno.EFBIG: "a higher limit of the size of files (ulimit -f)",
+    errno.ENOLCK: "HDF5_USE_FILE_LOCKING=FALSE in the environment",
+}
+ANY_REMEDY = "files that can be read and written"
 NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 
@@ -105,7 +117,7 @@ def _flushed(status: int) -> int:
 
 def _unwritten(error: OSError) -> int:
     """Return the exit status where output cannot be written: 1, quietly, if its reader has gone, else 2."""
-    return 1 if isinstance(error, BrokenPipeError) else _refused(f"output: {error.strerror}; allowed: {MACHINE}")
+    return 1 if isinstance(error, BrokenPipeError) else _refused(f"output: {error.strerror}; allowed: {_remedy(error)}")
 
 
 @contextmanager
@@ -180,7 +192,7 @@ def _answered(args: Namespace) -> int:
     except BrokenPipeError:
         return 1
     except OSError as error:
-        return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {MACHINE}")
+        return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {_remedy(error)}")
     except MemoryError:
         allowed = "fewer points or variables, or a machine with more memory"
         return _refused(f"memory: not enough for this sweep; allowed: {allowed}")
@@ -200,6 +212,11 @@ def _answered(args: Namespace) -> int:
         what = " ".join(str(error).split())
         where = "Numba's settings (NUMBA_… or .numba_config.yaml)"
         return _refused(f"{where}: {what}; allowed: settings that Numba can read")
+
+
+def _remedy(error: OSError) -> str:
+    """Return what is allowed in place of that which caused a system error."""
+    return REMEDIES.get(error.errno, ANY_REMEDY)
 
 
 def _where(error: OSError) -> str:

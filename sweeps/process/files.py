@@ -10,6 +10,8 @@ from pathlib import Path
 
 from sweeps.process import living
 
+NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # errors of flock on a file system without locks
+
 
 @contextmanager
 def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:

@@ -3,6 +3,7 @@
 import os
 
 SETTINGS = {
+    "HDF5_USE_FILE_LOCKING": "FALSE",  # some file systems have no locks; claims guard the folders
     "MPLBACKEND": "agg",  # pictures go to files
     "OPENBLAS_NUM_THREADS": "1",  # matrices here are small
     "PYDANTIC_DISABLE_PLUGINS": "__all__",  # else pydantic searches all installed packages for them

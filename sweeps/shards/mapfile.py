@@ -1,9 +1,11 @@
 """netCDF-4 files of maps, their parts and shards: written a run of points at a time, and hashed meanwhile."""
 
 import errno
+import fcntl
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,7 @@ import netCDF4
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.process.files import replaced
+from sweeps.process.files import NO_LOCKS, replaced
 from sweeps.schema.boxes import runs
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
@@ -21,6 +23,7 @@ from sweeps.shards.content import ContentHash, as_bytes, chunk_shape
 if TYPE_CHECKING:
     import xarray as xr
 
+WITHOUT_LOCKS = "the file system has no locks (to write without: set HDF5_USE_FILE_LOCKING=FALSE)"
 PART_VALUES = 2**21  # of a variable of a part of a map, in memory at a time
 
 
@@ -31,7 +34,8 @@ def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> I
     For `flush` see `sweeps.process.files.replaced`.
 
     Raises:
-        OSError: where the disk is full or fails, with the system's reason: netCDF itself says "HDF error".
+        OSError: if the disk is full or fails, or the file system has no locks, with the reason that the system gives:
+            netCDF reports "HDF error" or "Permission denied".
     """
     with replaced(path, flush) as temporary:
         try:
@@ -40,10 +44,22 @@ def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> I
         except RuntimeError as error:
             raise _reason(temporary, path, error) from None
         except OSError as error:
+            if isinstance(error, PermissionError) and not _has_locks(temporary):
+                raise OSError(errno.ENOLCK, WITHOUT_LOCKS, str(path)) from None
             if error.filename is not None:
                 raise
             words = os.strerror(error.errno) if error.errno else f"cannot be written ({error})"
             raise OSError(error.errno or errno.EIO, words, str(path)) from None
+
+
+def _has_locks(path: Path) -> bool:
+    """Return True if the file system of a file supports locks."""
+    with open(path, "rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            return error.errno not in NO_LOCKS
+    return True
 
 
 def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
@@ -107,7 +123,7 @@ class MapFile:
     def put_columns(self, columns: Mapping[str, np.ndarray]) -> None:
         """Write the values of the next points, once all other variables are written."""
         if not isinstance(self._file, h5py.File):
-            self._reopen(h5py.File, "r+")
+            self._reopen(partial(h5py.File, locking=False), "r+")
         for name, values in columns.items():
             chunks = self._file[name].id
             for box, run in self.digest.runs(name, values):

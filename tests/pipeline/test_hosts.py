@@ -1,9 +1,12 @@
 """Two machines, one folder; numbers of processes that came to mean others; and machines that give little."""
 
+import ctypes
 import errno
 import os
+import platform
 import resource
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -16,6 +19,9 @@ import pytest
 from houses import wait_for
 from maps import write
 
+import sweeps
+from sweeps.__main__ import main
+from sweeps.commands import definitions
 from sweeps.pipeline import claims
 from sweeps.process import living
 from sweeps.schema.refusals import DefinitionError
@@ -107,6 +113,98 @@ def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_loc
     for handle in claims.claim(["a"]):
         os.close(handle)
     assert without_locks.read_text().strip() == living.mark()
+
+
+def without_flock(code):
+    """Let flock fail with an error from here on, in this process and its children: a filter of the kernel's calls."""
+    # BPF: load the call's number; if it is flock (73 on x86-64), return the error, else allow the call
+    rules = [(0x20, 0, 0, 0), (0x15, 0, 1, 73), (0x06, 0, 0, 0x00050000 | code), (0x06, 0, 0, 0x7FFF0000)]
+    text = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *rule) for rule in rules))
+    program = ctypes.create_string_buffer(struct.pack("HxxxxxxQ", len(rules), ctypes.addressof(text)))
+    libc = ctypes.CDLL(None)
+    if libc.prctl(38, 1, 0, 0, 0) or libc.prctl(22, 2, program, 0, 0):  # no new privileges; seccomp with a filter
+        raise OSError
+
+
+def can_be_without_flock():
+    try:
+        return not subprocess.run(["true"], preexec_fn=lambda: without_flock(errno.ENOLCK), check=False).returncode
+    except (OSError, subprocess.SubprocessError):
+        return False
+
+
+SHARD = ["shard", "mine.yaml", "1", "1", "-o", "shard.nc"]
+WAYS = {  # who writes the file → (arguments of Python, settings, exit status)
+    "a command": (["-m", "sweeps", *SHARD], {}, 0),
+    "a user's process": (["-c", f"import sys; from sweeps.__main__ import main; sys.exit(main({SHARD}))"], {}, 2),
+    "a command that must lock": (["-m", "sweeps", *SHARD], {"HDF5_USE_FILE_LOCKING": "TRUE"}, 2),
+}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_file_is_written_without_locks_or_the_message_names_the_setting(folder, way, code):
+    if platform.machine() != "x86_64" or not can_be_without_flock():
+        pytest.skip("flock cannot be made to fail here")
+    (folder / "mine.yaml").write_text("grid: {I1: 1.0, I2: 1.5, I3: 2.5, omega0: 1.0}")
+    arguments, settings, status = WAYS[way]
+    answer = subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, **settings},
+        preexec_fn=lambda: without_flock(code),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == status, answer.stderr
+    assert (folder / "shard.nc").exists() == (status == 0)
+    assert ("HDF5_USE_FILE_LOCKING=FALSE" in answer.stderr) == (status == 2)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_whole_run_needs_no_locks(folder):
+    if platform.machine() != "x86_64" or not can_be_without_flock():
+        pytest.skip("flock cannot be made to fail here")
+    (folder / "mine.yaml").write_text("grid: {I1: 1.0, I2: 1.5, I3: 2.5, omega0: 1.0}")
+    run = [sys.executable, "-m", "sweeps", "run", "mine.yaml"]
+    subprocess.run(run, preexec_fn=lambda: without_flock(errno.ENOLCK), check=True)
+    assert sweeps.open_map("results/mine").sizes["axis"] == 3
+
+
+def test_a_claim_that_is_a_link_is_refused_and_its_target_untouched(folder):
+    (folder / "results/a").mkdir(parents=True)
+    (folder / "precious").write_text("of somebody else")
+    (folder / "results/a/.running").symlink_to(folder / "precious")
+    with pytest.raises(DefinitionError, match=r"\.running: is a link; allowed: a plain file"):
+        claims.claim(["a"])
+    assert (folder / "precious").read_text() == "of somebody else"
+    assert claims.is_claimed(folder / "results/a")
+
+
+REMEDIES = {
+    errno.ENOSPC: "enough disk space",
+    errno.EDQUOT: "quota",
+    errno.EACCES: "that this user can read and write",
+    errno.EROFS: "a file system that can be written",
+    errno.EMFILE: "limit of open files",
+    errno.ENOLCK: "HDF5_USE_FILE_LOCKING",
+    errno.EBADF: "files that can be read and written",
+}
+
+
+@pytest.mark.parametrize("code", REMEDIES)
+def test_a_message_blames_the_disk_for_what_is_the_disks_alone(monkeypatch, capsys, code):
+    def fail(args):
+        raise OSError(code, os.strerror(code), "map.nc")
+
+    monkeypatch.setattr(definitions, "_check", fail)
+    assert main(["check", "tiny"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"map.nc: {os.strerror(code)}; allowed: ")
+    assert REMEDIES[code] in said
+    assert ("disk" in said) == (code in (errno.ENOSPC, errno.EDQUOT))
 
 
 # Machines that give little
