@@ -187,6 +187,8 @@ try:
     refuse_unmade(on_command_line(), workflow.rules, PLANS)
     if workflow.is_main_process and is_to_run():
         claims.claim(PLANS)
+        for name, plan in PLANS.items():
+            claims.assign_to_definition(Path("results") / name, plan.path)
         claims.replace_locks(workflow)
         for told in what_is_compiled(PLANS.values()):
             print(told, file=sys.stderr)

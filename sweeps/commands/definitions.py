@@ -112,6 +112,8 @@ def add_run(commands) -> None:
     text = "number of processors (default all); does not change results"
     command.add_argument("--cores", type=int, metavar="N", help=text)
     command.add_argument("--again", action="store_true", help="compute everything again, finished or not")
+    text = "replace the results of another definition with the same file name"
+    command.add_argument("--replace", action="store_true", help=text)
     text = "folder of results (default results); the files go to FOLDER/<sweep>"
     command.add_argument("-o", "--output", metavar="FOLDER", default="results", help=text)
     command.add_argument("--quiet", action="store_true", help="print no progress, only the files")
@@ -122,7 +124,7 @@ def _run(args):
     from sweeps.views import drawing
 
     with progress.silenced() if args.quiet else nullcontext():
-        for file in making.make(args.definition, args.cores, args.again, args.output, drawing.worker):
+        for file in making.make(args.definition, args.cores, args.again, args.output, drawing.worker, args.replace):
             print(file)
 
 

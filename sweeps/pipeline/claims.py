@@ -17,7 +17,7 @@ from sweeps.process import files, living
 from sweeps.schema.refusals import DefinitionError
 
 CLAIM = ".running"
-UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+DEFINITION = ".definition"  # contains the path of the definition that made the files of the folder
 PATIENCE = 600.0  # s after which a claim of another machine that nobody renews is over
 
 
@@ -45,8 +45,10 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
         path = Path(results) / name / CLAIM
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except OSError as error:
+            if error.errno == errno.ELOOP:
+                raise DefinitionError(f"{path}: is a link; allowed: a plain file (remove the link)") from None
             what = f"cannot be written ({error.strerror}); allowed: a folder that can be written"
             raise DefinitionError(f"{path.parent}: {what}") from None
         _claim(handle, path.parent)
@@ -56,10 +58,30 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     return handles
 
 
+def assign_to_definition(folder: Path, definition: Path, replace: bool = False) -> None:
+    """Store the path of the definition to which a sweep's folder belongs; call it while the folder is claimed.
+
+    Raises:
+        DefinitionError: if the folder belongs to another definition of the same file name that still exists and has
+            another text, unless it is to be replaced.
+    """
+    note = folder / DEFINITION
+    try:
+        owner = Path(note.read_text())
+        is_same = owner.resolve() == definition.resolve() or owner.read_bytes() == definition.read_bytes()
+    except (OSError, ValueError):  # no owner, or one that was removed or renamed
+        is_same = True
+    if not is_same and not replace:
+        allowed = "another file name, or polhode run with -o FOLDER or --replace"
+        raise DefinitionError(f"{definition}: {folder} contains the results of {owner}; allowed: {allowed}")
+    with files.replaced(note, flush=False) as temporary:
+        temporary.write_text(str(definition.resolve()))
+
+
 def is_claimed(folder: Path) -> bool:
     """Return True if another run is active in a sweep's folder, or may be."""
     try:
-        with open(folder / CLAIM) as file:
+        with open(folder / CLAIM, opener=lambda path, flags: os.open(path, flags | os.O_NOFOLLOW)) as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except OSError:
         return True
@@ -72,7 +94,7 @@ def _claim(handle: int, folder: Path) -> None:
     except BlockingIOError:
         _refuse(handle, folder)
     except OSError as error:
-        if error.errno not in UNSUPPORTED:
+        if error.errno not in files.NO_LOCKS:
             raise
         _claim_by_word(handle, folder)
     os.ftruncate(handle, 0)

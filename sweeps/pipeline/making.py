@@ -16,6 +16,7 @@ def make(
     again: bool = False,
     results: str | Path = "results",
     beside: Callable[[], AbstractContextManager] = nullcontext,
+    replace: bool = False,
 ) -> Iterator[Path]:
     """Make the map, figures and report of a sweep unless they are there, and yield each.
 
@@ -28,6 +29,7 @@ def make(
         results: the folder for results; the sweep's own is below it.
         beside: `sweeps.views.drawing.worker` to draw in another process, too, which a program of ours may start: in a
             user's it would run the script again.
+        replace: whether to replace the results of another definition with the same file name.
     """
     if cores is not None and cores < 1:
         raise DefinitionError(f"cores: {cores} is out of range; allowed: 1 or more")
@@ -41,7 +43,7 @@ def make(
     progress.say(_intention(planned, Path(results)))
     from sweeps.pipeline import steps
 
-    yield from steps.make(planned, results, cores or machine.cores(), again, beside)
+    yield from steps.make(planned, results, cores or machine.cores(), again, beside, replace)
     finished.keep(planned.sweep, basis, results)
 
 

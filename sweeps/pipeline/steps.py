@@ -26,12 +26,18 @@ Beside = Callable[[], AbstractContextManager]
 
 
 def make(
-    planned: Plan, results: str | Path = "results", workers: int = 1, again: bool = False, beside: Beside = nullcontext
+    planned: Plan,
+    results: str | Path = "results",
+    workers: int = 1,
+    again: bool = False,
+    beside: Beside = nullcontext,
+    replace: bool = False,
 ) -> Iterator[Path]:
-    """Make the map of a sweep, its figures and its report, and yield each; for `beside` see `making.make`."""
+    """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `making.make`."""
     sweep, folder = planned.sweep, Path(results) / planned.sweep.name
     path = folder / "stability_map.nc"
     with claims.claimed([sweep.name], results):
+        claims.assign_to_definition(folder, planned.path, replace)
         is_old = again or not admission.holds_map(path, sweep)
         if is_old:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too

@@ -13,6 +13,7 @@ from sweeps.__main__ import main
 from sweeps.pipeline import claims, finished
 from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
+from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import shard as shards
 
 GRID = {"I1": [0.5, 1.0, 1.5], "I2": [0.75, 1.25], "I3": 1.0, "omega0": [1.0, 10.0]}
@@ -196,3 +197,56 @@ def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
     assert not list(folder.glob(".*.part"))
     for path in finished:
         assert shards.holds_shard(path, sweep, *map(int, path.stem.split("-of-")))
+
+
+# Two definitions of one file name
+
+
+@pytest.fixture
+def two(tmp_path, monkeypatch, measured):
+    monkeypatch.chdir(tmp_path)
+    for folder, spin in (("a", 1.0), ("c", 2.0)):
+        (tmp_path / folder).mkdir()
+        text = json.dumps({"grid": {"I1": 1.0, "I2": 1.5, "I3": 2.5, "omega0": spin}})
+        (tmp_path / folder / "mine.yaml").write_text(text)
+    made("a/mine.yaml")
+    return tmp_path
+
+
+def spin():
+    with sweeps.open_map("results/mine") as ds:
+        return ds.omega0.item()
+
+
+def test_another_definition_of_the_same_name_is_refused(two):
+    with pytest.raises(DefinitionError) as refused:
+        made("c/mine.yaml")
+    assert str(refused.value).startswith(
+        f"c/mine.yaml: results/mine contains the results of {two}/a/mine.yaml; allowed"
+    )
+    assert spin() == 1.0
+
+
+def test_it_replaces_when_that_is_requested(two):
+    made("c/mine.yaml", replace=True)
+    assert spin() == 2.0
+    made("c/mine.yaml")  # whose folder it is now
+    with pytest.raises(DefinitionError):
+        made("a/mine.yaml")
+
+
+@pytest.mark.parametrize("change", ["edited", "moved", "copied", "elsewhere"])
+def test_one_definition_is_not_refused(two, change):
+    old, path = two / "a/mine.yaml", "a/mine.yaml"
+    if change == "edited":
+        old.write_text(old.read_text().replace("1.5", "1.6"))
+    elif change == "moved":
+        old.rename(two / "mine.yaml")
+        path = "mine.yaml"
+    elif change == "copied":
+        (two / "mine.yaml").write_text(old.read_text())
+        path = "mine.yaml"
+    else:
+        path = "c/mine.yaml"
+    made(path, **({"results": "others"} if change == "elsewhere" else {}))
+    assert spin() == 1.0
