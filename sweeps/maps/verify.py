@@ -7,9 +7,11 @@ a file of somebody's own describes is never run.
 
 import math
 import os
+import re
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +25,8 @@ from sweeps.points.columns import columns
 from sweeps.points.loading import read
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
+from sweeps.reading.files import FileBytes
+from sweeps.reading.hdf5 import read_structure
 from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.boxes import runs
 from sweeps.schema.definition import DEFAULT_NAME, Definition
@@ -35,6 +39,8 @@ BLOCK_POINTS = 2**18
 SHOWN = 3  # findings of one kind that are spelled out
 MOST_POINTS = 100_000  # of a sample
 MOST_SECONDS = 60.0  # that one check of a sample takes, about; then what is left of the sample is left
+# attributes of a variable in the file that belong to netCDF-4 or to the content hash
+FORMAT_OWN = ("_FillValue", "_Netcdf4Coordinates", "_Netcdf4Dimid", "CLASS", "NAME", "sha256")
 TURNED = 5  # motions of the sample whose quaternions SciPy integrates again
 
 
@@ -70,7 +76,7 @@ def verify(
         checks += [_kernels(ds, sweep, any_kernels), _grid(ds, sweep)]
         if checks[-1].findings:
             return [*checks, *(Check(name, "", skipped="its grid is another") for name in ("values", "sample"))]
-        return [*checks, _values(ds, sweep), *_sample(ds, sweep, points, seed)]
+        return [*checks, _attributes(path, sweep), _values(ds, sweep), *_sample(ds, sweep, points, seed)]
 
 
 def _shown(findings: list[str]) -> tuple[str, ...]:
@@ -163,7 +169,7 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
         return Check("grid", covers, (f"dimensions: {held}, by the definition {wanted}",))
     # dimensions and types of variables were held against the system's when the map was opened
     missing = [f"{name}: is missing" for name in sweep.variables if name not in ds.variables]
-    return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *missing, *_wrong_units(ds, sweep)]))
+    return Check("grid", covers, _shown([*_wrong_coordinates(ds, sweep), *missing]))
 
 
 def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
@@ -183,13 +189,44 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
         yield f"{shortened(repr(name))}: is no variable of this map"
 
 
-def _wrong_units(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
-    """Yield what has another unit than by the definition: a map of a described system states its own."""
-    expected = {name: attributes for name, (_, _, attributes) in contract.coordinates(sweep).items()}
-    for name, attributes in (expected | {name: one.attributes for name, one in sweep.variables.items()}).items():
-        held, units = (of.get("units", "") for of in (ds[name].attrs if name in ds else attributes, attributes))
-        if held != units:
-            yield f"{name}: is in {shortened(held)}, by the definition in {units}"
+def _attributes(path: str | Path, sweep: Sweep) -> Check:
+    """Return findings if attributes in the file are not those that the definition and its system give.
+
+    Readers of the file take them from there; `open_map` takes them from the system's own tables.
+    """
+    with closing(FileBytes(admission.map_of(path))) as file:
+        structure = read_structure(file)
+    expected = {name: dict(attributes) for name, (_, _, attributes) in contract.coordinates(sweep).items()}
+    expected |= {name: spec.attributes_among(sweep.variables) for name, spec in sweep.variables.items()}
+    findings = []
+    for name, attributes in expected.items():
+        stored = {key: _as_text(v) for key, v in structure.variables[name].attributes.items() if key not in FORMAT_OWN}
+        attributes = {key: _as_text(value) for key, value in attributes.items()}
+        differing = [key for key in {**attributes, **stored} if attributes.get(key) != stored.get(key)]
+        findings += [f"{name}: {_difference(key, attributes, stored)}" for key in sorted(differing)]
+    made = {key: str(value) for key, value in contract.provenance(sweep).items()}
+    stored = {key: _as_text(value) for key, value in structure.attributes.items()}
+    compared = ["references", "Conventions"] + ["title"] * ("title" in mapping_of(sweep.definition.text))
+    findings += [f"(file): {_difference(key, made, stored)}" for key in compared if stored.get(key) != made[key]]
+    method = made["source"].partition("), ")[2]  # what precedes are versions
+    if not re.fullmatch(rf"Polhode [^()]*\([^()]*\), {re.escape(method)}", stored.get("source", "")):
+        findings.append(f"(file): {_difference('source', made, stored)}")
+    return Check(
+        "attributes", f"names, units and meanings of {len(expected)} variables, and of the file", _shown(findings)
+    )
+
+
+def _as_text(value: object) -> str:
+    return " ".join(map(str, np.atleast_1d(value)))
+
+
+def _difference(key: str, expected: Mapping[str, str], stored: Mapping[str, str]) -> str:
+    if key not in stored:
+        return f"{shortened(key)} is missing"
+    allowed = (
+        f"by the definition {shortened(repr(expected[key]))}" if key in expected else "by the definition there is none"
+    )
+    return f"{shortened(key)} is {shortened(repr(stored[key]))}, {allowed}"
 
 
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:

@@ -31,7 +31,7 @@ DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h
 KEPT = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
 KEPT += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter, and of a table's columns:
 KEPT += ("_FillValue", "missing_value", "scale_factor", "add_offset")
-KEPT += ("_Unsigned", "valid_min", "valid_max", "valid_range")
+KEPT += ("_Unsigned", "valid_min", "valid_max", "valid_range", "ancillary_variables", "standard_name")
 MOST_DEFLATED = 1040  # how many times deflated bytes can swell
 SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version → places of a size's length, and the end
 

@@ -182,7 +182,29 @@ def test_other_units_of_what_a_description_names_are_found(rotor, tmp_path, name
     path = Path(shutil.copy(rotor, tmp_path / "map.nc"))
     with netCDF4.Dataset(path, "a") as file:
         file[name].units = "furlong"
-    assert findings(path, points=1)["grid"][0].startswith(f"{name}: is in furlong, by the definition in ")
+    assert findings(path, points=1)["attributes"][0].startswith(f"{name}: units is 'furlong', by the definition ")
+
+
+ATTRIBUTES = {  # (variable, "" for the file; attribute; value) → finding
+    ("", "title", "Something else"): "(file): title is 'Something else', by the definition 'One example of each",
+    ("", "source", "Another program 1.0"): "(file): source is 'Another program 1.0', by the definition \"Polhode",
+    ("", "references", "Newton"): "(file): references is 'Newton'",
+    ("omega_squared", "valid_max", 0.5): "omega_squared: valid_max is '0.5', by the definition there is none",
+    ("omega_squared", "long_name", "speed"): "omega_squared: long_name is 'speed', by the definition 'Ω²",
+    ("growth_rate", "ancillary_variables", "status"): "growth_rate: ancillary_variables is 'status'",
+    ("status", "comment", "all is well"): "status: comment is 'all is well'",
+    ("I1", "valid_min", 0.7): "I1: valid_min is '0.7', by the definition there is none",
+    ("I1", "long_name", None): "I1: long_name is missing",
+}
+
+
+@pytest.mark.parametrize("change", ATTRIBUTES)
+def test_changed_attributes_are_found(tiny, change):
+    name, attribute, value = change
+    with netCDF4.Dataset(tiny, "a") as file:
+        holder = file[name] if name else file
+        holder.delncattr(attribute) if value is None else holder.setncattr(attribute, value)
+    assert findings(tiny, points=0)["attributes"][0].startswith(ATTRIBUTES[change])
 
 
 @pytest.mark.slow
