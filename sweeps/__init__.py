@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 from sweeps import plot
+from sweeps.schema.refusals import DefinitionError, MapError
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -94,7 +95,7 @@ def survey(
     return ds if chunks is not None else ds.assign_attrs(content_hash=content.content_hash(ds))
 
 
-def run(definition: str | Path, *, cores: int | None = None, again: bool = False) -> list[Path]:
+def run(definition: str | Path, *, cores: int | None = None, again: bool = False, replace: bool = False) -> list[Path]:
     """Write the map, figures and report of a sweep to results/<sweep>, and return the files.
 
     Points that were measured for the same definition by the same kernels are kept; a finished sweep is only listed.
@@ -103,6 +104,7 @@ def run(definition: str | Path, *, cores: int | None = None, again: bool = False
         definition: the path of a definition, or the name of one that ships.
         cores: number of processors, all by default; does not change results.
         again: compute everything again, finished or not.
+        replace: replace the results of another definition that has the same file name.
 
     Raises:
         DefinitionError: naming key, value and what is allowed.
@@ -113,7 +115,7 @@ def run(definition: str | Path, *, cores: int | None = None, again: bool = False
     """
     from sweeps.pipeline import making
 
-    return list(making.make(definition, cores, again))
+    return list(making.make(definition, cores, again, replace=replace))
 
 
 def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Dataset":
@@ -121,7 +123,8 @@ def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Datas
 
     Args:
         ds: a map, or its path.
-        coordinates: dimension → value; dimensions of length one may be left out.
+        coordinates: dimension → value. Dimensions of length one may be left out; modes, eigenvalues and multipliers
+            without a value are returned whole.
 
     Returns:
         A Dataset of single values, whose coordinates are those of the grid point. `sweeps.motion` takes it.
@@ -330,7 +333,19 @@ def tumbler(
     return survey(periods.definition) if ratios is None else answers.of_body(periods, ratios)
 
 
-__all__ = ["body", "motion", "open_map", "plot", "point", "run", "survey", "tumbler", "uncertainty"]
+__all__ = [
+    "DefinitionError",
+    "MapError",
+    "body",
+    "motion",
+    "open_map",
+    "plot",
+    "point",
+    "run",
+    "survey",
+    "tumbler",
+    "uncertainty",
+]
 
 
 def __dir__() -> list[str]:

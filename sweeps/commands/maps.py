@@ -30,7 +30,7 @@ def _show(args):
 
     with admission.opened(args.map) as whole:
         ds = summary.pointwise(whole)
-        places = selection.nearest(ds, args.coordinates)
+        places = selection.nearest(ds, args.coordinates, "--")
         totals = summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
@@ -60,7 +60,8 @@ def _facts(ds, totals) -> dict:
 
 
 POINT = """\
-Give each dimension longer than one a value, --DIMENSION VALUE; the nearest grid value is used and reported.
+Give each dimension longer than one a value, --DIMENSION VALUE; the nearest grid value is used and reported. Without a
+value of --mode, --eigenvalue or --multiplier all of them are printed.
 
   polhode point results/tennis_racket --axis 2 --I1 0.00121 --I2 0.01638 --I3 0.01748 --omega0 "90 rpm" \\
       --trajectory racket.csv
@@ -85,7 +86,7 @@ def _point(args):
 
     if args.trajectory:
         motion.check_format(args.trajectory)
-    row, places = selection.point(args.map, args.coordinates)
+    row, places = selection.point(args.map, args.coordinates, "--")
     if args.trajectory:
         with progress.waiting("computing the motion; the first time on a machine its kernels are compiled"):
             moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
@@ -120,16 +121,17 @@ def _value(variable) -> str:
     from sweeps.maps.selection import in_words
 
     value = _plain(variable)
-    if isinstance(value, list):
-        return ", ".join(in_words(item) for item in value)
-    return "missing" if value != value else in_words(value)
+    words = ["missing" if item != item else in_words(item) for item in (value if isinstance(value, list) else [value])]
+    return ", ".join(words if len({*words}) > 1 else words[:1])
 
 
 def _plain(variable):
     from sweeps.schema.boxes import flags
 
-    value = variable.values.tolist()
-    return flags(variable).get(value, value) if not isinstance(value, list) else value
+    value, meanings = variable.values.tolist(), flags(variable)
+    if isinstance(value, list):
+        return [meanings.get(item, item) for item in value] if meanings else value
+    return meanings.get(value, value)
 
 
 def _entries(row, names) -> dict:
@@ -138,7 +140,8 @@ def _entries(row, names) -> dict:
 
 SLICE = """\
 Give all dimensions but two a value, --DIMENSION VALUE; the nearest grid value is used and reported. Dimensions of
-length one need none. CDO, NCO, ncview and Panoply open the file.
+length one need none, nor do those that single variables have in addition, such as the multipliers of a periodic motion:
+without a value they are kept whole. CDO, NCO, ncview and Panoply open the file.
 
   polhode slice results/tennis_racket/stability_map.nc --axis 2 --I3 0.01748 --omega0 10 -o slice.nc
 """
@@ -155,15 +158,19 @@ def _slice(args):
     from sweeps.maps import admission, selection, summary
     from sweeps.shards.mapfile import write_part
 
-    with admission.opened(args.map) as whole:
-        ds = summary.pointwise(whole)
-        places = selection.nearest(ds, args.coordinates)
-        dims = selection.left(ds, places)
-        _check_plane(args.map, ds, dims)
+    with admission.opened(args.map) as ds:
+        places = selection.nearest(ds, args.coordinates, "--")
+        remaining, further = selection.left(ds, places), summary.further_dimensions(ds)
+        plane = [dim for dim in remaining if dim not in further]
+        _check_plane(args.map, ds, plane)
         write_part(selection.at(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
-    print(f"{args.output}: {' × '.join(dims)}")
+    print(f"{args.output}: {' × '.join(plane)}")
+    for dim in remaining:
+        if dim in further:
+            names = ", ".join(name for name, one in ds.data_vars.items() if dim in one.dims)
+            print(f"{names}: along {dim}, too ({ds.sizes[dim]:,} values; --{dim} VALUE keeps one)")
 
 
 def _check_plane(path: str, ds, dims: list[str]) -> None:
@@ -174,9 +181,11 @@ def _check_plane(path: str, ds, dims: list[str]) -> None:
         what = "its points are sampled or listed and form no plane"
         allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
     elif len(dims) != 2:
-        what = f"{len(dims)} dimensions are left ({', '.join(dims) or 'none'})"
+        what = (
+            f"{len(dims)} dimension{' is' if len(dims) == 1 else 's are'} without a value ({', '.join(dims) or 'none'})"
+        )
         fewer = "fewer values: two dimensions must remain"
-        allowed = selection.how_to_choose(ds, dims) if len(dims) > 2 else fewer
+        allowed = selection.how_to_choose(ds, dims, "--") if len(dims) > 2 else fewer
     else:
         return
     raise selection.SelectionError(f"{path}: {what}; allowed: {allowed}")
@@ -225,7 +234,7 @@ def _draw(args, sheet, worker):
 
     with figures.opened(args.map) as ds:
         requested = args.coordinates | dict(selection.assigned(text) for text in args.at)
-        places = selection.nearest(ds, requested)
+        places = selection.nearest(ds, requested, "--")
         chosen = [places[name] for name in requested]
         cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
         submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None

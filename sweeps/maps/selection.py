@@ -11,7 +11,7 @@ import numpy as np
 
 from sweeps.schema import units as in_units
 from sweeps.schema.boxes import dimensions, nearest_by, placing
-from sweeps.schema.refusals import RefusedError, hint, listed, named, shortened
+from sweeps.schema.refusals import MapError, hint, listed, named, shortened
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,7 @@ _LISTED = 8  # numbers
 POINT = "point"
 
 
-class SelectionError(RefusedError):
+class SelectionError(MapError):
     """What is wrong with a choice of coordinates; `str()` is the message for a person."""
 
 
@@ -53,31 +53,35 @@ def in_words(value: float | int | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def nearest(ds: "xr.Dataset", chosen: Mapping[str, str]) -> dict[str, Place]:
+def nearest(ds: "xr.Dataset", chosen: Mapping[str, str], prefix: str = "") -> dict[str, Place]:
     """Return dimension → place nearest to the chosen value, in storage order, and those of dimensions of length one.
 
     Values are as typed. Numbers need not stand on the grid (nearest by difference; axes must); names of bodies may
     leave out what is not needed to tell them. Where points have coordinates that are no dimensions, the nearest by
-    these, each in units of the range that all points have.
+    these, each in units of the range that all points have. `prefix` precedes names in messages: "--" in a shell.
     """
     sizes = dimensions(ds)
     scattered = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
     chosen = {name: text for name, text in chosen.items() if name not in scattered}
     for name in (name for name in chosen if name not in sizes):
-        wrong, allowed = "is no dimension of this map", ", ".join(f"--{dim}" for dim in sizes)
+        wrong, allowed = "is no dimension of this map", ", ".join(f"{prefix}{dim}" for dim in sizes)
         if name in ds.coords:
             beside = "which is chosen already" if name in placing(ds) else "not a dimension"
             wrong = f"is a coordinate along {' and '.join(ds[name].dims or ('no dimension',))}, {beside}"
-        raise SelectionError(f"--{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
-    places = {dim: _place(ds, dim, chosen.get(dim)) for dim, size in sizes.items() if size == 1 or dim in chosen}
-    places |= _nearest_by(ds, scattered, places) if scattered else {}
+        raise SelectionError(f"{prefix}{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
+    places = {
+        dim: _place(ds, dim, chosen.get(dim), prefix) for dim, size in sizes.items() if size == 1 or dim in chosen
+    }
+    places |= _nearest_by(ds, scattered, places, prefix) if scattered else {}
     return {dim: places[dim] for dim in sizes if dim in places}
 
 
-def _nearest_by(ds: "xr.Dataset", texts: Mapping[str, str], places: Mapping[str, Place]) -> dict[str, Place]:
+def _nearest_by(
+    ds: "xr.Dataset", texts: Mapping[str, str], places: Mapping[str, Place], prefix: str
+) -> dict[str, Place]:
     """Return the places nearest to some coordinates that are no dimensions, where others are chosen already."""
     units = {name: str(ds[name].attrs.get("units", "")) for name in (*texts, *ds.dims)}
-    requested = {name: _number(name, text, ds[name].values, units[name]) for name, text in texts.items()}
+    requested = {name: _number(prefix + name, text, ds[name].values, units[name]) for name, text in texts.items()}
     said = ", ".join(str(Place(name, 0, value, None, units[name])) for name, value in requested.items())
     result = {}
     for dim, index in nearest_by(ds, requested, {place.dim: place.index for place in places.values()}).items():
@@ -94,30 +98,30 @@ def assigned(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _place(ds: "xr.Dataset", dim: str, text: str | None) -> Place:
+def _place(ds: "xr.Dataset", dim: str, text: str | None, prefix: str) -> Place:
     values, units = ds[dim].values, str(ds[dim].attrs.get("units", ""))
     if text is None:
         return Place(dim, 0, values[0].item() if values.dtype.kind != "O" else str(values[0]), None, units)
     if values.dtype.kind in "OU":
         names = [str(value) for value in values]
-        index = names.index(named(text, names, f"--{dim}", SelectionError))
+        index = names.index(named(text, names, f"{prefix}{dim}", SelectionError))
         return Place(dim, index, names[index], names[index], "")
-    requested = _number(dim, text, values, units)
+    requested = _number(prefix + dim, text, values, units)
     index = int(np.abs(values.astype(float) - requested).argmin())
     outside = not values.min() <= requested <= values.max()
     return Place(dim, index, values[index].item(), requested, units, outside)
 
 
-def _number(dim: str, text: str, values: np.ndarray, unit: str) -> float:
+def _number(where: str, text: str, values: np.ndarray, unit: str) -> float:
     allowed = span(values)
     try:
         number = float(in_units.number(text, unit))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise SelectionError(f"--{dim}: {shortened(repr(text))} is no number; allowed: {allowed}")
+        raise SelectionError(f"{where}: {shortened(repr(text))} is no number; allowed: {allowed}")
     if values.dtype.kind in "iu" and number not in values:
-        raise SelectionError(f"--{dim}: {text} is not in this map; allowed: {allowed}")
+        raise SelectionError(f"{where}: {text} is not in this map; allowed: {allowed}")
     return number
 
 
@@ -142,25 +146,35 @@ def at(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
     return ds.isel({dim: place.index for dim, place in places.items()})
 
 
-def point(ds: "xr.Dataset | str | Path", chosen: Mapping[str, object]) -> "tuple[xr.Dataset, dict[str, Place]]":
-    """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension."""
+def point(
+    ds: "xr.Dataset | str | Path", chosen: Mapping[str, object], prefix: str = ""
+) -> "tuple[xr.Dataset, dict[str, Place]]":
+    """Return the point of a map nearest to the chosen values, loaded, and its place along each dimension.
+
+    Dimensions of the system's own, such as the eigenvalues of one equilibrium, are kept whole where no value is chosen.
+    """
+    from sweeps import systems
     from sweeps.maps import slices, storage, summary
 
     with storage.open_map(ds) if isinstance(ds, str | Path) else nullcontext(ds) as opened:
         slices.check_is_map(opened)
-        points = summary.pointwise(opened)
-        places = nearest(points, {name: str(value) for name, value in chosen.items()})
-        if dims := left(points, places):
-            allowed = f"a value for each, {how_to_choose(points, dims)}"
+        places = nearest(opened, {name: str(value) for name, value in chosen.items()}, prefix)
+        whole = {*systems.of_map(opened).spectrum, *summary.further_dimensions(opened)}
+        if dims := [dim for dim in left(opened, places) if dim not in whole]:
+            allowed = f"a value for each, {how_to_choose(opened, dims, prefix)}"
             where = f"{ds}: " if opened is not ds else ""
-            raise SelectionError(f"{where}{len(dims)} dimensions are left ({', '.join(dims)}); allowed: {allowed}")
+            counted = f"{len(dims)} dimension{'s have' if dims[1:] else ' has'} no value"
+            raise SelectionError(f"{where}{counted} ({', '.join(dims)}); allowed: {allowed}")
         return at(opened, places).load(), places
 
 
-def how_to_choose(ds: "xr.Dataset", dims: list[str]) -> str:
-    """Return the possible values of some dimensions: "--I1 VALUE (0.5 to 1.5, 24 values), …"."""
+def how_to_choose(ds: "xr.Dataset", dims: list[str], prefix: str = "") -> str:
+    """Return the possible values of some dimensions: "I1=0.5 to 1.5 (24 values), …", in a shell "--I1 0.5 to …"."""
+    sign = " " if prefix else "="
     alternatives = dict.fromkeys(dims, "")
     for name in placing(ds):
         first = next((dim for dim in ds[name].dims if dim in alternatives), None)
-        alternatives |= {first: f"{alternatives[first]}, or --{name} {span(ds[name].values)}"} if first else {}
-    return ", ".join(f"--{dim} {span(ds[dim].values)}{alternatives[dim]}" for dim in dims)
+        alternatives |= (
+            {first: f"{alternatives[first]}, or {prefix}{name}{sign}{span(ds[name].values)}"} if first else {}
+        )
+    return ", ".join(f"{prefix}{dim}{sign}{span(ds[dim].values)}{alternatives[dim]}" for dim in dims)

@@ -202,8 +202,12 @@ def specifications(ds: "xr.Dataset") -> dict[str, Variable]:
 
 def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
     """Return a map without the variables that have further dimensions at each point, and without those dimensions."""
-    further = {dim for spec in specifications(ds).values() for dim in spec.over}
-    return ds.drop_dims(further & set(ds.dims))
+    return ds.drop_dims(further_dimensions(ds))
+
+
+def further_dimensions(ds: "xr.Dataset") -> set[str]:
+    """Return the dimensions that some variables have at each point, such as the multipliers of a periodic motion."""
+    return {dim for spec in specifications(ds).values() for dim in spec.over} & {*ds.dims}
 
 
 def leading_flag(ds: "xr.Dataset") -> str:

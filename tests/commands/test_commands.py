@@ -18,6 +18,7 @@ from scipy.special import ellipk
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import command, main
+from sweeps.maps import storage
 from sweeps.schema.refusals import MapError
 
 
@@ -164,9 +165,9 @@ def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bo
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "5 dimensions are left (axis, I1, I2, omega0, epsilon)"),
+        ([], "5 dimensions are without a value (axis, I1, I2, omega0, epsilon)"),
         (["--axis", "2"], "--I1 0.5, 0.75, 1.0, 1.25, 1.5"),
-        (["--axis", "2", "--I1", "1", "--omega0", "1", "--epsilon", "1"], "1 dimensions are left"),
+        (["--axis", "2", "--I1", "1", "--omega0", "1", "--epsilon", "1"], "1 dimension is without a value (I2)"),
         (["--axs", "2"], "did you mean axis?"),
         (["--axis", "7"], "7 is not in this map"),
         (["--I1", "one"], "'one' is no number"),
@@ -233,7 +234,7 @@ def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--axis", "2"], "4 dimensions are left (I1, I2, omega0, epsilon)"),
+        (["--axis", "2"], "4 dimensions have no value (I1, I2, omega0, epsilon)"),
         (["--trajectory", "motion.txt"], "'motion.txt' has an unknown format; allowed: a name ending in .nc or .csv"),
     ],
 )
@@ -412,3 +413,46 @@ def test_pictures_that_there_are_not_are_refused(path, tmp_path, capsys, asked):
     assert "allowed: " in told or "choose" in told
     assert "Traceback" not in told
     assert not (tmp_path / "slides").exists()
+
+
+# ---------------------------------------------------------------------------------------------------------
+# dimensions that one point has by itself: multipliers, modes, eigenvalues
+
+SPECTRA = {  # system → (its grid, the dimension of the spectrum, a variable along it, number of values)
+    "mathieu": ({"a": [0.5, 1.5], "q": [0.1, 0.3]}, "multiplier", "multiplier_real", 2),
+    "paul_trap": ({"a": [0.0, 0.01], "q": [0.3, 0.4]}, "multiplier", "multiplier_imag", 4),
+    "gravity_gradient": ({"k1": [0.3, 0.5], "k3": [0.1, 0.2]}, "eigenvalue", "eigenvalue_real", 6),
+    "rotor": ({"spin_rate": [0.5, 1.5], "internal_damping": [0.1, 0.2]}, "eigenvalue", "eigenvalue_imag", 4),
+    "double_pendulum": ({"mass1": [1.0, 2.0], "length1": [1.0, 2.0]}, "mode", "frequency", 2),
+}
+QUICK = ("mathieu", "double_pendulum")
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in SPECTRA])
+def test_a_point_has_its_whole_spectrum_and_a_slice_keeps_or_chooses(name, tmp_path, capsys):
+    grid, dim, variable, count = SPECTRA[name]
+    path, out = tmp_path / "map.nc", tmp_path / "slice.nc"
+    ds = sweeps.survey({"system": name, "grid": grid})
+    storage.write_map(ds, path)
+    others = {d: str(ds[d].values[-1]) for d, size in ds.sizes.items() if size > 1 and d != dim}
+    options = [word for d, value in others.items() for word in (f"--{d}", value)]
+    wanted = ds[variable].sel({d: ds[d].values[-1] for d in others}).squeeze()
+    facts = json.loads(said(capsys, "point", path, *options, "--json"))["variables"][variable]
+    np.testing.assert_array_equal(np.array(facts["value"], float), wanted.values)
+    assert sweeps.point(path, **others)[variable].sizes == {dim: count}
+    chosen = {**others, dim: 2}
+    assert sweeps.point(path, **chosen)[variable].item() == wanted.values[1] or np.isnan(wanted.values[1])
+
+    plane = [d for d in others][:2]
+    rest = [word for d in others if d not in plane for word in (f"--{d}", others[d])]
+    own = dim == "multiplier"  # a further dimension of single variables, not one of the map's
+    words = said(capsys, "slice", path, *rest, *([] if own else [f"--{dim}", "2"]), "-o", out)
+    with xr.open_dataset(out) as part:
+        assert set(part[variable].dims) == {*plane, *([dim] if own else [])}
+    assert (f"{variable}" in words and f"--{dim} VALUE" in words) == own
+    said(capsys, "slice", path, *rest, f"--{dim}", "2", "-o", out)
+    with xr.open_dataset(out) as part:
+        assert set(part[variable].dims) == {*plane}
+        at = {d: ds[d].values[-1] for d in others if d not in plane} | {dim: 2}
+        np.testing.assert_array_equal(part[variable], ds[variable].sel(at).squeeze().transpose(*part[variable].dims))

@@ -48,7 +48,7 @@ def test_a_dimension_that_nobody_names_is_taken_at_its_first_value():
     values = {"body": ["a", "b"], "epsilon": [1e-8, 1e-4]}
     ds = xr.Dataset({"status": (("body", "epsilon"), np.zeros((2, 2), np.int8))}, values)
     for dim, first in (("body", "a"), ("epsilon", 1e-8)):
-        assert selection._place(ds, dim, None) == selection.Place(dim, 0, first, None, "")
+        assert selection._place(ds, dim, None, "") == selection.Place(dim, 0, first, None, "")
 
 
 @pytest.mark.parametrize(
@@ -74,6 +74,31 @@ def test_names_may_be_parts_that_only_one_has(ds, asked, found):
 )
 def test_what_is_no_place_is_refused(ds, values, words):
     with pytest.raises(selection.SelectionError) as refused:
-        selection.nearest(ds, values)
+        selection.nearest(ds, values, "--")
     assert words in str(refused.value)
     assert "allowed: " in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"axis": "2"}, "axis: 2 is not in this map"),
+        ({"epsilon": "small"}, "epsilon: 'small' is no number"),
+        (
+            {"epsilom": "1"},
+            "epsilom: is no dimension of this map (did you mean epsilon?); allowed: body, axis, epsilon",
+        ),
+        ({"body": "rackett"}, "body: 'rackett' is not among the names"),
+        ({"I1": "1"}, "I1: is a coordinate along body"),
+    ],
+)
+def test_messages_to_python_have_no_options_of_the_shell(ds, values, words):
+    with pytest.raises(selection.SelectionError) as refused:
+        selection.nearest(ds, values)
+    assert str(refused.value).startswith(words)
+    assert "--" not in str(refused.value)
+
+
+def test_a_choice_is_written_as_the_caller_writes_it(ds):
+    assert selection.how_to_choose(ds, ["axis", "epsilon"]) == "axis=1, 3, epsilon=1e-08, 0.0001, 0.01"
+    assert selection.how_to_choose(ds, ["axis"], "--") == "--axis 1, 3"

@@ -113,13 +113,13 @@ def of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
     try:
         first, second = (float(ratio) for ratio in ratios)
     except (TypeError, ValueError, OverflowError):
-        wrong = f"--ratios: {display(ratios)} are no two numbers"
+        wrong = f"ratios: {display(ratios)} are no two numbers"
         raise DefinitionError(f"{wrong}; allowed: I1/I3 and I2/I3, each a number in (0, 1]") from None
     for name, value in (("I1/I3", first), ("I2/I3", second)):
         if not 0 < value <= 1:
-            raise DefinitionError(f"--ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
+            raise DefinitionError(f"ratios: {name} {value!r} is out of range; allowed: a number in (0, 1]")
     moments = (*sorted((first, second)), 1.0)
-    shapes.refuse_impossible("--ratios", moments)
+    shapes.refuse_impossible("ratios", moments)
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
     values = {n: v.item() for n, v in columns({name: np.array([value]) for name, value in point.items()}).items()}
     least = tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"]

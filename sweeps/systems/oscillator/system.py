@@ -78,6 +78,7 @@ class Oscillator(Described):
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     tables = tables
+    spectrum = ("mode",)
     literature = "Landau and Lifshitz, Mechanics, section 23"
     shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"
 

@@ -70,6 +70,7 @@ class RelativeEquilibrium(Described):
     base_model = FlowDefinition
     tables = tables
     marker = "eigenvalue"
+    spectrum = ("eigenvalue",)
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
     shown = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
 
