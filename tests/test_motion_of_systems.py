@@ -65,7 +65,10 @@ def test_the_command_writes_the_motion_that_elliptic_functions_have(tmp_path, ca
         (["pendulum", "--start", "theta=1"], "--duration: null"),
         (["pendulum", "--omega0", "3"], "--omega0: is of a body"),
         (["racket", "--start", "theta=1"], "--start, --parameter: are of a described system"),
-        (["pendulum", "--start", "tetha=1", "--duration", "1"], "start: tetha is unknown; allowed: theta, theta_dot"),
+        (
+            ["pendulum", "--start", "tetha=1", "--duration", "1"],
+            "start: tetha is unknown (did you mean theta?); theta is missing; allowed: theta (rad; ",
+        ),
         (["pendulum", "--start", "theta=1", "--duration", "1", "--samples", "1"], "samples: 1 is out of range"),
         (["pendulum", "--start", "theta=1", "--duration", "1e9"], "motion: non_finite"),
     ],
@@ -246,7 +249,14 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
     [
         ({"system": "pendulun"}, "system: 'pendulun' is no described system"),
         ({"start": {}}, "start: theta is missing"),
-        ({"start": {"theta": 0.1, "phi": 1}}, "start: phi is unknown; allowed: theta, theta_dot"),
+        ({"system": "double_pendulum", "start": {}}, "start: theta1, theta2 are missing"),
+        ({"system": "gravity_gradient", "start": {"pitch": 0.1}}, "omega1, omega2, omega3, roll, yaw are missing"),
+        ({"system": "pendulum", "start": {"theto": 1, "x": 2}}, "theto is unknown .*; x is unknown; theta is missing"),
+        ({"parameters": {"lenght": 1, "mas": 2}}, r"lenght is unknown \(did you mean length\?\); mas is unknown"),
+        (
+            {"start": {"theta": 0.1, "phi": 1}},
+            r"start: phi is unknown; allowed: theta \(rad; required\), theta_dot \(rad s-1; default 0\)",
+        ),
         ({"start": {"theta": np.nan}}, "start: theta: nan"),
         ({"start": np.ones(2)}, "start: <ndarray>; allowed: a mapping with theta, theta_dot"),
         ({"start": {None: 1.0, 3: 1.0}}, "start: 3 is unknown"),

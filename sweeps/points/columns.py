@@ -12,6 +12,8 @@ import numpy as np
 
 from sweeps.points import compile
 from sweeps.points.sweep import Sweep
+from sweeps.process import machine
+from sweeps.schema.refusals import DefinitionError
 
 
 def columns(points: Mapping[str, np.ndarray], sweep: Sweep, threads: int = 1) -> dict[str, np.ndarray]:
@@ -40,6 +42,9 @@ def measurers(threads: int) -> Iterator[ThreadPoolExecutor]:
 def begun(points: Mapping[str, np.ndarray], sweep: Sweep, pool: ThreadPoolExecutor, parts: int) -> Callable[[], dict]:
     """Submit points to the thread pool in parts, and return a function that waits for them and returns the columns."""
     compile.ensure(sweep)
+    if not machine.rounds_to_nearest():
+        wrong = "another program in this process has set the processor's rounding mode"
+        raise DefinitionError(f"arithmetic: {wrong}; allowed: rounding to nearest, without flushing to zero")
     size = next(iter(points.values())).size
     parts = max(1, min(parts, size))  # one without points has no columns to join
     bounds = pairwise(np.linspace(0, size, parts + 1).astype(int))

@@ -32,6 +32,8 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
     if _is_of("pandas", "DataFrame", definition):
         path = _kept(definition)
         definition, folder = {"table": path.name}, str(path.parent)
+        if systems.is_file(keys.get("system")):  # relative to the current folder, not to the table's
+            keys["system"] = str(Path(keys["system"]).absolute())
     if isinstance(definition, str | Path):
         if keywords:
             wrong = f"{display(definition)} is given beside {next(iter(keywords))}"

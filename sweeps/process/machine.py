@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+from array import array
 from contextlib import suppress
 
 KEPT_BYTES = 2**28
@@ -11,6 +12,17 @@ TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt(3)
 def cores() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def rounds_to_nearest() -> bool:
+    """Return True if this thread rounds to the nearest double and keeps subnormal numbers (IEEE 754's defaults).
+
+    Other programs in the process may have changed the processor's mode; threads started here inherit it.
+    """
+    one, tiny, least = (array("d", [value]) for value in (1.0, 2.0**-54, 5e-324))  # no constants that Python folds
+    up, down = one[0] + tiny[0] > 1.0, -one[0] - tiny[0] < -1.0
+    toward_zero = one[0] + 3.0 * tiny[0] == 1.0
+    return not (up or down or toward_zero) and least[0] * one[0] > 0.0
 
 
 def keep_freed() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.refusals import DefinitionError, display, hint
+from sweeps.schema.refusals import DefinitionError, display, hint, shortened
 from sweeps.schema.variables import Variable, amount
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
@@ -101,16 +101,27 @@ def _given(where, values, defaults, unit_of):
     if not hasattr(values, "keys"):
         raise DefinitionError(f"{where}: {display(values)}; allowed: a mapping with {', '.join(defaults) or 'nothing'}")
     values = dict(values)
-    if unknown := sorted(map(str, set(values) - set(defaults))):
-        raise DefinitionError(f"{where}: {unknown[0]} is unknown; allowed: {', '.join(defaults) or 'nothing'}")
-    if missing := [name for name, default in defaults.items() if default is None and name not in values]:
-        raise DefinitionError(f"{where}: {missing[0]} is missing; allowed: a number, or a list of one number a run")
+    unknown = sorted(map(str, set(values) - set(defaults)))
+    missing = [name for name, default in defaults.items() if default is None and name not in values]
+    if unknown or missing:
+        problems = [f"{shortened(name)} is unknown{hint(name, defaults)}" for name in unknown]
+        problems += [f"{', '.join(missing)} {'are' if missing[1:] else 'is'} missing"] if missing else []
+        raise DefinitionError(f"{where}: {'; '.join(problems)}; allowed: {_names_with_units(defaults, unit_of)}")
     arrays = {}
     for name, default in defaults.items():
         value, read = values.get(name, default), partial(amount, f"{where}: {name}", unit=unit_of[name])
         is_list = isinstance(value, list | tuple) or np.ndim(value) > 0
         arrays[name] = np.array([read(v) for v in value] if is_list else read(value))
     return arrays
+
+
+def _names_with_units(defaults, unit_of) -> str:
+    """Return "theta (rad), theta_dot (s-1; default 0)": each name with its unit and its default."""
+    words = []
+    for name, default in defaults.items():
+        unit = [] if unit_of[name] in ("", "1") else [unit_of[name]]
+        words.append(f"{name} ({'; '.join([*unit, 'required' if default is None else f'default {default:g}'])})")
+    return ", ".join(words) or "nothing"
 
 
 def _columns(equations):

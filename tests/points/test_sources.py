@@ -1,6 +1,9 @@
 """Definitions that are no files, and numbers with units, against the same definition spelled out."""
 
 import math
+import platform
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -10,10 +13,21 @@ import xarray as xr
 import sweeps
 from sweeps import systems
 from sweeps.points.loading import load
+from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 
 GRID = {"I1": 1.0, "I2": [1.5, 2.0], "I3": 2.5, "omega0": math.pi}
 PLAIN = {"axes": [2], "grid": GRID}
+SPRING = """
+from sweeps.mechanics import System
+
+system = System("Spring")
+k = system.parameter("stiffness", "s-2", default=1.0, positive=True)
+x = system.coordinate("x", "m", bounds=(-1, 1))
+system.kinetic_energy(system.velocity(x) ** 2 / 2)
+system.potential(k * x**2 / 2)
+system.equilibrium("rest", {x: 0})
+"""
 
 
 def test_every_form_of_a_grid_gives_the_same_map():
@@ -86,3 +100,38 @@ def test_every_number_of_a_definition_takes_a_unit():
     assert (spaced.grid.I1.start, spaced.grid.I1.stop) == (1e-3, 2e-3)
     shaped = {"ratios": {"I1_over_I3": {"start": "50 %", "stop": "60 %", "num": 2}, "thickness": 0.5}, "I3": "1 g m2"}
     assert load({"grid": {**shaped, "omega0": 1.0}}).grid.I1.stop == 0.6e-3
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("form", ["duff.py", "./duff.py", "below/duff.py", "absolute"])
+def test_a_python_file_beside_a_frame_is_relative_to_the_current_folder(folder, form):
+    path = folder / (form if form != "absolute" else "duff.py")
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(SPRING)
+    frame = pd.DataFrame({"stiffness": [1.0, 4.0]})
+    found = sweeps.survey(frame, system=str(path) if form == "absolute" else form)
+    np.testing.assert_allclose(found.frequency.values.ravel(), [1.0, 2.0], rtol=1e-6)  # epsilon² of the amplitude
+
+
+MODES = {"downward": 0x400, "upward": 0x800, "toward zero": 0xC00}  # of fesetround, x86-64
+ROUNDED = """
+import ctypes, ctypes.util, sys, sweeps
+before = ctypes.CDLL(ctypes.util.find_library("m")).fesetround(int(sys.argv[1]))
+try:
+    sweeps.survey(I1=1.0, I2=1.5, I3=2.5, omega0=1.0)
+except sweeps.DefinitionError as refused:
+    print(refused)
+"""
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_another_rounding_mode_is_refused(mode):
+    if platform.machine() != "x86_64":
+        pytest.skip("the numbers of the modes are those of x86-64")
+    command = [sys.executable, "-c", ROUNDED, str(MODES[mode])]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert answer.stdout.startswith("arithmetic: another program in this process has set the processor's rounding mode")
+
+
+def test_the_usual_rounding_mode_is_found():
+    assert machine.rounds_to_nearest()
