@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from sweeps.points import catalogue
-from sweeps.pipeline import claims
+from sweeps.pipeline import claims, finished
 from sweeps.schema.refusals import DefinitionError
 from sweeps.pipeline.targets import (
     is_to_run,
@@ -183,12 +183,18 @@ rule handbook:
         "python -m sweeps.handbook --output {output:q} > {log:q} 2>&1 || {{ tail -n 20 {log:q} >&2; exit 1; }}"
 
 
+onsuccess:
+    for name in PLANS:
+        finished.note_sizes(Path("results") / name)
+
+
 try:
     refuse_unmade(on_command_line(), workflow.rules, PLANS)
     if workflow.is_main_process and is_to_run():
         claims.claim(PLANS)
         for name, plan in PLANS.items():
             claims.assign_to_definition(Path("results") / name, plan.path)
+            finished.remove_incomplete(Path("results") / name)
         claims.replace_locks(workflow)
         for told in what_is_compiled(PLANS.values()):
             print(told, file=sys.stderr)

@@ -9,6 +9,7 @@ import codecs
 import hashlib
 import json
 import os
+import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from importlib.machinery import PathFinder
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
 
 NOTE = ".finished"
-MADE = ("stability_map.nc", "figures", "report.html")  # of a run, in the order in which it names them
+SIZES = ".sizes"  # contains the size of each figure, and of the report, when it was made
+DRAWN = ("figures", "report.html")
+MADE = ("stability_map.nc", *DRAWN)  # of a run, in the order in which it names them
 DECIDING = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # packages
 SETTINGS = ".numba_config.yaml"  # in the folder where a process starts
 CACHE = "NUMBA_CACHE_DIR"
@@ -53,7 +56,34 @@ def found(definition: str | Path, basis: str, results: str | Path = "results") -
     except (OSError, ValueError):
         return []
     same = basis and note == _note(basis, made) and all(path.exists() for path in made)
-    return made if same and not claims.is_claimed(folder) else []
+    is_whole = same and not incomplete(folder)
+    return made if is_whole and not claims.is_claimed(folder) else []
+
+
+def note_sizes(folder: Path) -> None:
+    """Store the sizes of the figures and of the report of a sweep, once they are made."""
+    from sweeps.process.files import replaced
+
+    files = [file for name in DRAWN for file in ((folder / name), *(folder / name).glob("*")) if file.is_file()]
+    sizes = {str(file.relative_to(folder)): file.stat().st_size for file in files}
+    with replaced(folder / SIZES, flush=False) as temporary:
+        temporary.write_text(json.dumps(sizes))
+
+
+def incomplete(folder: Path) -> set[Path]:
+    """Return the folder of figures, or the report, of which a file is missing or has another size than when made."""
+    try:
+        sizes = json.loads((folder / SIZES).read_text())
+    except (OSError, ValueError):  # never finished
+        return set()
+    changed = [name for name, size in sizes.items() if _weight(folder / name)[2:3] != (size,)]
+    return {folder / Path(name).parts[0] for name in changed}
+
+
+def remove_incomplete(folder: Path) -> None:
+    """Remove the figures, or the report, of which a file is missing or was cut short, so that they are made again."""
+    for path in incomplete(folder):
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
 def keep(sweep: "Sweep", basis: str, results: str | Path = "results") -> None:

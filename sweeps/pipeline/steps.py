@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.maps import admission
-from sweeps.pipeline import claims
+from sweeps.pipeline import claims, finished
 from sweeps.points import compile
 from sweeps.points.catalogue import Plan
 from sweeps.points.sweep import Sweep
@@ -38,6 +38,7 @@ def make(
     path = folder / "stability_map.nc"
     with claims.claimed([sweep.name], results):
         claims.assign_to_definition(folder, planned.path, replace)
+        finished.remove_incomplete(folder)
         is_old = again or not admission.holds_map(path, sweep)
         if is_old:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
@@ -50,7 +51,9 @@ def make(
             if (folder / "shards").exists():
                 shutil.rmtree(folder / "shards")
             yield path
-            yield from _shown(path, again, worker)
+            drawn = list(_shown(path, again, worker))
+            finished.note_sizes(folder)
+            yield from drawn
 
 
 def _is_older(made: Path, path: Path) -> bool:

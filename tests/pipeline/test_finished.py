@@ -139,3 +139,42 @@ def test_nothing_is_loaded_for_what_is_finished(mine):
     *made, loaded = python(code).splitlines()
     assert made == [str(Path("results/mine") / name) for name in finished.MADE]
     assert not HEAVY & set(loaded.split())
+
+
+# Figures and the report: each file counts
+
+
+@pytest.fixture
+def drawn(tmp_path):
+    """A sweep's folder with figures and a report, whose sizes are noted."""
+    (tmp_path / "figures").mkdir()
+    for name in ("figures/a.png", "figures/b.png", "figures/flip.gif", "report.html"):
+        (tmp_path / name).write_bytes(bytes(100))
+    finished.note_sizes(tmp_path)
+    return tmp_path
+
+
+DAMAGES = {  # what happens to a file, and what is removed for it
+    "deleted": ("figures/a.png", lambda file: file.unlink(), "figures"),
+    "cut short": ("figures/b.png", lambda file: os.truncate(file, 60), "figures"),
+    "emptied": ("figures/flip.gif", lambda file: os.truncate(file, 0), "figures"),
+    "grown": ("figures/a.png", lambda file: os.truncate(file, 200), "figures"),
+    "report cut short": ("report.html", lambda file: os.truncate(file, 60), "report.html"),
+    "report deleted": ("report.html", lambda file: file.unlink(), "report.html"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_file_that_is_missing_or_cut_short_has_its_figures_made_again(drawn, damage):
+    name, change, part = DAMAGES[damage]
+    change(drawn / name)
+    assert finished.incomplete(drawn) == {drawn / part}
+    finished.remove_incomplete(drawn)
+    assert not (drawn / part).exists()
+    assert (drawn / ("report.html" if part == "figures" else "figures/a.png")).exists()
+
+
+def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(drawn):
+    (drawn / "figures/mine.txt").write_text("a note of the user")
+    finished.remove_incomplete(drawn)
+    assert len(list((drawn / "figures").iterdir())) == 4

@@ -250,3 +250,15 @@ def test_one_definition_is_not_refused(two, change):
         path = "c/mine.yaml"
     made(path, **({"results": "others"} if change == "elsewhere" else {}))
     assert spin() == 1.0
+
+
+@pytest.mark.parametrize("damage", ["deleted", "cut short"])
+def test_a_damaged_figure_is_drawn_again_and_the_map_is_kept(mine, capsys, damage):
+    assert main(["run", "mine.yaml", "--quiet"]) == 0
+    dated = Path("results/mine/stability_map.nc").stat().st_mtime_ns
+    picture = next(Path("results/mine/figures").glob("*.png"))
+    whole = picture.read_bytes()
+    picture.unlink() if damage == "deleted" else os.truncate(picture, len(whole) // 2)
+    assert main(["run", "mine.yaml", "--quiet"]) == 0
+    assert picture.read_bytes() == whole
+    assert Path("results/mine/stability_map.nc").stat().st_mtime_ns == dated
