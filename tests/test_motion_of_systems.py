@@ -11,7 +11,7 @@ from scipy.special import ellipj, ellipk
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.mechanics import System
+from sweeps.mechanics import System, motions
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import trajectories
 from sweeps.systems.motion import MotionError
@@ -70,7 +70,7 @@ def test_the_command_writes_the_motion_that_elliptic_functions_have(tmp_path, ca
             "start: tetha is unknown (did you mean theta?); theta is missing; allowed: theta (rad; ",
         ),
         (["pendulum", "--start", "theta=1", "--duration", "1", "--samples", "1"], "samples: 1 is out of range"),
-        (["pendulum", "--start", "theta=1", "--duration", "1e9"], "motion: non_finite"),
+        (["pendulum", "--start", "theta=1", "--duration", "1e9"], "motion: too_many_steps"),
     ],
 )
 def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
@@ -338,3 +338,51 @@ def test_a_body_that_rotates_too_often_to_be_integrated_is_refused():
     """Ten million years step by step: once for ever."""
     with pytest.raises(MotionError, match=r"times: the body rotates 3.18e.14 times; allowed: 1e.06 times"):
         sweeps.motion([1.0, 2.0, 2.6], [1.0, 0.0, 0.2], "2e15 s")
+
+
+# Stiff equations
+
+
+@pytest.fixture(scope="module")
+def van_der_pol():
+    """x'' = mu (1 - x²) x' - x: its fast rate is about 3 mu, its slow phase lasts about 0.8 mu."""
+    system = System("Van der Pol's oscillator")
+    mu = system.parameter("mu", default=1.0)
+    x, y = system.state("x", bounds=(-3, 3)), system.state("y", bounds=(-9, 9))
+    system.rate(x, y)
+    system.rate(y, mu * (1 - x**2) * y - x)
+    return system
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("mu", "duration"),
+    [(1.0, 20.0), (10.0, 40.0), (100.0, 300.0), pytest.param(100.0, 2000.0, marks=pytest.mark.slow)],
+)
+def test_van_der_pols_oscillator_is_that_of_radau(van_der_pol, mu, duration):
+    ds = sweeps.motion(van_der_pol, {"x": 2.0, "y": 0.0}, [0.0, duration], parameters={"mu": mu})
+    run = solve_ivp(
+        lambda t, s: (s[1], mu * (1 - s[0] ** 2) * s[1] - s[0]),
+        (0.0, duration),
+        (2.0, 0.0),
+        "Radau",
+        rtol=1e-11,
+        atol=1e-13,
+        jac=lambda t, s: [[0.0, 1.0], [-2 * mu * s[0] * s[1] - 1, mu * (1 - s[0] ** 2)]],
+    )
+    assert ds.status == 0
+    # Radau's tolerance a step, over some thousand steps of an attracting cycle, whose phase errors add up
+    assert abs(ds.x.values[-1] - run.y[0, -1]) <= ds.x_error.values[-1] + 1e-7
+    assert ds.x_error.values[-1] < 1e-9
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("mu", [1000.0, 3000.0, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (1e4, 1e5, 1e6))])
+def test_a_stiff_motion_is_named(van_der_pol, mu):
+    ds = sweeps.motion(van_der_pol, {"x": 2.0, "y": 0.0}, [0.0, 2.0 * mu], parameters={"mu": mu})
+    assert motions.STATUSES[int(ds.status)] == "stiff"
+    assert np.isnan(ds.x).all()
+
+
+def test_every_status_of_a_motion_has_its_message():
+    assert set(trajectories.REASONS) == set(motions.STATUSES) - {"ok"}

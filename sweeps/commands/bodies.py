@@ -140,6 +140,7 @@ def _of_system(args, is_film: bool):
     import numpy as np
 
     from sweeps.maps import motion
+    from sweeps.mechanics import motions
     from sweeps.schema.variables import amount
     from sweeps.systems import trajectories
     from sweeps.systems.motion import LEAST_SAMPLES, MotionError
@@ -157,7 +158,8 @@ def _of_system(args, is_film: bool):
     with progress.waiting(WAIT):
         moved = trajectories.trajectories(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
     if status := int(moved["status"]):
-        raise MotionError(f"motion: {trajectories.STATUSES[status]} at tolerance 1e-12; allowed: a shorter --duration")
+        name = motions.STATUSES[status]
+        raise MotionError(f"motion: {name} at tolerance 1e-12: {trajectories.REASONS[name]}")
     return moved, partial(film.frames, model=trajectories.model_of(args.name))
 
 

@@ -20,11 +20,20 @@ BETWEEN = 8  # more times at which solutions are compared
 EPSILON = float(np.finfo(np.float64).eps)
 SAFE = 4.0  # times what both changed is the error: roundings add up
 ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows, and of the time
+STIFF_CHANGE = 0.01  # largest relative change of the states in a segment of a stiff motion; others change by about 1
+STIFF_SEGMENTS = 1 << 12  # from here on, a stiff motion that cannot end within MOST_SEGMENTS at this pace is given up
+MAX_ACCELERATION = 16.0  # any other motion is given up if it would have to become so many times as fast
+STATUSES = ("ok", "not_converged", "non_finite", "too_many_steps", "stiff")
+OK, NOT_CONVERGED, NON_FINITE, TOO_MANY_STEPS, STIFF = range(len(STATUSES))
 FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
 
 
-def follow(code: Moving, parameters, start, times, tolerance: float) -> np.ndarray:
-    """Return the states at times, shape (runs, times, states); NaN from where a motion ends.
+def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the states at times, shape (runs, times, states), and the status of each run.
+
+    States are NaN from where a motion ends. The status is TOO_MANY_STEPS, or STIFF if the steps are much shorter than
+    the time in which the motion changes: the fastest rate of the equations bounds an explicit step, even if the motion
+    does not contain it.
 
     Args:
         code: of motions, not near equilibria.
@@ -40,26 +49,35 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> np.ndarr
     low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), (times[:, -1] - times[:, 0]) / count
     step[step == 0.0] = 1.0
     due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
+    status = np.full(len(x), TOO_MANY_STEPS, np.int8)
+    begin, span = times[:, 0], np.ptp(times, axis=1)
     times = np.pad(times, ((0, 0), (0, paths.TOGETHER)), constant_values=np.inf)
-    for _ in range(MOST_SEGMENTS):
+    for segment in range(MOST_SEGMENTS):
         if not due.size:
             break
         table = code.table([p[due[0]] for p in parameters], x, low[:, : code.n], step)
         low[:, code.n :] = 0.0
         path = paths.Path(table, low, size, due)
         paths.follow(expand, path, times, tolerance, SEGMENT, states)
-        left = due[1] < count
+        is_over = due[1] == count
+        status[due[0, is_over]] = OK
+        if segment >= STIFF_SEGMENTS:
+            change = np.abs(table[:, : code.n] - x)[:, :-1] / size[:, :-1]
+            progress = (table[:, code.n - 1] - begin[due[0]]) / span[due[0]]
+            is_stiff = ~is_over & (change.max(axis=1) < STIFF_CHANGE) & (progress < segment / MOST_SEGMENTS)
+            status[due[0, is_stiff]] = STIFF
+            is_over |= is_stiff | (progress < segment / (MAX_ACCELERATION * MOST_SEGMENTS))
+        left = ~is_over
         x, low, size, step = table[left, : code.n], low[left], size[left], table[left, code.step_row]
         due = np.ascontiguousarray(due[:, left])
-    for number, first in due.T:
-        states[number, :, first:] = np.nan
-    return states[..., :count].swapaxes(1, 2)
+    states[status != OK] = np.nan
+    return states[..., :count].swapaxes(1, 2), status
 
 
 def solved(
     code: Moving, parameters, start, times, tolerance: float, least=None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return states at times and their errors, shape (runs, times, states), and whether each run meets the tolerance.
+    """Return states at times and their errors, shape (runs, times, states), and the status of each run.
 
     Arguments are those of :func:`follow`; the tolerance is the largest change by halving the steps, relative to the
     largest size of each state in the run, which is at least `least`, shape (runs, states).
@@ -67,12 +85,15 @@ def solved(
     times, place = _with_times_between(times)
     states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     change, last = np.full(len(start), np.inf), np.full(len(start), np.inf)
+    status = np.full(len(start), OK, np.int8)
     beside = start * (1.0 + np.resize([2.0, -2.0], start.shape[1]) * EPSILON)
     late = times + ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
 
     def followed(runs, begin, at, halving):
         finer = SHARE * tolerance / 2.0 ** (code.order * halving)
-        return follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
+        found, outcome = follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
+        status[runs] = np.maximum(status[runs], outcome)
+        return found
 
     def largest(runs):
         size = np.abs(states[runs]).max(axis=1)
@@ -82,7 +103,8 @@ def solved(
     left = np.arange(len(start))
     with np.errstate(all="ignore"):
         coarse = followed(left, start, times, 0)
-        for halving in range(1, MOST_HALVINGS + 1):
+        coarse, left = coarse[status == OK], left[status == OK]
+        for halving in range(1, MOST_HALVINGS + 1) if left.size else ():
             states[left] = followed(left, start, times, halving)
             apart[left] = np.maximum.accumulate(np.abs(states[left] - coarse), axis=1)
             change[left] = largest(left)
@@ -98,7 +120,9 @@ def solved(
     states[:, 0] = start
     error = SAFE * apart + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1)
     states, error = (np.take_along_axis(array, place[..., None], axis=1) for array in (states, error))
-    return states, error, change <= tolerance
+    is_finite = np.isfinite(states + error).all(axis=(1, 2))
+    status = np.select([status != OK, ~is_finite, change > tolerance], [status, NON_FINITE, NOT_CONVERGED], OK)
+    return states, error, status.astype(np.int8)
 
 
 def _with_times_between(times):

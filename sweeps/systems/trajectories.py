@@ -15,7 +15,13 @@ if TYPE_CHECKING:
     from sweeps import mechanics
     from sweeps.mechanics.model import Model
 
-STATUSES = ("ok", "not_converged", "non_finite")
+REASONS = {  # status → message
+    "not_converged": "halving the steps still changes it; allowed: a shorter duration, or a larger tolerance",
+    "non_finite": "it leaves the range of doubles; allowed: a shorter duration",
+    "too_many_steps": "it takes more than 500,000 steps; allowed: a shorter duration, or a larger tolerance",
+    "stiff": "the equations are stiff: they contain rates much faster than the motion, and explicit steps would be too "
+    "many; allowed: a shorter duration, or an implicit integrator (SciPy's Radau)",
+}
 
 
 def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
@@ -46,17 +52,15 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     runs = shape[0] if shape else 1
     x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
     given = list(p) or [np.zeros(runs)]
-    followed, error, converged = motions.solved(model.moving, given, x.T, np.tile(times, (runs, 1)), tolerance)
-    sound = np.isfinite(followed + error).all(axis=(1, 2))
-    followed[~sound], error[~sound] = np.nan, np.nan
-    status = np.select([~sound, ~converged], [2, 1], 0).astype(np.int8)
+    followed, error, status = motions.solved(model.moving, given, x.T, np.tile(times, (runs, 1)), tolerance)
+    followed[status > motions.NOT_CONVERGED], error[status > motions.NOT_CONVERGED] = np.nan, np.nan
     variables = {}
     for i, (name, unit, meaning) in enumerate(_columns(equations)):
         variables[name] = (("run", "time"), followed[..., i], {"units": unit, "long_name": meaning})
         words = {"units": unit, "long_name": f"error of {meaning}"}
         words["comment"] = "four times the change by halving the steps and by a rounding of the start"
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
-    flags = Variable("status", None, "whether the motion keeps the tolerance", "i1", STATUSES).attributes
+    flags = Variable("status", None, "whether the motion keeps the tolerance", "i1", motions.STATUSES).attributes
     variables["status"] = ("run", status, flags)
     coordinates = {"time": ("time", times, {"units": "s", "long_name": "time"})}
     for q, values in zip(model.system.parameters.values(), p, strict=True):
