@@ -186,11 +186,13 @@ class System:
     ) -> sp.Symbol:
         """Add a generalised coordinate and return its symbol; see `Coordinate`.
 
-        `bounds` may be left out for one with a momentum; `positive` says that it is a distance and no number below 0.
+        `bounds` may be left out for one with a momentum, and are (-π, π) by default for one that is `periodic`;
+        `positive` says that it is a distance and no number below 0.
         """
         self._check_name(name, unit)
         if len(self.coordinates) >= MOST_COORDINATES:
             raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
+        bounds = (-sp.pi, sp.pi) if bounds is None and periodic else bounds
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)

@@ -360,7 +360,7 @@ class _All:
         edge = EDGE * self.width[points]
         bounds = np.stack([self.low[points] - edge, self.high[points] + edge], axis=1)
         most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
-        shares = self.problem.is_steady and self.n <= SHARING and points.size
+        shares = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= SHARING and points.size
         starts = self.rough(points, bounds, SHARED * most) if shares else None
         which, kind, boxes = self._searched(points, bounds, most, starts)
         owner, zero = points[which], kind == codes.ZERO

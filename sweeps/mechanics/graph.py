@@ -38,6 +38,7 @@ from sweeps.schema.refusals import DescriptionError
 CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
+MODULES = [{"erf": special.erf}, "scipy", "numpy"]  # in which SymPy's functions have values, the first that has them
 TINY = sp.Float(1e-290)  # changes no number but 0, to sixteen digits
 
 
@@ -320,11 +321,15 @@ def lambdified(arguments, expressions, whole=True):
 
     With `whole` each has the shape of all arguments together, else that of what occurs in it.
     """
-    function = sp.lambdify(arguments, list(expressions), modules=[{"erf": special.erf}, "numpy"], cse=True)
+    function = sp.lambdify(arguments, list(expressions), modules=MODULES, cse=True)
 
     def evaluate(*arrays):
         with np.errstate(all="ignore"):
-            values = [np.real_if_close(v) if np.iscomplexobj(v) else np.asarray(v) for v in function(*arrays)]
+            try:
+                values = [np.real_if_close(v) if np.iscomplexobj(v) else np.asarray(v) for v in function(*arrays)]
+            except NameError as error:
+                wrong = f"{error.name} has no values in NumPy or SciPy"
+                raise DescriptionError(f"function: {wrong}; allowed: functions that SymPy writes for them") from None
         if not whole:
             return [value.astype(np.float64, copy=False) for value in values]
         shape = np.broadcast_shapes(*(np.shape(x) for x in arrays)) if arrays else ()

@@ -1,13 +1,15 @@
 """Expressions as tapes for `kernels.enclosures`: one row an operation, nothing expanded, equal parts once.
 
 What holds no variable is a constant: it is enclosed once a point, by a tape of its own whose variables are the
-parameters.
+parameters. A function of parameters alone that no tape has (a Bessel function, `Max`, `Piecewise`) is a number, too:
+the one that NumPy or SciPy returns, but for some roundings.
 """
 
 import numpy as np
 import sympy as sp
 
 from kernels import codes
+from sweeps.mechanics.graph import lambdified
 from sweeps.schema.refusals import DescriptionError
 
 FUNCTIONS = (  # in the order of their codes
@@ -16,6 +18,7 @@ FUNCTIONS = (  # in the order of their codes
 )
 CODES = dict(zip(FUNCTIONS, range(codes.EXP, codes.ERF + 1), strict=True))
 MOST_WHOLE = 1 << 20
+OF_LIBRARY = 8.0 * codes.UNIT  # relative error allowed to a function of parameters that NumPy or SciPy evaluates
 
 
 class Tape:
@@ -31,6 +34,8 @@ class Tape:
         are_numbers = all(e.is_number for e in self._constants)
         self._fixed = None if are_numbers else _Numbers(self._constants, self.parameters)
         self._values = np.array([literal(e) for e in self._constants if are_numbers]).reshape(-1, 2)
+        #: whether constants are enclosed for a range of parameters too, and not at single points alone
+        self.has_ranges = are_numbers or not self._fixed.evaluated
 
     def constants(self, parameters, high=None) -> np.ndarray:
         """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter.
@@ -118,19 +123,28 @@ class _Numbers(Tape):
     """A tape whose variables are parameters and whose constants are numbers."""
 
     def __init__(self, expressions, parameters):
+        self.evaluated: list[sp.Expr] = []  #: functions of parameters that no tape has: variables after the parameters
         super().__init__(expressions, parameters, ())
+        self._evaluate = lambdified(parameters, self.evaluated)
 
     def _built(self, e):
         try:
             return super()._built(e)
-        except DescriptionError:  # a function of parameters that no box is put through
-            raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}") from None
+        except DescriptionError:
+            self.evaluated.append(e)
+            return self._add(codes.VARIABLE, len(self.variables) + len(self.evaluated) - 1)
 
     def values(self, low, high, points):
         """Return enclosures, shape (points, expressions, 2)."""
-        low, high = (np.stack([np.broadcast_to(p, points) for p in ends], axis=-1) for ends in (low, high))
+        ends = [np.stack([np.broadcast_to(p, points) for p in end], axis=-1) for end in (low, high)]
+        if self.evaluated:
+            numbers = np.stack(self._evaluate(*ends[0].T), axis=-1)
+            known = np.isfinite(numbers) & (ends[0] == ends[1]).all(axis=1)[:, None]
+            error = np.where(known, OF_LIBRARY * np.abs(numbers), np.inf)
+            numbers = np.where(known, numbers, 0.0)
+            ends = [np.hstack([ends[0], numbers - error]), np.hstack([ends[1], numbers + error])]
         numbers, owner = self.constants([]), np.zeros(points, dtype=np.int64)
-        return np.ascontiguousarray(self.slopes(numbers, owner, low, high, 0)[0][:, :, 0])
+        return np.ascontiguousarray(self.slopes(numbers, owner, *ends, 0)[0][:, :, 0])
 
 
 def literal(e) -> tuple[float, float]:

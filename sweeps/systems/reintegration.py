@@ -33,7 +33,8 @@ def rates_of(equations: "Equations") -> Callable:
     import sympy as sp
 
     arguments = (*equations.parameters, *equations.states, equations.system.time)
-    forces, mass = (sp.lambdify(arguments, e, "numpy") for e in (list(equations.f), equations.a if equations.v else 0))
+    written = (list(equations.f), equations.a if equations.v else 0)
+    forces, mass = (sp.lambdify(arguments, e, ["scipy", "numpy"]) for e in written)
 
     def rates(parameters, x, t=0.0):
         f = np.array([complex(y) for y in forces(*parameters, *x, t)])

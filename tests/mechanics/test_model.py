@@ -1,3 +1,5 @@
+import math
+
 import mpmath
 import numpy as np
 import pytest
@@ -8,8 +10,9 @@ from scipy.linalg import eigh
 
 from kernels import oscillations as kernel
 from kernels import statuses
-from sweeps.mechanics import System, modes, normal_modes
+from sweeps.mechanics import System, equilibria, modes, normal_modes
 from sweeps.mechanics.model import Model
+from sweeps.schema.refusals import DescriptionError
 
 QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
 EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
@@ -404,3 +407,77 @@ def test_the_energy_of_a_narrow_well_is_watched():
     ones = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
     found = Model(system).survey(ones | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
     assert 0.0 < found["energy_drift"][0] < 1e-13
+
+
+OF_PARAMETERS = {  # of a parameter a, and of a number
+    "modulus": (lambda a: 1 + sp.Abs(a), lambda a: 1 + abs(a)),
+    "greater": (lambda a: sp.Max(a, 1, a**2), lambda a: max(a, 1, a * a)),
+    "less": (lambda a: 2 + sp.Min(a, 1), lambda a: 2 + min(a, 1)),
+    "cases": (lambda a: sp.Piecewise((1 + a**2, a > 0), (2, True)), lambda a: 1 + a * a if a > 0 else 2),
+    "whole": (lambda a: 5 + sp.floor(a), lambda a: 5 + math.floor(a)),
+    "part": (lambda a: 1 + sp.Mod(a, 1), lambda a: 1 + a % 1),
+    "step": (lambda a: 1 + sp.Heaviside(a - 1, 0), lambda a: 1 + (a > 1)),
+    "factorial": (lambda a: sp.gamma(2 + a), lambda a: mpmath.gamma(2 + a)),
+    "Bessel": (lambda a: 2 + sp.besselj(0, a), lambda a: 2 + mpmath.besselj(0, a)),
+    "root of a square": (lambda a: 1 + sp.sqrt((1 - a) ** 2), lambda a: 1 + abs(1 - a)),
+    "angle": (lambda a: sp.atan2(2, a), lambda a: math.atan2(2, a)),
+    "zeta": (lambda a: sp.zeta(a + 5), lambda a: mpmath.zeta(a + 5)),
+    "inner": (lambda a: sp.exp(sp.sin(sp.Abs(a) ** 3)), lambda a: math.exp(math.sin(abs(a) ** 3))),
+}
+
+
+@pytest.mark.parametrize("place", ["V", "mass", "rate"])
+@pytest.mark.parametrize("name", OF_PARAMETERS)
+def test_functions_of_parameters_alone_are_numbers(name, place):
+    """Against mpmath; all equilibria are proved."""
+    (of_a, of_number), values, system = OF_PARAMETERS[name], [-0.7, 0.3, 1.6], System(name)
+    a = system.parameter("a", default=0.3)
+    if place == "rate":
+        x, y = (system.state(word, bounds=(-1, 1)) for word in "xy")
+        system.rate(x, y), system.rate(y, -of_a(a) * sp.sin(x) - y / 10)
+    else:
+        x = system.coordinate("x", bounds=(-1, 1), size=1)
+        system.kinetic_energy((of_a(a) if place == "mass" else 1) * system.velocity(x) ** 2 / 2)
+        system.potential((of_a(a) if place == "V" else 1) * (1 - sp.cos(x)))
+    system.equilibrium("rest", {x: 0})
+    model, parameters = Model(system), [np.array(values)]
+    found = model.equilibria(parameters)
+    assert (found.certified == equilibria.PROVED).all()
+    assert (found.counts == 1).all()
+    squared = -model.landscape.slopes(parameters, list(found.places[:, 0].T))[0][:, -1, 0]
+    squared /= model.landscape.a(parameters, [np.zeros(3)])[:, 0, 0] if place == "mass" else 1.0
+    expected = np.array([float(of_number(value)) for value in values])
+    # some roundings of SciPy's functions
+    assert squared == pytest.approx(1 / expected if place == "mass" else expected, rel=1e-14)
+
+
+def test_a_function_without_values_is_refused_by_its_name():
+    system = System("No values")
+    a = system.parameter("a", default=0.3)
+    x = system.coordinate("x", bounds=(-1, 1), size=1)
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(sp.Function("f")(a) * x**2)
+    system.equilibrium("rest", {x: 0})
+    with pytest.raises(DescriptionError, match="f has no values in NumPy or SciPy"):
+        Model(system).equilibria([np.ones(1)])
+
+
+@pytest.mark.parametrize(
+    ("given", "bounds"),
+    [
+        ({"periodic": True}, (-sp.pi, sp.pi)),
+        ({"periodic": True, "bounds": (0, 2 * sp.pi)}, (0, 2 * sp.pi)),
+        ({"periodic": True, "momentum": 1}, (-sp.pi, sp.pi)),
+        ({"momentum": 1}, (0, 0)),
+        ({"bounds": (-1, 2)}, (-1, 2)),
+        ({}, None),
+    ],
+)
+def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(given, bounds):
+    system = System("Bounds")
+    if bounds is None:
+        with pytest.raises(DescriptionError, match="bounds are missing"):
+            system.coordinate("x", "rad", **given)
+    else:
+        system.coordinate("x", "rad", **given)
+        assert system.coordinates["x"].bounds == bounds
