@@ -119,10 +119,12 @@ _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
 @contextmanager
 def drawn_for(sheet: Sheet) -> Iterator[None]:
-    """Draw figures of this block for one sheet, in Polhode's style."""
+    """Draw figures of this block for one sheet, in Polhode's style, whatever the user's settings are."""
     token = _sheet.set(sheet)
     try:
-        with matplotlib.rc_context(STYLE | ({"savefig.dpi": sheet.dots} if sheet.dots else {})):
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(STYLE | ({"savefig.dpi": sheet.dots} if sheet.dots else {}))
             yield
     finally:
         _sheet.reset(token)

@@ -569,3 +569,33 @@ def test_gist_is_the_last_sentence():
     note = "Ratio 1/305 gives 305.  The observed 433 (solar)\n days come from elsewhere."
     assert figure_bodies.gist(note) == "The observed 433 (solar) days come from elsewhere."
     assert figure_bodies.gist("One clause; C = 0.355 M R2, 3.5 times.") == "One clause; C = 0.355 M R2, 3.5 times."
+
+
+USERS_SETTINGS = {
+    "large letters": {"font.size": 30.0, "axes.titlesize": 40.0},
+    "TeX": {"text.usetex": True},
+    "thick lines": {"lines.linewidth": 9.0, "lines.marker": "x"},
+    "dark": {"axes.facecolor": "black", "figure.facecolor": "black", "text.color": "white"},
+    "another font": {"font.family": "monospace", "mathtext.fontset": "cm"},
+    "a grid and ticks inside": {"axes.grid": True, "xtick.direction": "in", "xtick.top": True},
+    "another origin": {"image.origin": "upper", "image.cmap": "jet", "legend.loc": "lower left"},
+    "cropped": {"savefig.bbox": "tight", "savefig.dpi": 30.0, "figure.dpi": 30.0},
+}
+
+
+def drawn_picture(ds, folder):
+    (path,) = figures.draw_all(ds, folder, only=["theory_against_measured"])
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def picture(tiny, tmp_path_factory):
+    return drawn_picture(tiny, tmp_path_factory.mktemp("own"))
+
+
+@pytest.mark.parametrize("setting", USERS_SETTINGS)
+def test_a_users_settings_of_matplotlib_change_no_picture(tiny, picture, tmp_path, setting):
+    with matplotlib.rc_context(USERS_SETTINGS[setting]):
+        theirs = dict(matplotlib.rcParams)
+        assert drawn_picture(tiny, tmp_path) == picture
+        assert dict(matplotlib.rcParams) == theirs

@@ -14,6 +14,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from sweeps.schema.refusals import MapError
+
 MOST_FACES = 2000  # of all bodies of a map together
 LEAST_FACES = 200  # of one body: those beyond ten are drawn as boxes
 LATTICES = (128, 108, 90, 76, 64, 54, 45, 38, 32, 27, 23, 19, 16, 13, 11, 9, 7, 5)  # cells along the longest edge
@@ -77,10 +79,16 @@ def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
 
 
 def read(attributes: Mapping) -> dict[str, dict[str, list[int]]]:
-    """Return body → surface for the complete surfaces of a map; invalid ones are left out."""
+    """Return body → surface for the complete surfaces of a map; invalid ones are left out.
+
+    Raises:
+        MapError: if the attribute is nested too deeply to be read.
+    """
     try:
         texts = json.loads(str(attributes.get("outlines", "") or "{}"))
     except ValueError:
         return {}
+    except RecursionError:
+        raise MapError("outlines: is nested too deeply; allowed: a text for each body, as Polhode writes it") from None
     texts = texts if isinstance(texts, dict) else {}
     return {name: surface for name, text in texts.items() if isinstance(text, str) and (surface := unpacked(text))}
