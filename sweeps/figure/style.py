@@ -359,6 +359,7 @@ def note(ax: Axes, text: str, place, offset: tuple[float, float], **look) -> Non
 
 def spread(ax: Axes, x: float, values: np.ndarray, least: float) -> np.ndarray:
     """Return heights for texts beside values of a panel, in fractions of its height and at least so far apart."""
+    ax.get_xlim(), ax.get_ylim()  # Matplotlib scales axes to the data when limits are read, not in transData
     ends = ax.transAxes.inverted().transform(ax.transData.transform([(x, value) for value in values]))
     ends = np.clip(np.nan_to_num(ends[:, 1]), 0.0, 1.0)
     order, steps = np.argsort(ends), least * np.arange(ends.size)

@@ -69,6 +69,7 @@ class Found:
     #: shape (points,), whether it is known which of them is which branch, where branches are followed.
     decided: np.ndarray
     undecided: np.ndarray  #: shape (points, m, 2), a box about all that could not be decided; NaN where all is proved
+    absent: np.ndarray  #: shape (points, most), whether it is proved that there is none of a slot's name
 
     def __getitem__(self, index) -> "Found":
         """Return the selected points."""
@@ -99,7 +100,7 @@ def refusal(problem: Landscape, equilibria: Found, parameters) -> str:
         return ""
     if equilibria.flat.any():
         return _symmetry(problem, equilibria.direction[equilibria.flat.argmax()])
-    points, open_ = equilibria.counts.size, np.flatnonzero(equilibria.certified != PROVED)
+    points, open_ = equilibria.counts.size, np.flatnonzero(~equilibria.absent.all(axis=1))
     if open_.size:
         reason = REASONS[int(equilibria.certified[open_].max())]
         return (
@@ -175,7 +176,18 @@ def _found(problem, parameters):
         dimension = np.where(index >= 0, np.take_along_axis(dimension, taken, axis=1), 0).astype(np.int8)
         hidden = np.take_along_axis(hidden, taken[..., None], axis=1)
     of_points = all_.certified.astype(np.int8), all_.flat, all_.direction, counts, crowded, decided, all_.undecided
-    return Found(slots, hidden, dimension, *of_points)
+    return Found(slots, hidden, dimension, *of_points, _absent(problem, parameters, slots, all_.certified))
+
+
+def _absent(problem, parameters, slots, certified):
+    """Return True for empty slots of which it is proved that no equilibrium has their name, shape (points, most)."""
+    absent = np.isnan(slots).any(axis=-1) & (certified == PROVED)[:, None]
+    lost = np.isnan(problem.labels(parameters)).all(axis=-1) & (certified != PROVED)[:, None]
+    for k in np.flatnonzero(lost.any(axis=0)):
+        rows = np.flatnonzero(lost[:, k])
+        with np.errstate(all="ignore"):
+            absent[rows, k] = problem.is_never_zero([p[rows] for p in parameters], k)
+    return absent
 
 
 def _take_names(problem, parameters, slots):

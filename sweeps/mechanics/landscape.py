@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
+from kernels.codes import SOUND
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape
@@ -13,6 +14,8 @@ from sweeps.schema.refusals import DescriptionError
 MOST_FACTORED = 60  # operations
 SINGULAR = 1e-9  # singular values below it, relative, are a family's
 APART = 1024.0  # errors of a place, over which a matrix is taken to change evenly
+MOST_CUTS, MOST_PARTS = 64, 64  # of a box over a name's free coordinates, and of its parts that are left, per point
+ROUNDED = 1e-12  # of a mean value form: more than its sums and products round
 FLAT = 1e-9  # of what a conserved quantity changes in second order: less is no slope
 
 
@@ -45,6 +48,9 @@ class Landscape:
         unnamed = {place.symbol: sum(place.bounds) / 2 if self.takes_members else sp.nan for place in places}
         names = [(unnamed | label)[x] for label in system.labels.values() for x in self.symbols]
         self._labels = lambdified(self.parameters, [sp.sympify(name) for name in names])
+        #: which coordinates each name gives, shape (names, m)
+        gives = [x in label for label in system.labels.values() for x in self.symbols]
+        self.gives = np.array(gives, dtype=bool).reshape(-1, self.m)
         if system.follow and system.labels:
             raise DescriptionError("follow: is for equilibria without names; allowed: such a system, or none of it")
         slopes, self._arguments = list(equations.slopes), (*self.parameters, *self.symbols)
@@ -140,8 +146,41 @@ class Landscape:
         return self._shaped(self._holds, (self.m,), parameters)
 
     def labels(self, parameters):
-        """Return the places that the description names, shape (points, labels, m); NaN where there is none."""
-        return self._shaped(self._labels, (-1, self.m), parameters)
+        """Return the places that the description names, shape (points, labels, m); NaN where there is none.
+
+        A place with a coordinate that is not real (the root of a negative number) is none.
+        """
+        places = self._shaped(self._labels, (-1, self.m), parameters)
+        return np.where((np.isnan(places) & self.gives).any(axis=-1, keepdims=True), np.nan, places)
+
+    def is_never_zero(self, parameters, name):
+        """Return True for points at which F is proved to have no zero with the coordinates that a name gives.
+
+        Coordinates that the name leaves out, or that are not real, are anywhere within the bounds: boxes over them are
+        cut in two until all are excluded, by an enclosure of F or by its mean value form.
+        """
+        place = self._shaped(self._labels, (-1, self.m), parameters)[:, name]
+        given = (self.gives[name] & np.isfinite(place))[..., None]
+        boxes = np.where(given, place[..., None], self.bounds(parameters))
+        owner, full, possible = np.arange(len(place)), np.ptp(boxes, axis=-1), np.zeros(len(place), dtype=bool)
+        for _ in range(MOST_CUTS):
+            chosen, middle = [p[owner] for p in parameters], boxes.mean(axis=-1)
+            values, states = self.enclosed(chosen, boxes[..., 0], boxes[..., 1])
+            F = self.enclosed(chosen, middle, middle)[0][:, :, 0]
+            reach = np.abs(values[:, :, 1:]).max(axis=-1) @ np.ptp(boxes, axis=-1)[..., None] * (0.5 + ROUNDED)
+            F = F + reach * np.array([-1.0, 1.0])
+            low, high = np.fmax(F[..., 0], values[:, :, 0, 0]), np.fmin(F[..., 1], values[:, :, 0, 1])
+            kept = ~((low > 0.0) | (high < 0.0)).any(axis=1) | (states != SOUND)
+            possible |= np.bincount(owner[kept], minlength=possible.size) > MOST_PARTS
+            kept &= ~possible[owner]
+            owner, boxes = owner[kept].repeat(2), boxes[kept].repeat(2, axis=0)
+            if not owner.size:
+                break
+            axis = (np.ptp(boxes, axis=-1) / np.where(full > 0.0, full, 1.0)[owner]).argmax(axis=1)
+            each, upper = np.arange(owner.size), np.arange(owner.size) % 2
+            boxes[each, axis, 1 - upper] = boxes[each, axis].mean(axis=-1)
+        possible[owner] = True
+        return ~possible
 
     def _written(self, expressions):
         return lambdified(self._arguments, expressions, whole=False)

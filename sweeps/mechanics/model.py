@@ -157,7 +157,7 @@ class Model:
             `equilibria.Found`; `status`, OK or why there is none.
         """
         zeros, each = self.equilibria(parameters), np.arange(slot.size)
-        place, undecided = zeros.places[each, slot], zeros.certified != equilibria.PROVED
+        place, undecided = zeros.places[each, slot], ~zeros.absent[each, slot]
         cases = [~np.isnan(place).any(axis=1), zeros.flat, zeros.crowded, undecided]
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {

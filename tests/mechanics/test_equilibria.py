@@ -1,4 +1,5 @@
 from functools import cache
+from inspect import signature
 
 import mpmath
 import numpy as np
@@ -7,9 +8,11 @@ import sympy as sp
 from oscillators import shipped
 from scipy.optimize import brentq
 
+from kernels import statuses
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.landscape import Landscape
+from sweeps.mechanics.model import Model
 
 
 @cache
@@ -258,3 +261,61 @@ def test_parameters_that_move_no_equilibrium_are_known():
     found, flat = places(system, c=[0.0, 2.0])
     assert flat.tolist() == [True, False]
     assert found[1, 0, 0] == pytest.approx(1.0, abs=1e-15)
+
+
+# -- names that no equilibrium has
+
+
+def laser(E, P, D, r):
+    return [P - E, 2 * (E * D - P), (r - D - E * P) / 2]
+
+
+def of_states(rates, names, **parameters):
+    """First-order equations of x, y, z, and names of their equilibria, both functions of what they depend on."""
+    system = System("Flow")
+    symbols = [system.parameter(key, default=value) for key, value in parameters.items()]
+    count = len(signature(rates).parameters) - len(symbols)
+    states = [system.state(letter, bounds=(-10, 10), size=1) for letter in "xyz"[:count]]
+    for state, rate in zip(states, rates(*states, *symbols), strict=True):
+        system.rate(state, rate)
+    for label, place in names.items():
+        system.equilibrium(label, dict(zip(states, place(*symbols), strict=False)))
+    return system
+
+
+LASING = {"lasing": lambda r: (sp.sqrt(r - 1), sp.sqrt(r - 1), 1)}
+DARK = {"dark": lambda r: (0, 0, r)}
+AT = {"at": lambda r: (sp.sqrt(r), 1)}
+#: equations and names, the parameter's default, and from where to where the last name's place is real
+NAMED = {
+    "laser whose dark state has no name": (laser, LASING, 2.0, (1.0, np.inf)),
+    "laser": (laser, DARK | LASING, 2.0, (1.0, np.inf)),
+    "fold": (lambda x, r: [r - x**2], {"node": lambda r: (sp.sqrt(r),)}, 2.0, (0.0, np.inf)),
+    "family, at any y": (lambda x, y, r: [x**2 - r, (x**2 - r) * y], AT, 2.0, (0.0, np.inf)),
+    "circle at rest": (lambda x, y, r: [(x**2 + y**2 - 1) * x, (x**2 + y**2 - 1) * y], None, 0.5, (-1.0, 1.0)),
+    "steady precession": (None, None, None, (np.sqrt(8.0 * np.cos(0.5)) / 0.6, np.inf)),
+}
+
+
+@pytest.mark.parametrize("case", NAMED)
+def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have_none(case):
+    rates, names, default, (low, high) = NAMED[case]
+    ends = [end for end in (low, high) if np.isfinite(end)]
+    values = np.unique([end + side for end in ends for side in (-1.7, -0.5, -1e-3, -1e-6, 1e-6, 1e-3, 0.5, 1.7)])
+    if rates is None:
+        model = Model(shipped("relative.steady_precession"))
+    else:
+        model = Model(of_states(rates, names or {"on": lambda r: (r, sp.sqrt(1 - r**2))}, r=default))
+    columns = [np.full(values.size, float(p.default)) for p in model.system.parameters.values()]
+    columns[-1] = values
+    status = model.located(columns, np.full(values.size, len(model.system.labels) - 1))["status"]
+    there = (values > low) & (values < high)
+    assert (status[there] == statuses.OK).all()
+    assert (status[~there] == statuses.NO_EQUILIBRIUM).all()
+
+
+def test_a_name_is_undecided_where_its_place_is_not_real_but_the_equations_may_have_one():
+    # at rest for any x and y on two lines; r is real, its root is not, and the equations do not know r
+    system = of_states(lambda x, y, r: [x**2 - 1, (x**2 - 1) * y], {"at": lambda r: (1, sp.sqrt(r))}, r=2.0)
+    status = Model(system).located([np.array([-1.0, 1.0])], np.zeros(2, dtype=int))["status"]
+    assert status.tolist() == [statuses.EQUILIBRIUM_UNDECIDED, statuses.OK]

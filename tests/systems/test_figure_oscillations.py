@@ -100,6 +100,45 @@ def test_what_is_the_same_everywhere_is_drawn_as_a_law_and_not_as_one_colour():
     assert len(figure.axes) == 1  # no bar of colours
 
 
+LAWS = {  # of the measured rate over length and gravity
+    "pendulum": lambda length, g: np.sqrt(g / length),
+    "grows with both": lambda length, g: np.sqrt(g * length),
+    "falls with both": lambda length, g: 1.0 / (length * g),
+    "length alone, nearly": lambda length, g: length * g**0.1,
+    "crowded at one end": lambda length, g: np.sqrt(g) * (1.0 + 1e-3 * length),
+}
+
+
+@pytest.mark.parametrize("span", [(0.05, 20.0), (20.0, 0.05), (1.0, 2.0)])
+@pytest.mark.parametrize("law", LAWS)
+def test_each_name_of_a_curve_stands_at_its_curve(law, span):
+    length, g = np.geomspace(*span, 12), np.linspace(1.6, 24.8, 20)
+    square = np.ones((12, 20, 1))
+    ds = a_map(square, np.full(square.shape, STABLE)).assign_coords(length=("length", length, {"units": "m"}))
+    ds = ds.assign_coords(rod=("rod", g, {"units": "m s-2"}))
+    rates = LAWS[law](length[:, None], g)[:, :, None, None, None, None, None, None]
+    ds["rate_scale"] = ds["rate_scale"] * rates
+    for name in ("omega_squared", "omega_squared_theory"):
+        ds[name] = ds[name] * rates**2
+    figure = figure_oscillations.draw(ds)
+    figure.canvas.draw()
+    (ax,) = figure.axes
+    names = [text for text in ax.texts if text.get_text()]
+    over = ax.get_xlabel().startswith("length")
+    assert len(names) == figure_oscillations.MOST_CURVES
+    places = []
+    for text in names:
+        value = float(text.get_text().split()[0])
+        rate = LAWS[law](length[-1], value) if over else LAWS[law](value, g[-1])
+        end = ax.transAxes.inverted().transform(ax.transData.transform((1.0, rate)))[1]
+        places.append((end, text.xy[1]))
+    # names keep their distance from each other, and 3 digits of a value move an end by a hundredth
+    room = figure_oscillations.LEAST_ROOM * (figure_oscillations.MOST_CURVES - 1) + 0.01
+    assert all(abs(end - at) <= room for end, at in places)
+    ends = [round(end, 2) for end, _ in sorted(places, key=lambda place: place[1])]
+    assert ends == sorted(ends)
+
+
 def test_rounding_about_zero_is_no_boundary():
     """A flat mode: theory has ω² = 0, and 6e-17 of either sign."""
     noise = np.random.default_rng(0).choice([-6e-17, 6e-17], (60, 60, 1))
