@@ -357,11 +357,16 @@ def note(ax: Axes, text: str, place, offset: tuple[float, float], **look) -> Non
     ax.annotate(text, place, offset, textcoords="offset points", **look)
 
 
+def fractions(ax: Axes, x, y) -> np.ndarray:
+    """Return places as fractions of a panel, shape (n, 2), with the axes scaled to what is drawn so far."""
+    ax.get_xlim(), ax.get_ylim()  # Matplotlib scales axes when their limits are read, not in transData
+    places = np.column_stack([np.ravel(x), np.ravel(y)])
+    return ax.transAxes.inverted().transform(ax.transData.transform(places))
+
+
 def spread(ax: Axes, x: float, values: np.ndarray, least: float) -> np.ndarray:
     """Return heights for texts beside values of a panel, in fractions of its height and at least so far apart."""
-    ax.get_xlim(), ax.get_ylim()  # Matplotlib scales axes to the data when limits are read, not in transData
-    ends = ax.transAxes.inverted().transform(ax.transData.transform([(x, value) for value in values]))
-    ends = np.clip(np.nan_to_num(ends[:, 1]), 0.0, 1.0)
+    ends = np.clip(np.nan_to_num(fractions(ax, np.full(len(values), x), values)[:, 1]), 0.0, 1.0)
     order, steps = np.argsort(ends), least * np.arange(ends.size)
     heights = np.maximum.accumulate(ends[order] - steps) + steps
     return (heights - max(heights[-1] - 1.0 + least / 2, 0.0))[np.argsort(order)]

@@ -228,7 +228,7 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         if name:
             look = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
             style.note(ax, name, xy, BESIDE, **look)
-        u, v = _fractions(ax, *xy)[0]
+        u, v = style.fractions(ax, *xy)[0]
         taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
     return taken
 
@@ -293,10 +293,10 @@ def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
 def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mapping, taken: list) -> None:
     """Write each regime's name where its region has most room, if there is enough."""
     keep = [style.few(part[name].size, 40) for name in sides]
-    points = _fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
+    points = style.fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
     regimes = part["regime"][np.ix_(*reversed(keep))]
     possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
-    drawn = [_fractions(ax, *_course(ax, line, sides)) for line in lines.values()]
+    drawn = [style.fractions(ax, *_course(ax, line, sides)) for line in lines.values()]
     drawn += [np.array(taken)] if taken else []
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
@@ -315,12 +315,6 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -
     if room[best] >= 1.0:
         look = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
         ax.text(*points[best], text, transform=ax.transAxes, path_effects=style.halo(2.2), gid="region", **look)
-
-
-def _fractions(ax: Axes, x, y) -> np.ndarray:
-    """Return places as fractions of the frame, shape (n, 2)."""
-    places = np.column_stack([np.ravel(x), np.ravel(y)])
-    return ax.transAxes.inverted().transform(ax.transData.transform(places))
 
 
 def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]:
