@@ -1,17 +1,22 @@
-"""How steep functions of the time are: steps meet no pulse that is narrower than they are, and know nothing of it.
+r"""How steep functions of the time are: steps meet no pulse that is narrower than they are, and know nothing of it.
 
-So functions are enclosed in many intervals of the period, whatever their values at any phases.
+So functions are enclosed in many intervals of the period, whatever their values at any phases. Products of waves are
+written as sums of waves first: of cos² + sin² the enclosure is 1, however wide the interval. In the shortest intervals
+the slope bounds a change as well, :math:`|f(t) - f(m)| \le |f'|\,|t - m|`, which falls with their square where terms
+cancel.
 """
 
 import numpy as np
 import sympy as sp
+from sympy.simplify.fu import TR8  # products of waves → sums of waves
 
-from sweeps.mechanics.equations import Equations
+from sweeps.mechanics.equations import SHORT, Equations
 from sweeps.mechanics.tape import Tape
 
 INTERVALS = 64, 4096  # of a period; the second where a function changes by more than a SHARE of its range in the first
 SHARE, MOST = 0.3, 0.9  # of the range: by more than MOST in the shortest interval, and it may jump there
 ROUNDING = 1e-12  # of the values: no change
+HALF = 0.5 + 1e-9  # of an interval, and what rounding may add
 TOGETHER = 1 << 17  # intervals
 
 
@@ -22,8 +27,8 @@ class Steepness:
         phase = sp.Symbol("phase", real=True)
         timed = {equations.system.time: phase * equations.system.given_period}
         expressions = [e.subs(timed) for e in [*equations.forces, *(equations.a or ())]]
-        parts = set().union(*(e.atoms(sp.Function, sp.Pow) for e in expressions))
-        self.parts = sorted((e for e in parts if e.has(phase) and not _is_plain(e, phase)), key=str)
+        parts = _parts_of(expressions, phase)
+        self.parts = sorted(_parts_of((_as_sums(e) for e in parts), phase), key=str)
         self.tape = Tape(self.parts, [phase], (*equations.parameters, *equations.states))
 
     def __call__(self, arguments, level: int = 0) -> np.ndarray:
@@ -37,7 +42,7 @@ class Steepness:
             some = [x[first : first + size] for x in arguments]
             owner = np.repeat(np.arange(some[0].size), count)
             low = np.tile(begin, (some[0].size, 1))
-            values = self.tape.slopes(self.tape.constants(some), owner, low, low + 1.0 / count, 0)[0]
+            values = self._enclosed(self.tape.constants(some), owner, low, 1.0 / count, is_centred=level > 0)
             low, high = np.moveaxis(values.reshape(some[0].size, count, -1, 2), 3, 0)
             whole = high.max(axis=1) - low.min(axis=1)
             share = (high - low).max(axis=1) / whole
@@ -46,6 +51,30 @@ class Steepness:
         steep = np.flatnonzero(~(steepness <= count * (SHARE, MOST)[level]))
         steepness[steep] = self([x[steep] for x in arguments], 1) if steep.size and level == 0 else np.inf
         return steepness
+
+    def _enclosed(self, constants, owner, low, width, is_centred):
+        """Enclose all functions in intervals of the phase, shape (intervals, functions, 2)."""
+        values = self.tape.slopes(constants, owner, low, low + width, int(is_centred))[0]
+        if is_centred:
+            middle = self.tape.slopes(constants, owner, low + width / 2, low + width / 2, 0)[0][:, :, 0]
+            change = np.abs(values[:, :, 1]).max(axis=-1) * width * HALF
+            values[:, :, 0, 0] = np.fmax(values[:, :, 0, 0], middle[..., 0] - change)
+            values[:, :, 0, 1] = np.fmin(values[:, :, 0, 1], middle[..., 1] + change)
+        return values[:, :, 0]
+
+
+def _parts_of(expressions, phase):
+    """Return the functions and powers in expressions that depend on the phase and are no plain waves."""
+    parts = set().union(*(e.atoms(sp.Function, sp.Pow) for e in expressions))
+    return {e for e in parts if e.has(phase) and not _is_plain(e, phase)}
+
+
+def _as_sums(e):
+    """Return an expression with products of waves as sums of waves, each wave once, if it is short."""
+    last, e = None, e.rewrite([sp.sinh, sp.cosh], sp.exp)
+    while e != last and e.count_ops() <= SHORT:
+        last, e = e, sp.expand(TR8(sp.expand(e, power_exp=False)), power_exp=False)
+    return e.replace(lambda part: part.is_Add, lambda part: sp.collect(part, [*part.atoms(sp.sin, sp.cos)]))
 
 
 def _is_plain(e, phase):

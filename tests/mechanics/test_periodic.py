@@ -14,7 +14,9 @@ from kernels.codes import REGIMES
 from kernels.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, OK
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
+from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.model import Model
+from sweeps.mechanics.steepness import Steepness
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.periodic.presentation import figure_tongues
 
@@ -643,3 +645,86 @@ def test_every_error_holds_and_no_regime_is_wrong(name, ranges):
         assert (apart <= found[f"{column}_error"][sound]).mean() >= 0.999, column
     decided = sound & (found["regime"] != floquet.MARGINAL) & (found["regime_theory"] != floquet.MARGINAL)
     assert (found["regime"] == found["regime_theory"])[decided].all()
+
+
+c, s = sp.cos, sp.sin
+THROUGH_IDENTITIES = {  # functions of the time t and a number b that vary less than their terms
+    "cos² + sin²": lambda t, b: 1 / (c(t) ** 2 + b * s(t) ** 2 + (1 - b) * s(t) ** 2),
+    "root of a sum": lambda t, b: sp.sqrt(c(t) ** 2 + s(t) ** 2 + b * c(t)),
+    "root of a constant": lambda t, b: sp.sqrt(b * c(t) ** 2 + b * s(t) ** 2),
+    "root of a product": lambda t, b: sp.sqrt((c(t) ** 2 + s(t) ** 2) * (1 + b * c(t) / 2)),
+    "fourth powers": lambda t, b: sp.exp(c(t) ** 4 + s(t) ** 4 + 2 * s(t) ** 2 * c(t) ** 2),
+    "fourth powers, a number": lambda t, b: sp.exp(c(t) ** 4 + s(t) ** 4 + 4 * b * s(t) ** 2 * c(t) ** 2),
+    "later": lambda t, b: 1 / (2 + c(t + 1) ** 2 + s(t + 1) ** 2),
+    "twice the angle": lambda t, b: sp.exp(c(2 * t) - c(t) ** 2 + s(t) ** 2),
+    "three times the angle": lambda t, b: 1 / (5 + c(3 * t) - 4 * c(t) ** 3 + 3 * c(t)),
+    "sum of angles": lambda t, b: sp.log(2 + s(t + b) - s(t) * c(b) - c(t) * s(b)),
+    "nearly constant": lambda t, b: 1 / (1 + 2 * c(t) ** 2 + (2 + 1e-3 * b) * s(t) ** 2),
+    "more nearly": lambda t, b: 1 / (1 + 2 * c(t) ** 2 + (2 + 1e-7 * b) * s(t) ** 2),
+    "to some roundings": lambda t, b: 1 / (1 + 2 * c(t) ** 2 + (2 + 1e-15 * b) * s(t) ** 2),
+    "turned inertia": lambda t, b: (
+        1 / ((2 * c(t) ** 2 + 3 * s(t) ** 2) * (2 * s(t) ** 2 + 3 * c(t) ** 2) - (s(2 * t) / 2) ** 2)
+    ),
+    "hyperbolic": lambda t, b: 1 / (b + sp.cosh(c(t)) ** 2 - sp.sinh(c(t)) ** 2),
+    "hyperbolic root": lambda t, b: sp.sqrt(1 + sp.cosh(c(t)) ** 2 - sp.sinh(c(t)) ** 2),
+    "inverse exponentials": lambda t, b: 1 / (1 + sp.exp(c(t)) * sp.exp(-c(t))),
+    "tangent": lambda t, b: 1 / (2 + b * c(t) * sp.tan(sp.pi / 8) + s(t) ** 2 + c(t) ** 2),
+    "half the angle": lambda t, b: sp.exp(b * (2 * c(t) ** 2 - 1 - c(2 * t)) + c(t)),
+    "a quotient": lambda t, b: s(2 * t) / (2 + 2 * s(t) * c(t)),
+}
+
+
+STEEP = {
+    "tanh": lambda t, b: sp.tanh(40 * c(t) ** 2 + 40 * s(t) ** 2 * c(2 * t)),
+    "pulse": lambda t, b: sp.exp(200 * (c(t) - c(t) ** 2 - s(t) ** 2)),
+    "near a pole": lambda t, b: 1 / (1.001 * (c(t) ** 2 + s(t) ** 2) + c(t)),
+    "near a kink": lambda t, b: sp.sqrt(1e-4 + 1 - s(t) ** 2),
+    "narrow beside a constant": lambda t, b: sp.exp(1 + 1e-3 * sp.exp(300 * (c(t) - 1))),
+}
+
+
+def of_a_number(f):
+    """Return x'' + f(t, b) x = 0."""
+    system = System("Oscillator")
+    b, x, t = system.parameter("b", default=0.5), system.coordinate("x", bounds=(-1, 1)), system.time
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(f(t, b) * x**2 / 2)
+    system.period(2 * sp.pi)
+    system.equilibrium("rest", {x: 0})
+    return system
+
+
+@pytest.mark.parametrize("name", [*THROUGH_IDENTITIES, *STEEP])
+def test_a_function_is_as_steep_as_it_varies_whatever_its_terms(name):
+    """Against the largest slope over the range, of 2^16 values; a constant has none."""
+    f, (t, b) = (THROUGH_IDENTITIES | STEEP)[name], sp.symbols("t b", real=True)
+    steepness = Steepness(derive(of_a_number(f)))([np.array([0.5]), np.zeros(1), np.zeros(1)])
+    values = sp.lambdify([t, b], f(t, b) + 0 * t)(np.linspace(0.0, 2 * np.pi, 2**16) + 0.1, 0.5)
+    slope = np.abs(np.diff(np.broadcast_to(values, 2**16))).max() * 2**16 / max(np.ptp(values), 1e-300)
+    assert (0.9 * slope if np.ptp(values) > 1e-13 else 0.0) <= steepness  # which is a mean over 1/64 of the period
+    assert steepness <= (20.0 if name in THROUGH_IDENTITIES else 4.0 * slope)
+
+
+@pytest.mark.parametrize("B", [3.0, 2.01, 2.001, 2.0000001, 2.0])
+def test_a_satellites_platform_may_be_nearly_symmetric(B):
+    """A rotor's wobble beside a platform of inertia 2 and B that turns: the trace against SciPy's DOP853."""
+    system = System("Dual spin")
+    b, t, rate = system.parameter("B", default=3.0, positive=True), system.time, 3
+    x, y = (system.state(name, bounds=(-1, 1)) for name in ("L1", "L2"))
+    u, v = sp.cos(rate * t), sp.sin(rate * t)
+    J = sp.Matrix([[1 + 2 * u**2 + b * v**2, (2 - b) * u * v], [(2 - b) * u * v, 1 + 2 * v**2 + b * u**2]])
+    omega = J.adjugate() * sp.Matrix([x, y]) / J.det()
+    system.rate(x, omega[1])
+    system.rate(y, -omega[0])
+    system.period(2 * sp.pi / rate)
+    system.equilibrium("spin", {x: 0, y: 0})
+
+    def rates(time, L):
+        turn = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])
+        omega = turn.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ turn @ L.reshape(2, 2)
+        return np.array([omega[1], -omega[0]]).ravel()
+
+    M = solve_ivp(rates, (0, 2 * np.pi / 3), np.eye(2).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    found = of_model(Model(system), B=B)
+    assert found["status"] == OK
+    assert abs(found["trace"] - M[0] - M[3]) <= found["trace_error"] + 1e-12  # of SciPy
