@@ -1,4 +1,4 @@
-"""The race: one task for Polhode and its peers, error against trajectories per second, and the machine's roof.
+"""The race: one task for Polhode and its peers, error against trajectories per second.
 
     python tests/benchmarks/race.py [--quick]
 
@@ -16,7 +16,6 @@ import os
 import platform
 import statistics
 import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -24,7 +23,6 @@ import bodies as task
 import contenders
 import numba
 import numpy as np
-import roof
 
 OUT = Path(__file__).resolve().parents[2] / "results" / "benchmarks"
 ERROR = 1e-10  # at which speeds are compared
@@ -121,7 +119,7 @@ def run_race(size, threads):
         for setting in (middle,) if contender in alone else contender.settings:
             lanes.append((contender, part, judged(contender, setting, contender in alone, part, few, wanted)))
             print(f"{contender.name}, {setting:g}: error {lanes[-1][2].error:.1e}", flush=True)
-    ceiling, loads = run_rounds(rounds, lanes, threads, max(round(40 * share), 1))
+    loads = run_rounds(rounds, lanes)
     for contender in present + alone:
         contender.close()
     entries = [entry for _, _, entry in lanes]
@@ -131,23 +129,17 @@ def run_race(size, threads):
         "modes": {contender.name: contender.mode for contender in present},
         "absent": absent,
         "entries": entries,
-        "roof": ceiling,
-        "flops": flops(bodies),
     }
 
 
-def run_rounds(rounds, lanes, threads, strikes):
-    """Time everybody in every round; returns the roof's times and the load averages."""
-    ceiling = Entry("roof", math.nan, threads, strikes * threads * roof.FLOPS)
+def run_rounds(rounds, lanes):
+    """Time everybody in every round; return the load averages."""
     loads = [os.getloadavg()[0]]
-    with ThreadPoolExecutor(threads) as pool:
-        roof.strike(1, pool, threads)
-        for _ in range(rounds):
-            _note(ceiling, timed(lambda: roof.strike(strikes, pool, threads)))
-            for contender, part, entry in sorted(lanes, key=lambda lane: _place(lane[2])):
-                _note(entry, timed(lambda c=contender, p=part, e=entry: c.rates(p, e.setting)[1]))
-            loads.append(os.getloadavg()[0])
-    return ceiling, loads
+    for _ in range(rounds):
+        for contender, part, entry in sorted(lanes, key=lambda lane: _place(lane[2])):
+            _note(entry, timed(lambda c=contender, p=part, e=entry: c.rates(p, e.setting)[1]))
+        loads.append(os.getloadavg()[0])
+    return loads
 
 
 def _place(entry):
@@ -158,14 +150,6 @@ def _place(entry):
 def _note(entry, seconds):
     entry.wall.append(seconds[0])
     entry.processor.append(seconds[1])
-
-
-def flops(bodies):
-    """Operations of the direct integrator's steps per trajectory, by tolerance, over evenly spaced bodies."""
-    some = bodies[np.linspace(0, len(bodies) - 1, min(len(bodies), 400)).astype(int)]
-    return {
-        tolerance: roof.run_flops(some, tolerance, task.SAMPLES) / len(some) for tolerance in contenders.Direct.settings
-    }
 
 
 def machine(threads):
@@ -238,13 +222,6 @@ def ratios(result):
     for one in (entry for entry in result["entries"] if entry.alone):
         all_of_them = next(e for e in of_contender(result, one.name) if e.setting == one.setting)
         found[f"{one.name}, {all_of_them.threads} threads / 1"] = median_ratio(all_of_them.speed, one.speed), math.nan
-    ceiling = result["roof"]
-    for entry in of_contender(result, "Polhode direct"):
-        work = result["flops"][entry.setting]
-        found[f"roof's share, direct at {entry.setting:.0e} (error {entry.error:.0e})"] = (
-            work * median_ratio(entry.speed, ceiling.speed),
-            work * median_ratio(entry.thrift, ceiling.thrift),
-        )
     return found
 
 
@@ -266,11 +243,7 @@ def report(result):
             f"{statistics.median(e.speed):,.0f} | {statistics.median(e.thrift):,.0f} | {e.compile_seconds:.1f} |"
         )
     lines += [f"| {name} | – | – | – | – | – | not here: {why} | – | – |" for name, why in result["absent"].items()]
-    ceiling = result["roof"]
     lines += [
-        "",
-        f"Roof: {statistics.median(ceiling.speed) / 1e9:.1f} GFLOP/s by the wall on {ceiling.threads} threads, "
-        f"{statistics.median(ceiling.thrift) / 1e9:.1f} per core by processor time.",
         "",
         f"| ratio (peers: at an error of {ERROR:.0e}) | by the wall | by processor time |",
         "|---|---|---|",
@@ -312,7 +285,7 @@ def write(result, out):
     """Table, raw figures and picture."""
     out.mkdir(parents=True, exist_ok=True)
     (out / "race.md").write_text(report(result), encoding="utf-8")
-    raw = result | {"entries": [asdict(e) for e in result["entries"]], "roof": asdict(result["roof"])}
+    raw = result | {"entries": [asdict(e) for e in result["entries"]]}
     raw["ratios"] = ratios(result)
     (out / "race.json").write_text(json.dumps(raw, indent=1), encoding="utf-8")
     draw_figure(result, out / "race.png")
