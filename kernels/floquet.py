@@ -14,8 +14,9 @@ lost; traces and determinants are smooth. So regimes are decided by these, and m
 
 Errors: the invariants' are linear in those of M's entries, with a bound on the squares; multipliers, exponents and
 regimes are worked out again at the ends of the invariants' intervals, which is right where multipliers meet, too. A
-regime that is not the same at all ends is marginal. Matrices of another kind have no such invariants: their multipliers
-are eigenvalues, with errors by their condition numbers or, where that is too rough, by Elsner's bound.
+regime that is not the same at all ends is marginal, or unstable where all of the intervals have a multiplier off the
+unit circle. Matrices of another kind have no such invariants: their multipliers are eigenvalues, with errors by their
+condition numbers or, where that is too rough, by Elsner's bound.
 
 *Large multipliers.* Beside a multiplier of 1e8 the doubles of M hold eight digits of the others. The determinant of two
 by two matrices and b of four by four ones are therefore taken from products of the second compounds of short segments:
@@ -42,6 +43,7 @@ from kernels.monodromy import LARGE
 
 STABLE, ASYMPTOTICALLY_STABLE, UNSTABLE, PERIOD_DOUBLING, FLUTTER, MARGINAL = range(6)
 UNDETERMINED = -1
+GROWING = (UNSTABLE, PERIOD_DOUBLING, FLUTTER)
 ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 
 
@@ -61,8 +63,43 @@ class Matrices(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def columns(found, period, reciprocal=True, with_errors=True):
-    """Return the columns of monodromy matrices.
+def columns(found, period, reciprocal=True, with_errors=True, acting=None):
+    """Return the columns of monodromy matrices; see :func:`_columns`.
+
+    ``acting``, shape (n, d, d), says which states act on which at any time. Blocks of states that do not act on each
+    other have a regime each. That of all is the fastest growing block's; without growth, equal multipliers of two
+    blocks cannot leave the unit circle together.
+    """
+    result = _columns(found, period, reciprocal, with_errors)
+    if acting is None:
+        return result
+    blocks = (
+        np.linalg.matrix_power((acting | acting.swapaxes(1, 2) | np.eye(acting.shape[1], dtype=bool)) * 1.0, 24) > 0
+    )
+    patterns, number = np.unique(blocks.reshape(len(blocks), -1), axis=0, return_inverse=True)
+    for k, pattern in enumerate(patterns):
+        which, groups = np.flatnonzero(number.ravel() == k), np.unique(pattern.reshape(blocks.shape[1:]), axis=0)
+        if len(groups) > 1:
+            parts = [[x[which][:, group][:, :, group] for x in found[:2]] for group in groups]
+            regime = _of_blocks([_columns(Matrices(*part), period[which], reciprocal) for part in parts])
+            known = result["regime"][which] != UNDETERMINED
+            result["regime"][which] = np.where(known, regime, UNDETERMINED)
+    return result
+
+
+def _of_blocks(parts):
+    """Return the regime of independent blocks together."""
+    names = "regime", "growth_per_period", "growth_per_period_error"
+    regime, growth, error = (np.array([part[name] for part in parts]) for name in names)
+    rival, grows = growth + error >= (growth - error).max(axis=0), np.isin(regime, GROWING).any(axis=0)
+    kinds = [(~rival | (regime == kind)).all(axis=0) & grows for kind in GROWING]
+    lasting = [(regime == ASYMPTOTICALLY_STABLE).all(axis=0), (regime < UNSTABLE).all(axis=0)]
+    values = [*GROWING, UNSTABLE, ASYMPTOTICALLY_STABLE, STABLE]
+    return np.select([*kinds, grows, *lasting], values, MARGINAL).astype(np.int8)
+
+
+def _columns(found, period, reciprocal=True, with_errors=True):
+    """Return the columns of monodromy matrices, taken as one block.
 
     Args:
         found (Matrices): Matrices; those that are not finite make columns of NaN.
@@ -94,7 +131,8 @@ def columns(found, period, reciprocal=True, with_errors=True):
     varied = (0, 2, 3, 4) if d == 4 else (0,) if reciprocal else (0, 1)
     near = _is_near(smooth, spreads) if d == 4 else slice(None)
     ends = _regime(_corners([x[near] for x in smooth], [x[near] for x in spreads], varied))
-    regime[near] = np.where((ends == regime[near]).all(axis=0), regime[near], MARGINAL)
+    open_ = np.where(_grow_throughout(smooth, spreads), UNSTABLE, MARGINAL)
+    regime[near] = np.where((ends == regime[near]).all(axis=0), regime[near], open_[near])
     moved = varied[:2] if d == 2 or second is None else (0, 1, 2)
     corners = [*zip(*_corners(smooth, spreads, moved), strict=True), *_meetings(smooth, spreads)]
     open_order = np.flatnonzero(regime == MARGINAL)
@@ -111,20 +149,20 @@ def columns(found, period, reciprocal=True, with_errors=True):
     return found
 
 
-def compared(measured, linear, elsewhere, period, reciprocal=True, determinant=1.0):
+def compared(measured, linear, elsewhere, period, reciprocal=True, determinant=1.0, acting=None):
     """Return the columns of measured matrices beside the variational flow's, and whether both agree within errors.
 
     Args:
         measured, linear (Matrices): Measured matrices, and the variational flow's.
         elsewhere (numpy.ndarray, shape (n,)): Difference of the flow's traces from two phases of the period.
-        period, reciprocal, determinant: As in :func:`columns` and :func:`residuals`.
+        period, reciprocal, determinant, acting: As in :func:`columns` and :func:`residuals`.
 
     Returns:
         dict of str to numpy.ndarray; numpy.ndarray of bool, shape (n,): Columns of :func:`columns`, of the variational
             flow as name_theory; determinant_residual, reciprocity_residual, phase_residual, propagation_error.
     """
-    result = columns(measured, period, reciprocal)
-    theory = columns(linear, period, reciprocal, with_errors=False)
+    result = columns(measured, period, reciprocal, acting=acting)
+    theory = columns(linear, period, reciprocal, False, acting)
     result |= {f"{name}_theory": values for name, values in theory.items() if f"{name}_error" in result}
     result["regime_theory"] = theory["regime"]
     result["determinant_residual"], result["reciprocity_residual"] = residuals(measured.matrix, determinant)
@@ -310,6 +348,16 @@ def _is_near(smooth, spreads):
     """Return where an interval of INVARIANTS holds an end of a regime; elsewhere its corners have one."""
     ends = zip([*smooth, np.abs(smooth[0]) - 4.0], [*spreads, spreads[0]], strict=True)
     return np.any([np.abs(value) <= spread for value, spread in ends], axis=0)
+
+
+def _grow_throughout(smooth, spreads):
+    """Return where a multiplier is off the unit circle whatever the invariants are within their errors."""
+    least = np.abs(smooth[0]) - spreads[0]
+    if len(smooth) == 2:
+        low, high = smooth[1] - spreads[1], smooth[1] + spreads[1]
+        return (low > 1.0) | (least > 1.0 + np.minimum(high, 1.0))
+    below = [value + spread < 0.0 for value, spread in zip(smooth[2:], spreads[2:], strict=True)]
+    return (least > 4.0) | np.any(below, axis=0)
 
 
 def _meetings(smooth, spreads):

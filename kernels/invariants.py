@@ -32,6 +32,7 @@ from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, put, 
 from kernels.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void, whole_vectors
 
 ROUNDINGS = 8.0  # of the logarithm and what follows it, beside the largest eigenvalue
+LOGARITHM = 3.0  # times what the motion itself is bent by: with ROUNDINGS of the logarithm, twice as large as BENDING
 ARTANH, MORE = 20, 200  # terms of artanh's series for a logarithm: where the rates bound |Z| by tan π/8, and at most
 REACHED = 2e-6  # square of the size of Z to the eighth, below which what ARTANH terms leave is below rounding
 FIRM = 20.0  # slope of the characteristic polynomial over its rounding, from which on an error is divided by it
@@ -279,7 +280,7 @@ def _tell_lane(p, re, im, moves, spacing, room, row):
     n, odd, a = re.size, 0.0, room[0][0]
     a[:] = 0.0
     for k in range(n - 1, -1, -2):
-        error = p.noise * math.sqrt((1.0 + p.lost) * max(p.K[k, k], 0.0)) + p.bent[k]
+        error = p.noise * math.sqrt((1.0 + p.lost) * max(p.K[k, k], 0.0)) + LOGARITHM * p.bent[k] + p.rounded[k]
         odd = max(odd, abs(p.c[k]) / error) if error > 0.0 else math.inf
     row[codes.ODD] = odd
     if n == 4:

@@ -40,6 +40,17 @@ def eigenvalues(A):
     return values
 
 
+def eigenvector_conditions(A):
+    """Return a bound on each matrix's condition number of all eigenvectors, at length one; infinite where none is."""
+    bound, sound = np.full(len(A), np.inf), np.isfinite(A).all(axis=(1, 2))
+    if sound.any():
+        vectors = np.linalg.eig(A[sound])[1].astype(complex)  # real where all points' are, with other bits
+        least = np.linalg.svd(vectors, compute_uv=False)[:, -1]
+        with np.errstate(divide="ignore"):
+            bound[sound] = np.sqrt(A.shape[1]) / least
+    return bound
+
+
 def ordered(values, same):
     """Return eigenvalues, shape (points, n), sorted by imaginary, then real part, and which of the unsorted each is.
 

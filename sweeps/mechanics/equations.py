@@ -29,6 +29,12 @@ def simplify(e: sp.Expr) -> sp.Expr:
     return sp.simplify(e.xreplace(kept)).xreplace({symbol: f for f, symbol in kept.items()})
 
 
+def factors(expressions, moving) -> list[sp.Expr]:
+    """Return what does not move of each term of expressions: where all of it vanishes, so do they."""
+    terms = [term for e in expressions for term in sp.Add.make_args(sp.expand(e, power_exp=False))]
+    return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
+
+
 @dataclass(eq=False)
 class Equations:
     """Rates of the states x; of coordinates x = (q, q̇), and forces stand in place of accelerations, a q̈ = f."""
@@ -81,6 +87,12 @@ class Equations:
         if self.natural:
             return (-self.hessian).row_join(sp.zeros(self.m))
         return sp.Matrix([[e.diff(x).subs(self.still) for x in self.states] for e in self.forces])
+
+    @cached_property
+    def is_linear(self) -> bool:
+        """Whether the rates are linear in the states, so that no amplitude changes them."""
+        slopes = (e.diff(x).expand() for e in self.forces for x in self.states)
+        return all(e.free_symbols.isdisjoint(self.states) for e in (*slopes, *(self.a or ())))
 
     @cached_property
     def third(self) -> tuple[sp.Expr, ...]:

@@ -19,6 +19,7 @@ from sweeps.mechanics.description import System
 from sweeps.mechanics.first_order import graph
 from sweeps.mechanics.landscape import Landscape
 from sweeps.mechanics.series import Moving
+from sweeps.mechanics.symmetries import Symmetries
 from sweeps.mechanics.taylor import Code
 from sweeps.schema.refusals import DescriptionError
 
@@ -88,6 +89,11 @@ class Model:
         from sweeps.mechanics.steepness import Steepness
 
         return Steepness(self.equations)
+
+    @cached_property
+    def symmetries(self) -> Symmetries:
+        """What the equations prove of all motions near equilibria."""
+        return Symmetries(self.equations)
 
     @cached_property
     def degenerate(self) -> Degenerate:
@@ -187,7 +193,8 @@ class Model:
             at = [p[point] for p in parameters]
             there = self.located(at, slot)
             place, slopes = there["place"], self.landscape.slopes(at, list(there["place"].T))
-            yield "time reversal: eigenvalues come in pairs ±μ", relative.paired(self, *slopes)
+            paired = relative.paired(self, *slopes) & self.symmetries.has_pairs(at, place, slopes[1])
+            yield "time reversal: eigenvalues come in pairs ±μ", paired
             yield "stable by a definite conserved quantity", relative.definite(self, at, place, there["hidden"])
         if self.quantities:
             zeros = self.equations.n - self.n

@@ -32,7 +32,7 @@ import sympy as sp
 from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from kernels.matrices import joined
 from sweeps.mechanics import motions
-from sweeps.mechanics.equations import Equations
+from sweeps.mechanics.equations import Equations, factors
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
 
@@ -53,7 +53,7 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
-OF_POINTS = "period start closed error still even mirrored scale sizes reciprocal number steepness finite"  # of motions
+OF_POINTS = "period start closed error still even mirrored scale sizes acting reciprocal number steepness finite"
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -220,12 +220,6 @@ def unpaired(equations: Equations) -> list[sp.Expr]:
     return factors(extra, (*equations.states, equations.system.time))
 
 
-def factors(expressions, moving) -> list[sp.Expr]:
-    """Return what does not move of each term of expressions: where all of it vanishes, so do they."""
-    terms = [term for e in expressions for term in sp.Add.make_args(sp.expand(e, power_exp=False))]
-    return [term.as_independent(*moving, as_Add=False)[0] for term in terms]
-
-
 class Base:
     """The periodic motions of points at any time: of a model, parameters (points,), and numbers of names, (points,)."""
 
@@ -252,6 +246,7 @@ class Base:
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
         phases = (np.arange(32) + 0.5) / 32
         rates, terms = self.model.variation.bounds(self.parameters, self(phases), phases)
+        self.acting = terms > 0.0
         terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:
@@ -493,7 +488,7 @@ def _columns(base, epsilon, tolerance):
         linear, elsewhere, determinant = base.certified()
         linear.matrix[elsewhere > TWO_PHASES * floquet.largest(linear.matrix)] = np.nan
         blind.matrix[wide] = np.nan
-    columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant)
+    columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant, base.acting)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
     cases = {
         statuses.NON_FINITE: ~base.finite,

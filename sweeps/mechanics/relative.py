@@ -26,6 +26,7 @@ ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own ei
 INVARIANTS = ("sum_of_squares", "product_of_squares", "discriminant")  # S, D, S² - 4D of four eigenvalues
 MOVED = ((4.0, 2), (4.0, 4), (48.0, 4))  # changes of S, D, S² - 4D where a matrix of norm S changes, and their units
 SLOW = 1 / 64  # of the scale
+DEFECTIVE = 1e4  # condition of an eigenvalue, from which on that of all eigenvectors together is found, too
 EXACT = 1e-12  # of their terms: what slopes and curvatures of conserved quantities are known to, with room
 
 
@@ -61,8 +62,13 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         scaled = J * sizes[:, None, :] / sizes[:, :, None]
         matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis if model.n < model.equations.n else scaled
         changes = _changes(model, parameters, x, sizes, terms, conserved)
+    acting = bound + np.swapaxes(bound, 1, 2) > 0.0
+    idle = np.isfinite(J).all((1, 2)) & np.isnan(S) & ~np.linalg.matrix_power(bound > 0.0, J.shape[1]).any((1, 2))
+    matrix[idle] = 0.0  # no state acts on itself in any number of steps: all eigenvalues are 0, and none is a scale
+    located |= {"idle": idle, "separate": (acting.sum(2) <= 1).all(1)}
     located |= _eigen(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
     located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
+    located |= {"reversible": model.symmetries.has_pairs(parameters, located["place"], terms)}
     return located | {"moved": _moved(model, located, J)}
 
 
@@ -101,20 +107,26 @@ def _moved(model, theory, J):
     return np.where(moved > ROUNDINGS, moved, 0.0)
 
 
-def _shifts(moved, condition):
-    """Return by how much eigenvalues may be off, over S, where the matrix is: by their condition, or Elsner's bound."""
-    n = condition.shape[1]
+def _shifts(moved, theory):
+    """Return by how much eigenvalues may be off, over S, where the matrix is: the least of three bounds.
+
+    By the largest condition of one; by that of the matrix of all eigenvectors, where equal ones have as many (Bauer and
+    Fike); or by Elsner's.
+    """
+    n = theory["condition"].shape[1]
     with np.errstate(invalid="ignore"):
-        return np.where(moved > 0.0, np.fmin(n * condition.max(1) * moved, 2.0 * moved ** (1.0 / n)), 0.0)
+        linear = n * np.fmin(theory["condition"].max(1), 2.0 * theory["joint_condition"]) * moved
+        return np.where(moved > 0.0, np.fmin(linear, 2.0 * moved ** (1.0 / n)), 0.0)
 
 
 def paired(model, slopes, terms):
-    """Return where the equations' own symmetry makes eigenvalues come in pairs ±μ; of `slopes` of a landscape.
+    """Return where the Jacobian's own symmetry makes eigenvalues come in pairs ±μ; of `slopes` of a landscape.
 
     Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
-    symmetric and those by the velocities antisymmetric (Hamilton's equations). States: the Jacobian couples each
-    state of one class with states of another class only, so that changing the sign of one class reverses time. Then
-    no closed walk in the graph of its entries has an odd length.
+    symmetric and those by the velocities antisymmetric (Hamilton's equations); or no slopes by velocities. States: the
+    Jacobian couples each state of one class with states of another class only, so that changing the sign of one class
+    reverses time. Then no closed walk in the graph of its entries has an odd length. `Symmetries.has_pairs` says where
+    this holds of the whole equations.
     """
     if model.equations.v and model.equations.conservative:
         return np.ones(len(slopes), dtype=bool)
@@ -123,7 +135,8 @@ def paired(model, slopes, terms):
         turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
         size = terms.reshape(-1, m, 2, m)
         odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
-        return (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
+        hamiltonian = (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
+        return hamiltonian | (terms[:, :, m:] == 0.0).all((1, 2))
     joined = terms + np.swapaxes(terms, 1, 2) > 0.0
     first, back = runs_of(list(joined.reshape(len(terms), -1).T))  # most points share one pattern
     walks = np.linalg.matrix_power(joined[first].astype(np.float64), model.equations.n | 1)
@@ -133,15 +146,20 @@ def paired(model, slopes, terms):
 def definite(model, parameters, place, hidden):
     """Return where a combination of the conserved quantities proves that an equilibrium is stable.
 
-    The gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all gradients: then
-    |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden and Ratiu,
-    Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are tried.
+    Of coordinates, the energy where its potential has a strict minimum, also with gyroscopic forces (Thomson and Tait).
+    Of states, the gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all
+    gradients: then |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden
+    and Ratiu, Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are
+    tried.
     """
     proved, rows = np.zeros(len(place), dtype=bool), np.flatnonzero(np.isfinite(place).all(1))
-    quantities = model.system.conserved_quantities.values()
+    quantities, land = model.system.conserved_quantities.values(), model.landscape
+    if model.equations.v:
+        rows = rows[model.symmetries.keeps_energy([p[rows] for p in parameters])]
+        proved[rows] = _is_minimum(land, [p[rows] for p in parameters], place[rows], hidden[rows])
     if not (quantities and rows.size) or any(e.has(model.system.time) for e in quantities):
         return proved
-    place, parameters, land = place[rows], [p[rows] for p in parameters], model.landscape
+    place, parameters = place[rows], [p[rows] for p in parameters]
     x = list(place.T)
     with np.errstate(all="ignore"):
         sizes, error = land.sizes(parameters, x), land.place_error(parameters, place, hidden[rows])
@@ -155,6 +173,24 @@ def definite(model, parameters, place, hidden):
     sound = np.isfinite(slopes).all((1, 2)) & np.isfinite(bent + loose).all((1, 2, 3))
     proved[rows[sound]] = _extremal(*(values[sound] for values in (slopes, bent, loose, slack)))
     return proved
+
+
+@np.errstate(all="ignore")
+def _is_minimum(land, parameters, place, hidden):
+    """Return where the potential energy has positive second derivatives, beyond errors (Lagrange and Dirichlet)."""
+
+    def pulls(x):
+        return land.slopes(parameters, list(x.T))[0][:, :, : land.m]
+
+    sizes, terms = land.sizes(parameters, list(place.T)), land.slopes(parameters, list(place.T))[1][:, :, : land.m]
+    unit = 1.0 / np.sqrt(np.einsum("pii->pi", terms))
+    unit = np.where(np.isfinite(unit), unit, sizes)
+    both, H = unit[:, :, None] * unit[:, None], -pulls(place)
+    loose = (EXACT * terms + changed(pulls, -H, place, land.place_error(parameters, place, hidden))) * both
+    sound, H = np.isfinite(H * both + loose).all((1, 2)), 0.5 * (H + np.swapaxes(H, 1, 2)) * both
+    minimum = np.zeros(len(place), dtype=bool)
+    minimum[sound] = np.linalg.eigvalsh(H[sound])[:, 0] > np.linalg.norm(loose[sound], axis=(1, 2))
+    return minimum
 
 
 def _extremal(slopes, bent, loose, slack):
@@ -205,7 +241,7 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     status = theory["status"].copy()
     here = status == statuses.OK
     sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
-    status[here & ~sound] = statuses.NON_FINITE
+    status[here & ~sound] = np.where(theory["idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)[here & ~sound]
     which = np.flatnonzero(sound)
     block = 8 * W * kernel.rows(runs, quantities, model.n, intervals)
     size = min(CHUNK, W * max(1, CHUNK_BYTES // block))
@@ -215,7 +251,9 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
     wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["paired"])
     wide &= status == statuses.OK
-    status[wide], raw[wide, kernel.FIRST + quantities :] = statuses.PERTURBATION_TOO_LARGE, np.nan
+    # no amplitude is too large for linear equations: there the fit has too few digits
+    status[wide] = statuses.NOT_CONVERGED if model.equations.is_linear else statuses.PERTURBATION_TOO_LARGE
+    raw[wide, kernel.FIRST + quantities :] = np.nan
     return {"raw": raw, "status": status, "spacing": spacing}
 
 
@@ -264,7 +302,7 @@ def _columns(model, theory, measured):
     parts = np.stack([fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4)])
     # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
     number = _ordered(parts[0] + 1j * parts[1], S)[1]
-    shift = (S * _shifts(theory["moved"], theory["condition"]))[:, None]
+    shift = (S * _shifts(theory["moved"], theory))[:, None]
     re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
     e_re, e_im = e_re + shift, e_im + shift
     true, wider = theory["eigenvalues"], _exchanged(re, im, e_re, e_im, S)
@@ -282,12 +320,13 @@ def _columns(model, theory, measured):
         exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
         table |= {name: (v, *both) for name, (v, _), both in zip(INVARIANTS, exact, smooth, strict=True)}
     columns = {name + kind: row[k] for name, row in table.items() for k, kind in enumerate(("_theory", "", "_error"))}
-    slack = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"]) + shift
-    pairs = theory["paired"]
+    slack = np.fmin(ROUNDINGS * np.maximum(1.0, theory["condition"]), _shifts(ROUNDINGS, theory)[:, None])
+    slack = np.where(theory["idle"][:, None], 0.0, S[:, None] * slack + shift)
+    pairs = theory["paired"], theory["reversible"], theory["separate"]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
     by_theory, as_measured = (true.real, true.imag, slack, slack), (re, im, e_re, e_im)
     both = [
-        _on_family(regimes(*spectrum, of_four, pairs), family, *spectrum)
+        _on_family(regimes(*spectrum, of_four, *pairs), family, *spectrum)
         for spectrum, of_four in ((by_theory, exact), (as_measured, smooth))
     ]
     columns["regime_theory"], columns["regime"] = _where_definite(model, theory, both, [by_theory, as_measured])
@@ -325,7 +364,10 @@ def _free(gradients, n):
 def _eigen(matrix, S):
     """Return eigenvalues in order, and their condition numbers."""
     values, _ = _ordered(matrices.eigenvalues(matrix), S)
-    return {"eigenvalues": values, "condition": jacobians.conditions(matrix, values, S)}
+    condition = jacobians.conditions(matrix, values, S)
+    joint, rows = np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < DEFECTIVE))
+    joint[rows] = matrices.eigenvector_conditions(matrix[rows])
+    return {"eigenvalues": values, "condition": condition, "joint_condition": joint}
 
 
 def _ordered(values, S):
@@ -374,33 +416,33 @@ def _growth(re, error):
     return growth, np.where(finite, np.where(rival, error, 0.0).max(1), np.nan)
 
 
-def regimes(re, im, re_error, im_error, invariants=None, pairs=None):
+def regimes(re, im, re_error, im_error, invariants=None, pairs=None, reversible=True, separate=False):
     """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 where there is none.
 
     Of real and imaginary parts and their errors, shape (points, n); `invariants` are for four eigenvalues (S, its
-    error), (D, …), (S² - 4D, …), shape (points,) each. `pairs` says where the equations make them come in pairs ±μ:
-    there alone an eigenvalue is known to lie on the axis, and the invariants decide.
+    error), (D, …), (S² - 4D, …), shape (points,) each. `pairs` says where the Jacobian makes them come in pairs ±μ:
+    there alone an eigenvalue is known to lie on the axis, and the invariants decide. Where it is not `reversible`, only
+    the linear part has pairs, and terms of higher order decide about eigenvalues on the axis. States are `separate`
+    where each acts on one other alone: then pairs of eigenvalues may be equal.
     """
     with np.errstate(invalid="ignore"):
         grows = (re - re_error > 0).any(1)
         rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
-        turning = np.abs(im) > im_error
-        real = im == 0.0  # and not one that meets another within the errors, for the two may be a complex pair
-        rows = np.flatnonzero((grows[:, None] & rival & real).any(1))
-        real[rows] &= _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows])
-        turns, straight = ((kind | ~rival).all(1) for kind in (turning, real))
+        turns = ((np.abs(im) > im_error) | ~rival).all(1)
         decays = (re + re_error < 0).all(1)
         level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
         if pairs is not None:
-            level &= pairs  # without the symmetry an eigenvalue may lie beside the axis, within its error
-        if invariants is None:
-            rows = np.flatnonzero(level)
-            level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
-        cases = [grows & turns, grows & straight, decays & ~grows, level & ~grows]
+            level &= pairs & reversible  # else an eigenvalue may lie beside the axis, within its error
+        single, rows = level & separate, np.flatnonzero(level)
+        level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
+        level |= single
+        cases = [grows & turns, grows, decays, level]
         values = [codes.FLUTTER, codes.UNSTABLE, codes.ASYMPTOTICALLY_STABLE, codes.STABLE]
         regime = np.select(cases, values, codes.MARGINAL)
         if invariants is not None:
-            regime = np.where(pairs, _by_pairs(*invariants), regime)
+            by_pairs = _by_pairs(*invariants)
+            known = pairs & (by_pairs != codes.MARGINAL) & ((by_pairs != codes.STABLE) | reversible)
+            regime = np.where(known, by_pairs, regime)
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
 
 
@@ -429,7 +471,7 @@ def _where_definite(model, theory, both, spectra):
 
 def _turns_marginally(regime, re, im, re_error):
     """Return where a spectrum is marginal, none of it is seen to grow, and its errors are less than its rates."""
-    level = (np.abs(re) <= re_error).all(1) & (re_error.max(1) < np.abs(im).max(1))
+    level = (re <= re_error).all(1) & (re_error.max(1) < np.hypot(re, im).max(1))
     return level & (regime == codes.MARGINAL)
 
 
@@ -444,5 +486,5 @@ def _by_pairs(total, product, discriminant):
     up, down = (total[0] > total[1]), (total[0] < -total[1])
     above, below = (product[0] > product[1]), (product[0] < -product[1])
     split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
-    cases = [below | (up & split), joined, down & above & split]  # S > 0 alone may be two real pairs or flutter
-    return np.select(cases, [codes.UNSTABLE, codes.FLUTTER, codes.STABLE], codes.MARGINAL)
+    cases = [joined, below | up, down & above & split]  # S > 0 alone may be two real pairs or flutter: both grow
+    return np.select(cases, [codes.FLUTTER, codes.UNSTABLE, codes.STABLE], codes.MARGINAL)

@@ -67,32 +67,34 @@ def test_without_the_symmetry_no_motion_is_called_stable():
     assert told == [codes.STABLE, codes.MARGINAL]
 
 
-def test_a_rival_of_the_other_kind_leaves_growth_open():
+def test_a_rival_of_the_other_kind_leaves_the_kind_of_growth_open_and_not_the_growth():
     """A real eigenvalue and a pair, whose real parts are the same within their errors."""
-    re, im = np.array([[0.5, 0.5 + 1e-4, 0.5, -1.0]]), np.array([[-2.0, 0.0, 2.0, 0.0]])
-    for error, regime in ((1e-3, codes.MARGINAL), (1e-6, codes.UNSTABLE)):
+    im = np.array([[-2.0, 0.0, 2.0, 0.0]])
+    for real, error, regime in ((0.4, 1e-3, codes.FLUTTER), (0.5, 1e-3, codes.UNSTABLE), (0.5, 1.0, codes.MARGINAL)):
+        re = np.array([[0.5, real + 1e-4, 0.5, -1.0]])
         assert regimes(re, im, *2 * (np.full((1, 4), error),))[0] == regime
 
 
-def test_growth_of_two_eigenvalues_that_may_be_a_pair_is_left_open():
+def test_two_growing_eigenvalues_that_may_be_a_pair_are_unstable():
     """On the real axis stays what is alone there: two that meet within their errors may part into a pair, and back."""
     error = np.full((1, 4), 1e-3)
     for first, regime in (
-        ((0.5 + 1e-4j, 0.5 - 1e-4j), codes.MARGINAL),  # flutter within the errors
-        ((0.5, 0.5 + 1e-4), codes.MARGINAL),
+        ((0.5 + 1e-4j, 0.5 - 1e-4j), codes.UNSTABLE),  # flutter within the errors
+        ((0.5, 0.5 + 1e-4), codes.UNSTABLE),
         ((0.5, 0.3), codes.UNSTABLE),
+        ((5e-4, 4e-4), codes.MARGINAL),
         ((0.5 + 2e-3j, 0.5 - 2e-3j), codes.FLUTTER),
     ):
         values = np.array([[*first, -1.0 - 1.0j, -1.0 + 1.0j]])
         assert regimes(values.real, values.imag, error, error)[0] == regime, first
 
 
-def test_growth_of_pairs_whose_discriminant_is_open_is_left_open():
+def test_pairs_whose_discriminant_is_open_are_unstable():
     """μ² of positive real part: two real pairs or a quartet that flutters, as the sign of S² - 4D says."""
     re, im = np.array([[-2.0, 2.0, -2.0, 2.0]]), np.array([[-0.1, 0.1, 0.1, -0.1]])
-    error = np.full((1, 4), 1.0)
-    for off, regime in ((1.0, codes.MARGINAL), (0.1, codes.FLUTTER)):
-        invariants = [(np.array([x]), np.array([e])) for x, e in ((8.0, 0.1), (16.0, 0.1), (-0.5, off))]
+    error = np.full((1, 4), 10.0)
+    for total, off, regime in ((8.0, 1.0, codes.UNSTABLE), (8.0, 0.1, codes.FLUTTER), (-8.0, 1.0, codes.MARGINAL)):
+        invariants = [(np.array([x]), np.array([e])) for x, e in ((total, 0.1), (16.0, 0.1), (-0.5, off))]
         assert regimes(re, im, error, error, invariants, np.array([True]))[0] == regime
 
 

@@ -30,7 +30,8 @@ MULTIPLIERS = rows(
     *_measured("trace", "1", "trace of the monodromy matrix", scale="trace_error"),
     *regime(
         REGIMES,
-        "by the smooth invariants of the monodromy matrix and their errors; marginal where the errors leave it open",
+        "by the smooth invariants of the monodromy matrix, or of its independent blocks, and their errors; unstable, "
+        "too, where the kind of growth is open; marginal where the errors leave it open",
     ),
     """
     determinant_residual  1  f4  distance of the measured determinant from that of Liouville's formula, relative to its

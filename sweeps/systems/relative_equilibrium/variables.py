@@ -22,8 +22,8 @@ VARIABLES = rows(
     *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
     *regime(
         REGIMES,
-        "stable, too, where motions end at a family of equilibria, or a conserved quantity is proved to be definite; "
-        "marginal where errors leave it open",
+        "stable, too, where motions end at a family of equilibria, or a conserved quantity or the energy is proved to "
+        "be definite; unstable, too, where the kind of growth is open; marginal where errors leave it open",
     ),
     """
     eigenvalue_condition     1  condition number of the eigenvalue, linear theory: sensitivity to changes of the

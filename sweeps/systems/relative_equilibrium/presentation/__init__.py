@@ -16,6 +16,7 @@ LOOK = Look(
         "no_equilibrium": Mark("no equilibrium", " ", ""),
         "equilibrium_undecided": Mark("equilibrium undecided", "?", ""),
         "not_excited": Mark("a mode not excited", "m", ""),
+        "no_time_scale": Mark("no time scale", "0", ""),
     },
     symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")},
 )

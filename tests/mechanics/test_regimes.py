@@ -1,0 +1,107 @@
+"""Regimes that theorems decide: systems of each kind, where nothing else is right; and what stays marginal."""
+
+import numpy as np
+import pytest
+import sympy as sp
+import verdicts
+
+from sweeps.mechanics import System
+from sweeps.mechanics.model import Model
+from sweeps.mechanics.symmetries import sign_changes
+
+QUICK = {
+    "growth twice",
+    "trap",
+    "Ziegler",
+    "rotor",
+    "charge",
+    "partly damped",
+    "bearing, coordinates",
+    "bearing, states",
+}
+SYSTEMS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in verdicts.OWN]
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_what_a_theorem_decides_is_not_marginal(name):
+    model, points, right = verdicts.own(name)
+    for said in verdicts.columns(model, **points)[:2]:
+        assert [word if word in some else some for word, some in zip(said, right, strict=True)] == said
+
+
+@pytest.mark.parametrize("name", [*verdicts.MARGINAL])
+def test_what_linear_theory_leaves_open_stays_marginal(name):
+    make, point = verdicts.MARGINAL[name]
+    theory, measured, status, _ = verdicts.columns(make(), **point)
+    assert theory == ["marginal"]
+    assert (measured, status) in ((["marginal"], ["ok"]), (["undetermined"], ["no_time_scale"]))
+
+
+def nilpotent(n, links):
+    """Return a model of states that act on each other by single links, in no circle."""
+    return verdicts.of_states(n, lambda x: [sum((x[j] for i, j in links if i == k), sp.Integer(0)) for k in range(n)])
+
+
+CHAINS = [
+    *((n, [(k, k + 1) for k in range(n - 1)]) for n in (1, 2, 3, 5)),  # one chain, a defective 0
+    *((n, []) for n in (2, 4)),  # nothing moves
+    (4, [(0, 2), (1, 3)]),  # a body on a plane: places and velocities
+    (4, [(0, 1), (0, 2), (0, 3)]),
+    (5, [(0, 1), (2, 3)]),
+    (3, [(2, 0), (2, 1)]),
+]
+
+
+@pytest.mark.parametrize(("n", "links"), CHAINS)
+def test_where_nothing_has_a_rate_theory_is_there_and_the_status_says_what_is_missing(n, links):
+    theory, measured, status, found = verdicts.columns(nilpotent(n, links))
+    assert status == ["no_time_scale"]
+    assert measured == ["undetermined"]
+    assert theory == ["stable" if not links else "marginal"]  # all places are equilibria, and nothing moves
+    assert found["growth_rate_theory"][0] == found["eigenvalue_imag_theory"][0] == 0.0
+
+
+def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
+    """Rolling upright: it falls unless it is fast, 12/5 spin² > g; at rest and without weight nothing has a rate."""
+    system = System("Rolling disc")
+    g, spin = (system.parameter(name, default=1.0) for name in ("gravity", "spin"))
+    lean, fall, yaw, roll = (system.state(name, bounds=(-3, 3), size=1) for name in ("lean", "fall", "yaw", "roll"))
+    rates = {lean: fall, fall: g * sp.sin(lean) - sp.Rational(6, 5) * roll * yaw, yaw: 2 * roll * fall, roll: 0}
+    for state, rate in rates.items():
+        system.rate(state, sp.sympify(rate))
+    system.equilibrium("upright", {lean: 0, fall: 0, yaw: 0, roll: spin})
+    gravity, spin = np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 1.0], [0.0, 0.0]]).T
+    theory, measured, status, found = verdicts.columns(Model(system), gravity=gravity, spin=spin)
+    assert theory == ["unstable", "unstable", "marginal", "marginal"]
+    assert measured == ["unstable", "unstable", "marginal", "undetermined"]
+    assert status == ["ok", "ok", "ok", "no_time_scale"]
+    growth = np.sqrt(np.maximum(gravity - 2.4 * spin**2, 0.0))
+    np.testing.assert_allclose(found["growth_rate_theory"], growth, atol=1e-12)  # rounding
+
+
+@pytest.mark.parametrize("coupling", [1e-12, 1e-9, 1e-6, 1e-3, 0.1])
+def test_no_amplitude_is_too_large_for_linear_equations(coupling):
+    """Four equal oscillators: an error of rounding was taken for the amplitude's at some amplitudes."""
+    model = verdicts.oscillators(4, coupling)
+    epsilon = 10.0 ** np.linspace(-12, -0.5, 12)
+    *_, status, found = verdicts.columns(model, epsilon=epsilon)
+    assert status == ["ok"] * epsilon.size
+    assert (np.abs(found["growth_rate"]) <= found["growth_rate_error"]).all()
+
+
+@pytest.mark.parametrize(
+    ("acting", "count"),
+    [
+        ([[0, 1], [1, 0]], 2),  # one pair: either state may change its sign
+        ([[1, 1], [1, 0]], 0),  # one acts on itself
+        ([[0, 1, 1], [1, 0, 1], [1, 1, 0]], 0),  # three in a circle
+        ([[0, 1, 1], [1, 0, 0], [1, 0, 0]], 2),
+        ([[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]], 4),  # two pairs
+        (np.zeros((7, 7)), 64),  # no more are tried
+    ],
+)
+def test_sign_changes_are_those_of_two_classes(acting, count):
+    acting = np.array(acting) > 0
+    changes = sign_changes(acting)
+    assert len(changes) == len({*changes}) == count
+    assert all(signs[i] == -signs[j] for signs in changes for i, j in np.argwhere(acting))

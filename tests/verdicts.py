@@ -1,0 +1,384 @@
+"""Twenty systems of users whose regime a theorem or a closed form decides, and ten points that are marginal."""
+
+import math
+
+import numpy as np
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from kernels.codes import REGIMES as OF_MULTIPLIERS
+from kernels.statuses import STATUSES
+from sweeps.mechanics import System, periodic
+from sweeps.mechanics.model import Model
+from sweeps.systems.relative_equilibrium.variables import REGIMES
+
+SOUND, GROWS, DECAYS, KEEPS = "stable", "unstable flutter period_doubling", "asymptotically_stable", "marginal"
+
+
+def of_coordinates(count, build, period=None, **defaults):
+    """Return a model of coordinates near 0; `build` gets the system, coordinates, velocities and parameters."""
+    system = System("Coordinates")
+    parameters = [system.parameter(name, default=value) for name, value in defaults.items()]
+    q = [system.coordinate(f"q{i}", bounds=(-1, 1), size=1) for i in range(count)]
+    v = [system.velocity(x) for x in q]
+    system.kinetic_energy(sum(x**2 for x in v) / 2)
+    build(system, q, v, *parameters)
+    if period:
+        system.period(period)
+    system.equilibrium("rest", dict.fromkeys(q, 0))
+    return Model(system)
+
+
+def of_states(count, rates, **defaults):
+    """Return a model of states near 0; `rates` returns their rates from states and parameters."""
+    system = System("States")
+    parameters = [system.parameter(name, default=value) for name, value in defaults.items()]
+    x = [system.state(f"x{i}", bounds=(-1, 1), size=1) for i in range(count)]
+    for state, rate in zip(x, rates(x, *parameters), strict=True):
+        system.rate(state, sp.sympify(rate))
+    system.equilibrium("rest", dict.fromkeys(x, 0))
+    return Model(system)
+
+
+def of_matrix(rows, form, **defaults):
+    """Return q'' = A q as coordinates with forces, or as states; `rows` returns A from parameters."""
+    count = len(rows(*defaults.values()))
+
+    def build(system, q, v, *parameters):
+        for x, row in zip(q, rows(*parameters), strict=True):
+            system.force(x, sum((a * y for a, y in zip(row, q, strict=True)), sp.Integer(0)))
+
+    def rates(x, *parameters):
+        q = x[:count]
+        return [*x[count:], *(sum(a * y for a, y in zip(row, q, strict=True)) for row in rows(*parameters))]
+
+    return (
+        of_coordinates(count, build, **defaults) if form == "coordinates" else of_states(2 * count, rates, **defaults)
+    )
+
+
+def columns(model, **values):
+    """Return regimes by theory and as measured, statuses, and columns at points: parameters, or `epsilon`."""
+    given = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-6} | values
+    size, n = np.broadcast(*map(np.atleast_1d, given.values())).size, model.n
+    each, names = 1, REGIMES
+    if model.system.given_period is None:
+        each = n
+    points = {
+        name: np.repeat(np.broadcast_to(np.asarray(value, dtype=float), size), each) for name, value in given.items()
+    }
+    points["equilibrium"] = np.zeros(size * each, dtype=int)
+    if model.system.given_period is None:
+        found = model.survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), size)})
+        found = {name: rows.reshape(size, n)[:, 0] for name, rows in found.items()}
+    else:
+        found, names = periodic.survey(model, points, 1e-12), OF_MULTIPLIERS
+    told = [[names[k + 1] for k in found[name]] for name in ("regime_theory", "regime")]
+    return *told, [STATUSES[k] for k in found["status"]], found
+
+
+# -- equal eigenvalues that grow or decay
+
+
+def hill(count=2):
+    """A round hill or bowl with drag."""
+
+    def build(system, q, v, k, c):
+        system.potential(-k * sum(x**2 for x in q) / 2 - sum(x**2 for x in q) ** 2 / 8)
+        system.dissipation(c * sum(x**2 for x in v) / 2)
+
+    return of_coordinates(count, build, k=1.0, c=0.1)
+
+
+def pendulum():
+    """A spherical pendulum with drag: it stands where `gravity` is above 0, and hangs below."""
+
+    def build(system, q, v, g):
+        depth = sp.sqrt(4 - q[0] ** 2 - q[1] ** 2)
+        system.kinetic_energy(((q[0] * v[0] + q[1] * v[1]) / depth) ** 2 / 2)
+        system.potential(g * depth)
+        system.dissipation((v[0] ** 2 + v[1] ** 2) / 20)
+
+    return of_coordinates(2, build, gravity=1.0)
+
+
+def growth_twice():
+    """Two of x' = a x - x³."""
+    return of_states(2, lambda x, a: [a * y - y**3 for y in x], a=1.0)
+
+
+def dark_laser():
+    """Maxwell and Bloch's equations of a complex field, without light: it grows from r = 1 on."""
+
+    def rates(x, r):
+        e1, e2, p1, p2, d = x
+        fields = [1.4 * (p1 - e1), 1.4 * (p2 - e2), e1 * (d + r) - p1, e2 * (d + r) - p2]
+        return [*fields, -0.5 * d - e1 * p1 - e2 * p2]
+
+    return of_states(5, rates, r=2.0)
+
+
+def ring():
+    """Three cells in a ring: rates 2 g - 1, and -1 - g twice."""
+    return of_states(3, lambda x, g: [-x[i] + g * (x[i - 1] + x[i - 2]) - x[i] ** 3 for i in range(3)], g=1.0)
+
+
+def negative_drag():
+    """Two equal oscillators that a drag below 0 drives."""
+
+    def build(system, q, v, c):
+        system.potential((q[0] ** 2 + q[1] ** 2) / 2)
+        for x, y in zip(q, v, strict=True):
+            system.force(x, -c * y)
+
+    return of_coordinates(2, build, c=0.1)
+
+
+# -- independent blocks
+
+
+def trap(count=2):
+    """A quadrupole with radio frequency alone: Mathieu's equation in each direction."""
+
+    def build(system, q, v, depth):
+        signs = (1, -1, 1)[: len(q)]
+        system.potential(-depth * sp.cos(2 * system.time) * sum(s * x**2 for s, x in zip(signs, q, strict=True)))
+
+    return of_coordinates(count, build, period=sp.pi, depth=0.5)
+
+
+def twin_swings():
+    """Two equal damped pendulums that are pumped alike."""
+
+    def build(system, q, v, depth):
+        system.potential(-sum((1 + depth * sp.cos(2 * system.time)) * sp.cos(x) for x in q))
+        system.dissipation(sum(x**2 for x in v) / 40)
+
+    return of_coordinates(2, build, period=sp.pi, depth=0.5)
+
+
+def growth_of_mathieu(depth, constant=0.0, drag=0.0):
+    """Return the growth over π of x'' + drag x' + (constant + 2 depth cos 2t) x = 0, by SciPy."""
+
+    def slopes(t, x):
+        pull = constant + 2 * depth * math.cos(2 * t)
+        return [x[1], -drag * x[1] - pull * x[0], x[3], -drag * x[3] - pull * x[2]]
+
+    x = solve_ivp(slopes, (0, math.pi), [1.0, 0.0, 0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    return math.log(np.abs(np.linalg.eigvals(x.reshape(2, 2))).max())
+
+
+def of_trap(depth):
+    return GROWS if growth_of_mathieu(depth) > 1e-6 else SOUND
+
+
+def of_swings(depth):
+    return GROWS if growth_of_mathieu(depth / 2, 1.0, 0.05) > 0 else DECAYS
+
+
+# -- circulatory forces without damping
+
+
+def ziegler(form):
+    """Ziegler's column, masses 2 m and m: below P = 7/2 - √2, in c/l, it does not flutter."""
+    if form == "states":  # the accelerations, solved by hand
+
+        def rates(x, P):
+            a, b, u, w = x
+            c, s = sp.cos(a - b), sp.sin(a - b)
+            f, g = P * s - 2 * a + b - s * w**2, a - b + s * u**2
+            return [u, w, (f - c * g) / (3 - c**2), (3 * g - c * f) / (3 - c**2)]
+
+        return of_states(4, rates, P=1.0)
+
+    def build(system, q, v, P):
+        (a, b), (u, w) = q, v
+        system.kinetic_energy(u**2 + sp.cos(a - b) * u * w)  # 3 u²/2 + w²/2 and this, less u²/2 + w²/2
+        system.potential((a**2 + (a - b) ** 2) / 2)
+        system.force(a, P * sp.sin(a - b))
+
+    return of_coordinates(2, build, P=1.0)
+
+
+def beck(P):
+    """Two modes of Beck's column: stiffness, and what the follower force makes of it, not symmetric."""
+    return [[-12.36 + 0.86 * P, 11.74 * P], [-1.87 * P, -485.5 - 13.29 * P]]
+
+
+def reut(P):
+    """Reut's column: Beck's matrix, transposed."""
+    (a, b), (c, d) = beck(P)
+    return [[a, c], [b, d]]
+
+
+def of_beck(P):
+    """Two squares of frequencies, real and above 0: a sum below 0, a product and a discriminant above 0."""
+    (a, b), (c, d) = beck(P)
+    return SOUND if a + d < 0 < a * d - b * c and (a - d) ** 2 + 4 * b * c > 0 else GROWS
+
+
+def panel(flow):
+    """Two modes of a panel in a supersonic flow."""
+    return [[-1, flow], [-flow, -16]]
+
+
+def bearing(k, q):
+    """A shaft in cross-coupled bearings without damping."""
+    return [[-1, -q], [q, -k]]
+
+
+def of_bearing(k, q):
+    return SOUND if abs(k - 1) > 2 * abs(q) else GROWS
+
+
+# -- energies that are definite
+
+
+def rotor():
+    """A round rotor in a frame that turns with it, with a drag that may be 0."""
+
+    def build(system, q, v, k, W, c):
+        system.kinetic_energy(W * (v[1] * q[0] - v[0] * q[1]) + W**2 * (q[0] ** 2 + q[1] ** 2) / 2)
+        system.potential(k * (q[0] ** 2 + q[1] ** 2) / 2 + (q[0] ** 2 + q[1] ** 2) ** 2)
+        system.dissipation(c * (v[0] ** 2 + v[1] ** 2) / 2)
+
+    return of_coordinates(2, build, k=1.0, W=0.0, c=0.0)
+
+
+def of_rotor(k, W, c):
+    if c:
+        return DECAYS if k > W**2 else GROWS
+    return SOUND
+
+
+def charge():
+    """A charge in a round bowl and a magnetic field, a gyroscopic force that is no part of T; k twice and once 2 k."""
+
+    def build(system, q, v, k, B):
+        system.potential(k * (q[0] ** 2 + q[1] ** 2 + 2 * q[2] ** 2) / 2)
+        system.force(q[0], B * v[1])
+        system.force(q[1], -B * v[0])
+
+    return of_coordinates(3, build, k=1.0, B=0.0)
+
+
+def partly_damped():
+    """Three equal springs, of which one is damped."""
+
+    def build(system, q, v, k, c):
+        system.potential(k * sum(x**2 for x in q) / 2)
+        system.dissipation(c * v[2] ** 2 / 2)
+
+    return of_coordinates(3, build, k=1.0, c=0.1)
+
+
+def oscillators(count=4, coupling=1e-3):
+    """Equal oscillators, of which a gyroscopic force couples two: with equal eigenvalues, and linear."""
+
+    def build(system, q, v, k):
+        system.potential(k * sum(x**2 for x in q) / 2)
+        system.force(q[0], coupling * v[1])
+        system.force(q[1], -coupling * v[0])
+
+    return of_coordinates(count, build, k=4.0)
+
+
+def alike(*signs):
+    """Grows above 0, decays below."""
+    return lambda x, *_: GROWS if x > 0 else DECAYS
+
+
+SIGNS = np.array([-3.0, -1.0, -0.3, -0.01, 0.01, 0.3, 1.0, 3.0])
+DEPTHS = np.array([0.05, 0.2, 0.5, 0.8, 0.9, 0.92, 1.0, 1.5, 2.0, 4.0])
+LOADS = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.08, 2.085, 2.087, 2.1, 3.0])
+
+
+def of_ziegler(P):
+    return SOUND if 3.5 - math.sqrt(2) > P else GROWS
+
+
+#: name → model, values of each parameter (all combinations), regime by theorem or closed form
+OWN = {
+    "round hill": (hill, {"k": SIGNS, "c": [0.1, 1.0]}, alike()),
+    "hill in space": (lambda: hill(3), {"k": SIGNS, "c": [0.1]}, alike()),
+    "spherical pendulum": (pendulum, {"gravity": SIGNS}, alike()),
+    "growth twice": (growth_twice, {"a": SIGNS}, alike()),
+    "dark laser": (dark_laser, {"r": [0.1, 0.5, 0.9, 1.1, 2.0, 9.0]}, lambda r: GROWS if r > 1 else DECAYS),
+    "ring": (ring, {"g": [-3.0, -1.1, -0.9, 0.2, 0.45, 0.55, 2.0]}, lambda g: DECAYS if -1 < g < 0.5 else GROWS),
+    "negative drag": (negative_drag, {"c": SIGNS}, lambda c: DECAYS if c > 0 else GROWS),
+    "trap": (trap, {"depth": DEPTHS}, of_trap),
+    "trap in space": (lambda: trap(3), {"depth": DEPTHS}, of_trap),
+    "twin swings": (twin_swings, {"depth": [0.05, 0.1, 0.15, 0.3, 0.6]}, of_swings),
+    "Ziegler": (lambda: ziegler("coordinates"), {"P": LOADS}, of_ziegler),
+    "Ziegler, states": (lambda: ziegler("states"), {"P": LOADS}, of_ziegler),
+    "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),
+    "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: SOUND),
+    "partly damped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0, 0.1, 3.0]}, lambda k, c: SOUND),
+    "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: SOUND),
+}
+for _form in ("coordinates", "states"):
+    OWN |= {
+        f"Beck, {_form}": (lambda form=_form: of_matrix(beck, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
+        f"Reut, {_form}": (lambda form=_form: of_matrix(reut, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
+        f"panel, {_form}": (
+            lambda form=_form: of_matrix(panel, form, flow=1.0),
+            {"flow": [0.0, 1.0, 7.0, 7.49, 7.51, 9.0]},
+            lambda flow: SOUND if flow < 7.5 else GROWS,
+        ),
+        f"bearing, {_form}": (
+            lambda form=_form: of_matrix(bearing, form, k=2.0, q=0.1),
+            {"k": [1.5, 2.0, 4.0], "q": [0.1, 0.3, 0.9, 2.0]},
+            of_bearing,
+        ),
+    }
+
+
+def own(name):
+    """Return the model of a system, its points, and the regimes that are right at each: one of several words."""
+    make, values, regime = OWN[name]
+    grid = np.meshgrid(*values.values(), indexing="ij")
+    points = dict(zip(values, map(np.ravel, grid), strict=True))
+    return make(), points, [regime(*row).split() for row in zip(*points.values(), strict=True)]
+
+
+# -- what is marginal
+
+
+def hopf(form):
+    """A damping that changes its sign at mu = 0, where a cubic one decides."""
+    if form == "states":
+        return of_states(2, lambda x, mu: [x[1], -x[0] + (mu - x[0] ** 2) * x[1]], mu=0.0)
+
+    def build(system, q, v, mu):
+        system.potential(q[0] ** 2 / 2)
+        system.force(q[0], (mu - q[0] ** 2) * v[0])
+
+    return of_coordinates(1, build, mu=0.0)
+
+
+def pitchfork():
+    """A damped bead where V″ = 0."""
+
+    def build(system, q, v, k):
+        system.potential(k * q[0] ** 2 / 2 + q[0] ** 4 / 4)
+        system.dissipation(v[0] ** 2 / 2)
+
+    return of_coordinates(1, build, k=0.0)
+
+
+#: name → model and a point at which the motion nearby neither grows nor stays by linear theory
+MARGINAL = {
+    "free particle": (lambda: of_states(2, lambda x: [x[1], 0]), {}),
+    "free particle and a decay": (lambda: of_states(3, lambda x: [x[1], -(x[0] ** 3), -x[2]]), {}),
+    "equal modes that drive each other": (lambda: of_matrix(lambda s: [[-1, 0], [s, -1]], "coordinates", s=1.0), {}),
+    "the same modes as states": (lambda: of_matrix(lambda s: [[-1, 0], [s, -1]], "states", s=1.0), {}),
+    "Ziegler's threshold": (lambda: ziegler("coordinates"), {"P": 3.5 - math.sqrt(2)}),
+    "the same threshold as states": (lambda: ziegler("states"), {"P": 3.5 - math.sqrt(2)}),
+    "bearing at its threshold": (lambda: of_matrix(bearing, "coordinates", k=2.0, q=0.5), {}),
+    "rotor at its critical speed": (rotor, {"k": 1.0, "W": 1.0}),
+    "Hopf": (lambda: hopf("coordinates"), {}),
+    "Hopf, states": (lambda: hopf("states"), {}),
+    "pitchfork": (pitchfork, {}),
+    "trap without voltage": (trap, {"depth": 0.0}),
+    "cubic decay": (lambda: of_states(2, lambda x: [-(x[0] ** 3), -x[1]]), {}),
+}
