@@ -119,6 +119,9 @@ def _print_map(console: "Console", drawn: TextMap, look: Look) -> None:
         ]
         console.print(" " * (label + 1) + "  ".join(ends), no_wrap=True, crop=False)
     console.print("  ".join(f"{glyph} {look.words(meaning)}" for glyph, meaning in drawn.legend.items()))
+    for mark in filter(None, map(look.mark, drawn.legend.values())):
+        if mark.more:
+            console.print(f"{mark.words}; {mark.more}", style="dim")
 
 
 def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap | None:

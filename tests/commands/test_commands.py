@@ -109,6 +109,16 @@ def test_show_prints_the_counts_of_the_file(path, capsys):
     assert "axis 2" in out
 
 
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_show_warns_of_a_spin_about_the_axis_of_least_inertia(path, capsys, axis):
+    out = said(capsys, "show", path, "--axis", axis)
+    with sweeps.open_map(path) as ds:
+        regimes = ds.regime.sel(axis=axis).isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
+        assert regimes.size < 2000  # each cell of the picture is one point
+        is_least = bool((regimes == 0).any())
+    assert ("stable, least inertia; with any loss of energy it ends in a flat spin" in out) == is_least
+
+
 def test_show_as_json_is_the_same(path, capsys):
     facts = json.loads(said(capsys, "show", path, "--json"))
     with sweeps.open_map(path) as ds:

@@ -2,12 +2,16 @@ import json
 import math
 
 import mpmath
+import numpy as np
 import pytest
 from calls import python
 from scipy.integrate import solve_ivp
 
 from kernels import jit
+from sweeps.systems.motion import duration
 from sweeps.systems.rigid_body.prediction import in_words, spins
+from sweeps.systems.rigid_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.variables import VERDICTS
 
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
@@ -84,6 +88,90 @@ def test_a_large_nudge_may_turn_over_what_is_stable():
     flips = first_flips((1.0, 1.9, 2.0), 3, 1.0, 0.9, 0.6)
     assert spin.flip_period == pytest.approx(flips[1] - flips[0], rel=1e-8)
     assert "too large" in in_words(spin)
+
+
+def turned_about_l(moments, axis, omega0, epsilon, phase):
+    """The wobble period and the mean period of the spin axis about L, by SciPy's DOP853: body and space from Euler."""
+    a, b, c = axis - 1, axis % 3, (axis + 1) % 3
+    start = np.zeros(3)
+    start[[a, b, c]] = omega0 * np.array([1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)])
+    inertia = np.array(moments)
+
+    def rates(t, y):
+        w, turned = y[:3], y[3:].reshape(3, 3)  # the rows of `turned` are the axes of space, in the body
+        return np.concatenate([np.cross(inertia * w, w) / inertia, np.cross(turned, w).reshape(-1)])
+
+    def across(t, y):
+        return y[b]
+
+    across.direction = 1.0
+    options = {"rtol": 1e-12, "atol": 1e-13 * abs(omega0), "events": across, "dense_output": True}
+    run = solve_ivp(rates, (0, 60 / abs(omega0)), [*start, *np.eye(3).reshape(-1)], "DOP853", **options)
+    first, second = run.t_events[0][:2]
+    times = np.linspace(first, second, 400)
+    axes = run.sol(times)[3:].reshape(3, 3, -1)[:, a]  # of the body's axis, its components in space
+    L = inertia * start / np.linalg.norm(inertia * start)
+    side = np.cross(L, np.eye(3)[np.abs(L).argmin()])
+    angle = np.unwrap(np.arctan2(axes.T @ np.cross(L, side), axes.T @ side))
+    return second - first, 2 * math.pi * (second - first) / abs(angle[-1] - angle[0])
+
+
+@pytest.mark.parametrize(
+    ("moments", "axis", "omega0", "epsilon", "phase"),
+    [
+        ((5.0, 10.0, 13.0), 3, 1.0, 0.3, 0.6),
+        ((5.0, 10.0, 13.0), 1, -2.0, 0.3, 2.0),
+        ((1.0, 1.9, 2.0), 1, 1.0, 0.9, 0.6),
+        ((1.0, 2.0, 2.5), 3, 5.0, 0.2, -1.0),
+        ((13.0, 5.0, 10.0), 1, 1.0, 0.5, 3.0),
+        (RACKET, 3, 10.0, 0.15, 0.6),
+        ((2.0, 2.0, 3.0), 3, 1.0, 0.7, 0.1),
+    ],
+)
+def test_periods_are_those_of_the_motion_with_its_perturbation(moments, axis, omega0, epsilon, phase):
+    spin = spins(moments, omega0, epsilon, phase)[axis - 1]
+    wobble, about_l = turned_about_l(moments, axis, omega0, epsilon, phase)
+    # DOP853 at rtol 1e-12 over some turns
+    assert spin.wobble_period == pytest.approx(wobble, rel=1e-8)
+    assert spin.precession_period == pytest.approx(about_l, rel=1e-8)
+    assert spin.precession_turns == pytest.approx(about_l * abs(omega0) / (2 * math.pi), rel=1e-8)
+    text = in_words(spin)
+    assert f"wobble period {duration(wobble)} (body frame" in text
+    assert f"precession period about L {duration(about_l)} (inertial frame" in text
+    limits = [duration(limit) for limit in (spin.euler_period, spin.space_period)]
+    for period, limit in zip((wobble, about_l), limits, strict=True):
+        assert (f"{limit} as ε → 0" in text) == (limit != duration(period))
+
+
+def test_periods_at_a_small_perturbation_are_their_limits():
+    for axis in (1, 3):
+        spin = spins(RACKET, 10.0, 1e-7, 0.6)[axis - 1]
+        # the shift is of the order ε², 1e-14; the racket's differences of moments cost two digits
+        assert spin.wobble_period == pytest.approx(spin.euler_period, rel=1e-12)
+        assert spin.precession_period == pytest.approx(spin.space_period, rel=1e-12)
+        assert "ε → 0" not in in_words(spin)
+
+
+@pytest.mark.parametrize(
+    ("moments", "axis", "words"),
+    [
+        ((1.0, 1.0, 0.5), 2, "marginal: two moments are equal, and the axis drifts away in proportion to time"),
+        ((1.0, 1.0, 1.5), 1, "marginal: two moments are equal"),
+        ((2.0, 2.0, 2.0), 3, "sphere: all moments are equal"),
+        ((1.0, 2.0, 2.5), 1, "it ends in a flat spin (major-axis rule)"),
+        ((1.0, 1.0, 0.5), 3, "it ends in a flat spin (major-axis rule)"),
+        ((1.0, 2.0, 2.5), 2, "unstable: "),
+        ((1.0, 2.0, 2.5), 3, "stable, greatest inertia: "),
+    ],
+)
+def test_the_command_words_a_spin_as_its_verdict_does(moments, axis, words):
+    spin = spins(moments, 1.0, 0.01, 0.6)[axis - 1]
+    text, verdict = in_words(spin), VERDICTS[spin.regime]
+    assert words in text
+    assert text.startswith(f"{verdict.words}: ")
+    assert verdict.more in text
+    assert LOOK.words(spin.regime) == verdict.words  # of figures, `show` and the page
+    assert ("flat spin" in text) == (spin.regime == "stable_minor")
 
 
 ODD = """

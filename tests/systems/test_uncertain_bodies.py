@@ -21,6 +21,7 @@ from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
+from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
 SHARES = (0.01, 0.02, 0.05, 0.10)
@@ -379,6 +380,22 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     assert "axis 2           P(unstable) " in out
     assert "Sobol index" in out
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("moments", "axes", "is_warned"),
+    [
+        ((1.0, 2.0, 2.5), [1], True),
+        ((1.0, 2.0, 2.5), [2, 3], False),
+        ((2.5, 1.0, 2.0), [2], True),
+        ((2.0, 2.5, 1.0), [1, 2], False),
+        ((2.0, 2.5, 1.0), [1, 2, 3], True),
+    ],
+)
+def test_the_outlook_warns_of_a_spin_about_the_axis_of_least_inertia(moments, axes, is_warned):
+    body = {"name": "a body", "uncertainty": "5 %", "omega0": 1.0} | dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    figure = figure_outlook.draw(sweeps.survey({"bodies": [body], "draws": 64, "axes": axes}))
+    assert any("in a flat spin (major-axis rule)" in text.get_text() for text in figure.texts) == is_warned
 
 
 def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():

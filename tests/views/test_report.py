@@ -30,7 +30,9 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
 from sweeps.systems.presentation.moving import equations
 from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.rigid_body import prediction
 from sweeps.systems.rigid_body.presentation.page import PRESETS
+from sweeps.systems.rigid_body.variables import VERDICTS
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
 
@@ -1506,6 +1508,42 @@ def test_any_body_is_shown_at_once_with_the_numbers_of_the_command(visit, shapes
     page.locator("#own-I1").fill("9")
     assert "greater than the sum of the others" in page.locator("#own-notice").inner_text()
     assert page.evaluate("polhode.state.moments") == moments
+
+
+SPUN = [
+    (1.0, 1.0, 0.5),
+    (1.0, 1.0, 1.5),
+    (1.0, 2.0, 2.5),
+    (2.5, 1.0, 2.0),
+    (2.0, 2.0, 2.0),
+    (1.5, 1.0, 1.0),
+    (1.0, 1.9, 2.0),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("epsilon", [0.01, 0.9])
+def test_the_page_words_each_spin_as_the_command_does(visit, plane_path, epsilon):
+    page = visit(plane_path).page
+    for moments in SPUN:
+        for spin in prediction.spins(moments, 10.0, epsilon, 0.6):
+            verdict = VERDICTS[spin.regime]
+            found = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, spin.axis, 10.0, epsilon, 0.6])
+            assert found["regime"] == spin.regime
+            assert found["words"].startswith(f"{verdict.words}: ")
+            assert verdict.more in found["words"]
+            assert bool(found["flips"]) == (spin.flip_period is not None)
+            page.evaluate(
+                "([moments, axis, nudge]) => polhode.choose({ moments, spin: 10, nudge, named: null, "
+                "place: polhode.state.place.map((k, i) => (polhode.map.order[i] === 'axis' ? axis - 1 : k)) })",
+                [moments, spin.axis, epsilon],
+            )
+            said = page.locator("#motion-words").inner_text()
+            assert said.split(".")[0].split(",")[0].lower() == verdict.words.split(",")[0]
+            assert ("wobbles with period" in said) == (spin.wobble_period is not None)
+            assert ("flips" in said) == (spin.flip_period is not None)
+            assert ("flat spin" in said) == (spin.regime == "stable_minor")
+            assert ("drifts away" in said) == (spin.regime == "marginal")
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ class Mark(NamedTuple):
     words: str  #: what people read
     glyph: str  #: one character
     color: str  #: "#rrggbb"
+    more: str = ""  #: what a reader of the words alone would miss, in a sentence under a legend
 
 
 class Symbol(NamedTuple):

@@ -1,8 +1,8 @@
 r"""The answer for one body, `polhode body`: the body as given, and the outcome of its three spins.
 
 Linear theory gives the e-folding time :math:`1/\sqrt{-\Omega^2}` and the Euler period :math:`2\pi/\sqrt{\Omega^2}` of a
-small perturbation; the closed form gives the time between flips, 2K/p, and the largest tilt of a perturbation of given
-size.
+small perturbation; the closed form gives, for a perturbation of given size, the time between flips, 2K/p, the wobble
+period, 4K/p, the mean precession about L, and the largest tilt.
 
 Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `kernels.exact`.
 """
@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from kernels import exact, linear, twist
+from kernels import exact, linear, tumbling, twist
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, named
 from sweeps.systems.bodies import shapes
@@ -23,11 +23,12 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import DAY, duration
 from sweeps.systems.rigid_body import motion
 from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
+from sweeps.systems.rigid_body.variables import VERDICTS
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 Axes, Moments = tuple[int, ...], tuple[float, float, float]
 AXES = (1, 2, 3)
-REGIMES = ("stable_minor", "stable_major", "unstable", "marginal", "sphere")
+REGIMES = tuple(VERDICTS)
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,10 @@ class Spin:
     #: that of the perturbation's turn in the body add about the greatest moment and subtract about the least; None
     #: where it does not.
     space_period: float | None = None
-    space_turns: float | None = None  #: that period in turns of the spin
+    #: s, the Euler period and the space period of the motion itself, at its perturbation; None where it flips.
+    wobble_period: float | None = None
+    precession_period: float | None = None
+    precession_turns: float | None = None  #: the latter in turns of the spin
     #: largest share of half a turn that the body twists about its least axis while that comes round once, thrown on the
     #: separatrix; None about the other axes.
     twist: float | None = None
@@ -65,18 +69,31 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     tilt = math.degrees(exact.max_tilt(top, axis))
     slow = rate if regime == "stable_major" else -rate  # of the wobble, in space
     space = abs(abs(omega0) + slow) if regime.startswith("stable") and rate > 0 else 0.0
+    euler = 2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None
+    wobble, precession = (None, None) if tilt > 90 or not euler else _periods(moments, axis, omega0, epsilon, phase)
     return Spin(
         axis=axis,
         moment=moments[axis - 1],
         regime=regime,
         e_folding_time=1 / rate if regime == "unstable" and rate > 0 else None,
         flip_period=float(exact.flip_period(top)) if tilt > 90 else None,
-        euler_period=2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None,
+        euler_period=euler,
         max_tilt=tilt,
         space_period=2 * math.pi / space if space else None,
-        space_turns=abs(omega0) / space if space else None,
+        wobble_period=wobble,
+        precession_period=precession,
+        precession_turns=precession and abs(omega0) * precession / (2 * math.pi),
         twist=1 - twist.defect_theory(*map(float, sorted(moments))) / math.pi if regime == "unstable" else None,
     )
+
+
+def _periods(moments, axis: int, omega0: float, epsilon: float, phase: float) -> tuple[float, float | None]:
+    """Return the wobble period of a motion that keeps its axis, and the mean period of that axis about L, s."""
+    seen = np.roll(moments, 1 - axis) / max(moments)  # from the axis, in cyclic order
+    across = epsilon * math.cos(phase), epsilon * math.sin(phase)
+    wobble, rate, sigma = tumbling.periods(*map(float, seen), math.copysign(1.0, omega0), *across)
+    rate = abs(rate + sigma * 2 * math.pi / wobble) * abs(omega0)
+    return wobble / abs(omega0), 2 * math.pi / rate if rate > 0 else None
 
 
 @np.errstate(all="ignore")
@@ -106,19 +123,28 @@ def in_words(spin: Spin) -> str:
         twist = f"up to {180 * spin.twist:.3g}°" if spin.twist >= 1e-3 else "less than 0.2°"
         seen = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
         return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
-    if spin.euler_period is not None:
-        end = "least" if spin.regime == "stable_minor" else "greatest"
-        text = f"stable ({end} inertia): wobble period {duration(spin.euler_period)} (body frame)"
-        if spin.flip_period is not None:
-            return f"{text}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}"
-        text += f", tilt at most {spin.max_tilt:.2g}°"
-        if spin.space_period is None:
-            return text
-        turns = f"{spin.space_turns:.4g} of a turn" if spin.space_turns < 1.5 else f"{spin.space_turns:.4g} turns"
-        return f"{text}; precession period about L {duration(spin.space_period)} (inertial frame; {turns})"
-    if spin.regime == "sphere":
-        return "neutral (I1 = I2 = I3): perturbations neither grow nor oscillate"
-    return "marginal: two moments are equal, and perturbations grow in proportion to time, not exponentially"
+    verdict = VERDICTS[spin.regime]
+    more = f"; {verdict.more}" if verdict.more else ""
+    if spin.euler_period is None:
+        flips = f"; the body flips every {duration(spin.flip_period)}" if spin.flip_period else ""
+        return f"{verdict.words}: {verdict.more}{flips}"
+    if spin.flip_period is not None:
+        wobble = f"{verdict.words}: wobble period {duration(spin.euler_period)} as ε → 0 (body frame)"
+        return f"{wobble}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}{more}"
+    wobble = f"wobble period {_at_its_size(spin.wobble_period, spin.euler_period, 'body frame')}"
+    text = f"{verdict.words}: {wobble}, tilt at most {spin.max_tilt:.2g}°"
+    if spin.precession_period is not None:
+        turns = f"{spin.precession_turns:.4g} turns"
+        turns = turns if spin.precession_turns >= 1.5 else turns.replace("turns", "of a turn")
+        frame = f"inertial frame; {turns}"
+        text += f"; precession period about L {_at_its_size(spin.precession_period, spin.space_period, frame)}"
+    return text + more
+
+
+def _at_its_size(period: float, limit: float | None, frame: str) -> str:
+    """Return a period in words, with its limit for small perturbations where that differs."""
+    here, small = duration(period), duration(limit) if limit else ""
+    return f"{here} ({frame})" if small in ("", here) else f"{here} ({frame}; {small} as ε → 0)"
 
 
 # -- the answer

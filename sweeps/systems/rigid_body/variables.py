@@ -1,5 +1,7 @@
 """What a map of rigid bodies holds: its variables, its coordinates, and the parameters that they vary."""
 
+from typing import NamedTuple
+
 from kernels import statuses
 from sweeps.schema.variables import Parameter, Variable
 from sweeps.systems import rates
@@ -10,8 +12,28 @@ from sweeps.systems.shared_variables import STEPS, regime, rows, status
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
-REGIMES = ("undetermined", "stable_minor", "stable_major", "unstable", "marginal", "sphere")
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
+
+
+class Verdict(NamedTuple):
+    """What is said of a spin about a principal axis, by the command, `show`, figures and the page."""
+
+    words: str  #: the regime
+    more: str = ""  #: what a reader of the words alone would miss
+
+
+VERDICTS = {  # regime → its verdict
+    "stable_minor": Verdict(
+        "stable, least inertia", "with any loss of energy it ends in a flat spin (major-axis rule)"
+    ),
+    "stable_major": Verdict("stable, greatest inertia"),
+    "unstable": Verdict("unstable"),
+    "marginal": Verdict(
+        "marginal", "two moments are equal, and the axis drifts away in proportion to time, not exponentially"
+    ),
+    "sphere": Verdict("sphere", "all moments are equal, and perturbations neither grow nor oscillate"),
+}
+REGIMES = ("undetermined", *VERDICTS)
 
 VARIABLES = rates.columns(
     reduced="the variation of the spin is removed, from the samples",

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.rigid_body.variables import LAYOUT as OF_RIGID_BODIES
-from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE
+from sweeps.systems.rigid_body.variables import REGIMES, SHAREABLE, VERDICTS
 from sweeps.systems.shared_variables import rows
 
+LEAST_INERTIA = f"about the axis of least inertia: {VERDICTS['stable_minor'].more}"
 _OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
 
 

@@ -30,7 +30,7 @@ function motionOf(place) {
 /** How long the drawing runs, s: two flips or two turns of the wobble, within what an eye can follow. */
 function span(trajectory, { axis, omega0 }) {
   const rotation = (2 * Math.PI) / Math.abs(omega0);
-  const flips = trajectory.roles[0] === axis - 1 && trajectory.m > 0 && !trajectory.isStationary;
+  const flips = axis > 0 && trajectory.roles[2] !== axis - 1 && trajectory.p > 0 && !trajectory.isStationary;
   const whole = trajectory.flipPeriod * (flips ? 2 : 4);
   const end = Number.isFinite(whole) ? Math.max(3 * rotation, Math.min(whole, (flips ? 5000 : 700) * rotation)) : 12 * rotation;
   return { flips, end };
@@ -51,6 +51,19 @@ function subjectInWords({ moments }) {
   return looksLikeRacket(meanSquares(moments)) ? "this racket" : "this body";
 }
 
+/** The verdict on a spin, in the words of the command: its regime follows from the order of the moments alone. */
+function verdictOf(moments, axis) {
+  const [a, b, c] = [0, 1, 2].map((k) => moments[(axis - 1 + k) % 3]);
+  const equal = b === c ? "sphere" : "marginal";
+  const apart = a < b !== a < c ? "unstable" : a < b ? "stable_minor" : "stable_major";
+  const regime = a === b || a === c ? equal : apart;
+  return { regime, ...theMap.verdicts[regime] };
+}
+
+function capitalized(text) {
+  return text && text[0].toUpperCase() + text.slice(1);
+}
+
 function motionInWords(shown) {
   const { trajectory, flips, rotation, axis, moments } = shown;
   if (part.spoken) return part.spoken(shown);
@@ -58,11 +71,16 @@ function motionInWords(shown) {
   const period = trajectory.flipPeriod;
   const spun = `Spun about ${axisInWords(moments, axis)}, ${subjectInWords(shown)}`;
   const turns = (time) => `${numberText(time / rotation, 3)} rotations`;
-  if (trajectory.isStationary) return `${spun} keeps its steady rotation.`;
-  if (!Number.isFinite(period)) return trajectory.p > 0 ? `${spun} flips once and never again: it is on the separatrix.` : `${spun} neither oscillates nor flips: the perturbation stays constant or grows in proportion to time.`;
+  const { regime, words, more } = verdictOf(moments, axis);
+  const verdict = capitalized(words.split(",")[0]);
+  if (trajectory.isStationary) return `${verdict}. ${spun} keeps its steady rotation.`;
+  if (!Number.isFinite(period)) return `${verdict}. ${spun} flips once and never again: it is on the separatrix.`;
   const nudged = shown.nudged ?? `ε = ${numberText(shown.epsilon, 2)}`;
-  if (flips) return `Unstable. ${spun} flips every ${timeText(period)} (${turns(period)}; ${nudged}).`;
-  return `Stable. ${spun} keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${nudged}).`;
+  const flipping = `flips every ${timeText(period)} (${turns(period)}; ${nudged})`;
+  if (regime === "marginal") return `${verdict}. ${spun} is neither stable nor unstable: ${more}; it ${flipping}.`;
+  const too = flips && regime !== "unstable" ? `${verdict}, but this perturbation is too large` : verdict;
+  const outcome = flips ? flipping : `keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${nudged})`;
+  return `${too}. ${spun} ${outcome}.${more && ` ${capitalized(more)}.`}`;
 }
 
 /** First time, s, at which the spin about its axis passes zero, which it does once in a flip's period; or nothing. */

@@ -6,17 +6,20 @@ from sweeps.figure import colors
 from sweeps.schema.boxes import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
-from sweeps.systems.presentation.look import Look, Mark, Symbol
-from sweeps.systems.rigid_body.variables import LAYOUT
+from sweeps.systems.presentation.look import COMMON, Look, Mark, Symbol
+from sweeps.systems.rigid_body.variables import LAYOUT, VERDICTS
 
 SHAPE = tuple(SHAPE_COORDINATES)
 LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # of each spin axis
+_MARKS = {
+    "stable_minor": ("-", colors.LIGHT_BLUE),
+    "stable_major": ("+", colors.STABLE),
+    "unstable": COMMON["unstable"][1:3],
+    "marginal": COMMON["marginal"][1:3],
+    "sphere": ("o", colors.LIGHT_GREY),
+}
 LOOK = Look(
-    marks={
-        "stable_minor": Mark("stable, least inertia", "-", colors.LIGHT_BLUE),
-        "stable_major": Mark("stable, greatest inertia", "+", colors.STABLE),
-        "sphere": Mark("sphere", "o", colors.LIGHT_GREY),
-    },
+    marks={regime: Mark(words, *_MARKS[regime], more) for regime, (words, more) in VERDICTS.items()},
     symbols=SYMBOLS | {"I1_over_I3": Symbol("$I_1/I_3$", "I₁/I₃"), "thickness": Symbol("thickness $t$", "thickness t")},
 )
 

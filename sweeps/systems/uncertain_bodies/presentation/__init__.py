@@ -3,10 +3,15 @@
 from sweeps.figure import colors
 from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.presentation.look import Look, Mark
+from sweeps.systems.presentation.look import COMMON, Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
+from sweeps.systems.uncertain_bodies.variables import LEAST_INERTIA
 
-MARKS = {"uncertain": Mark("uncertain", "?", colors.GREY), "undecided": Mark("many draws undecided", "u", "")}
+MARKS = {
+    "stable": Mark(*COMMON["stable"][:3], LEAST_INERTIA),
+    "uncertain": Mark("uncertain", "?", colors.GREY),
+    "undecided": Mark("many draws undecided", "u", ""),
+}
 
 
 class UncertainBodiesPresentation(Presentation):

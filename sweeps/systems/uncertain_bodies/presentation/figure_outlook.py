@@ -8,7 +8,9 @@ from matplotlib.patches import Patch
 
 from kernels import linear
 from sweeps.figure import colors, style
+from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
+from sweeps.systems.uncertain_bodies.variables import LEAST_INERTIA
 
 MOST_BODIES = 40
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
@@ -23,6 +25,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
+    least = np.argmin(np.stack([part[name].values for name in MOMENTS]), axis=0) + 1
+    if np.isin(least, part["axis"].values).any():
+        subtitle += f"\nspin {LEAST_INERTIA}"
     cell, title = (4.3, 0.5 + 0.42 * part.sizes["body"]), "Probability that each spin is unstable"
     figure, (likely, rates) = style.panels(2, cell, title, subtitle, ax, beside=(1.0, 1.4), sharey=True)
     for axis in part["axis"].values.tolist():

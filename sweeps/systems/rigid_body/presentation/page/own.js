@@ -36,20 +36,21 @@ function axisOutcome(moments, axis, omega0, epsilon, phase) {
   const { flips } = span(trajectory, { axis, omega0 });
   const rate = Math.sqrt(Math.abs(square));
   const period = trajectory.flipPeriod * (flips ? 1 : 2);
-  if (square === 0) return { square, rate, period, words: a === b && b === c ? "neutral: a sphere" : "neutral: the perturbation stays or grows in proportion to time" };
+  const { regime, words, more } = verdictOf(moments, axis);
   const exact = Number.isFinite(period) ? `${flips ? "flips every" : "wobbles in"} ${timeText(period)}` : "never comes round";
+  if (square === 0) return { square, rate, period, regime, flips, words: `${words}: ${more}${flips ? `; ${exact} at ε = ${numberText(epsilon, 2)}` : ""}` };
   const linear = square > 0 ? `wobble period ${timeText((2 * Math.PI) / rate, 6)}` : `perturbations grow e-fold in ${timeText(1 / rate, 6)}`;
-  return { square, rate, period, flips, words: `${square > 0 ? "stable" : "unstable"}: ${linear} (linear theory); ${exact} at ε = ${numberText(epsilon, 2)}` };
+  return { square, rate, period, regime, flips, words: `${words}: ${linear} (linear theory); ${exact} at ε = ${numberText(epsilon, 2)}${more && `; ${more}`}` };
 }
 
 /** What is known of a body between the points of the map: the closed form. Null on a point. */
 function between() {
   if (state.shaken || (!state.moments && !state.spin)) return null;
   const { moments, axis, omega0, epsilon, phase } = bodyStart(state.place);
-  const { square, rate, period, flips } = axisOutcome(moments, axis, omega0, epsilon, phase);
-  const regime = square > 0 ? "stable" : square < 0 ? "unstable" : "neutral";
-  const rows = [["regime", "–", regime], ["Ω² (negative: unstable)", "–", withUnit(square, "s-2")]];
-  rows.push([square < 0 ? "growth rate" : "frequency", "–", withUnit(rate, square < 0 ? "s-1" : "rad s-1")], [flips ? "flip period, exact" : "wobble period, exact", "–", withUnit(period, "s")]);
+  const { square, rate, period, regime, flips } = axisOutcome(moments, axis, omega0, epsilon, phase);
+  const rows = [["regime", "–", theMap.verdicts[regime].words], ["Ω² (negative: unstable)", "–", withUnit(square, "s-2")]];
+  rows.push([square < 0 ? "growth rate" : "frequency", "–", withUnit(rate, square < 0 ? "s-1" : "rad s-1")]);
+  if (Number.isFinite(period)) rows.push([flips ? "flip period, exact" : "wobble period, exact", "–", withUnit(period, "s")]);
   const words = `Between the points of the map: nothing is measured here. I = ${moments.map((I) => numberText(I, 6)).join(", ")} kg m², ω₀ = ${withUnit(omega0, "rad s-1")}, axis ${axis}.`;
   return { rows, words };
 }
