@@ -39,6 +39,7 @@ TABLES = [  # marker in results/README.md, and the variables of the code
     ("periodic, coordinates", periodic.COORDINATES),
     ("periodic, variables", periodic.VARIABLES),
     ("periodic, invariants", periodic.INVARIANTS),
+    ("periodic, branch", periodic.BRANCH),
     ("uncertain bodies, coordinates", uncertain.COORDINATES),
     ("uncertain bodies, variables", uncertain.VARIABLES),
     ("uncertain bodies, twists", uncertain.TWISTS),

@@ -31,7 +31,7 @@ import sympy as sp
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
-MOST_COORDINATES, MOST_STATES, MOST_EQUILIBRIA = 10, 12, 10_000
+MOST_COORDINATES, MOST_STATES, MOST_EQUILIBRIA, MOST_BRANCHES = 10, 12, 10_000, 99
 
 UNIT = (  # SI units with their prefixes, and those that are used with them
     "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"
@@ -150,6 +150,7 @@ class System:
         self.kinetic_terms: list[sp.Expr] = []
         self.potential_terms: list[sp.Expr] = []
         self.labels: dict[str, dict[sp.Symbol, sp.Expr]] = {}
+        self.branches: dict[str, int] = {}
         self.dissipation_terms: list[sp.Expr] = []
         self.forces: dict[sp.Symbol, sp.Expr] = {}
         self.states: dict[str, State] = {}
@@ -290,8 +291,14 @@ class System:
         if self.given_period.is_positive is False:
             raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
-    def equilibrium(self, label: str, place: dict) -> None:
-        """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters)."""
+    def equilibrium(self, label: str, place: dict, branch: int = 1) -> None:
+        """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters).
+
+        Of a driven motion, `branch` is its number on the curve that leads from the place as the drive grows: motions
+        before the first fold are 1, and each fold adds 1 (a resonance that bends over has 1, 2 and 3).
+        """
+        if type(branch) is not int or not 1 <= branch <= MOST_BRANCHES:
+            raise DescriptionError(f"branch {branch!r} of {label}: allowed: a whole number from 1 to {MOST_BRANCHES}")
         if not is_word(label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
         if not isinstance(place, Mapping):
@@ -300,6 +307,7 @@ class System:
         if unknown := sorted(str(x) for x in place if x not in symbols):
             allowed = ", ".join(sorted(map(str, symbols))) or "there are none yet"
             raise DescriptionError(f"equilibrium {label}: {unknown[0]} is no coordinate or state; allowed: {allowed}")
+        self.branches[label] = branch
         self.labels[label] = {x: self._expression(f"equilibrium {label}", e) for x, e in place.items()}
 
     @property

@@ -1,7 +1,8 @@
 r"""Perturbations of a periodic motion over one period: matrices from perturbed runs, beside the variational flow.
 
 *Base motion.* From the place that a name gives, at rest at the time 0: where the rates vanish there at all times it is
-an equilibrium; else Newton's method on the period map finds the motion of the system's period from there on.
+an equilibrium; else the motion of the system's period is followed from there while the drive is switched on
+(`sweeps.mechanics.continuation`), and Newton's method on the maps of segments finds its states to rounding.
 
 *Segments.* A period T is cut into K of equal length, at most TURN/(S + 2 pi/T); S, a bound on every rate along the base
 motion, and the states' sizes come from the absolute values of the Jacobian's terms, as those of
@@ -31,7 +32,7 @@ import sympy as sp
 
 from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from kernels.matrices import joined
-from sweeps.mechanics import motions
+from sweeps.mechanics import continuation, motions
 from sweeps.mechanics.equations import Equations, factors
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
@@ -51,9 +52,13 @@ STILL = 64 * float(np.finfo(np.float64).eps)  # of the largest rates of motions 
 COARSER = 0.1  # of the difference of both flows: the error of the finer, of order 16 and 5/4 times the steps
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
-FAR = 8.0  # sizes from the named start, where no periodic motion is looked for
+GROWTH, MOST_HALVINGS = 4.0, 5  # bound on a perturbation's growth exponent in a segment of Newton's method; halvings
+POLISHED = 1e-2  # sizes from the collocated motion: Newton's method has gone to another one
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
-OF_POINTS = "period start closed error still even mirrored scale sizes acting reciprocal number steepness finite"
+OF_POINTS = (  # of motions
+    *("period", "start", "nodes", "count", "branch", "status", "closed", "error", "still", "even", "mirrored", "scale"),
+    *("sizes", "acting", "reciprocal", "number", "steepness", "finite"),
+)
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
 
@@ -152,18 +157,24 @@ class Variation:
             a = [[next(values) for _ in range(m)] for _ in range(m)] if self.second else None
             parts = [divided(a, J) if self.second else J for J in parts]
         else:
-            J, a, bent, _ = self.parts(parameters, x, phases, still)
-            for row, extra in zip(J, bent, strict=not still and self.second):
-                row[:m] = [y - z for y, z in zip(row, extra, strict=False)]
-            J = divided(a, J) if self.second else J
-            shape = phases.size, points
-            whole, factors = [[np.broadcast_to(y, shape) for y in row] for row in J], np.empty((phases.size, 0))
+            whole, factors = self.linearized(parameters, x, phases, still)[1], np.empty((phases.size, 0))
             parts = [[[y[t] for y in row] for row in whole] for t in range(phases.size)]
         slopes = np.empty((len(parts), len(entries), points))
         for part, J in zip(slopes, parts, strict=True):
             for row, (i, j) in zip(part, entries, strict=True):
                 row[:] = J[i][j]
         return factors, slopes
+
+    def linearized(self, parameters, x, phases, still=False) -> tuple[list, list]:
+        """Return accelerations or rates and, for each, its slopes by all states, as arrays (phases, points).
+
+        Where all is `still` there are no rates.
+        """
+        J, a, bent, rates = self.parts(parameters, x, phases, still)
+        for row, extra in zip(J, bent, strict=not still and self.second):
+            row[: self.m] = [y - z for y, z in zip(row, extra, strict=False)]
+        J, shape = divided(a, J) if self.second else J, (phases.size, parameters[0].size)
+        return [np.broadcast_to(y, shape) for y in rates], [[np.broadcast_to(y, shape) for y in row] for row in J]
 
     def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
         """Return the largest rates (points, n) and absolute values of the Jacobian's terms (points, n, n) at phases."""
@@ -229,8 +240,9 @@ class Base:
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
         self.start = np.zeros((size, model.equations.n))
         self.start[:, : places.shape[1]] = places
-        self.closed, self.error = np.zeros(size), np.zeros(size)
-        self.still = np.ones(size, dtype=bool)
+        self.closed, self.error, self.status = np.zeros(size), np.zeros(size), np.full(size, statuses.OK)
+        self.still, self.count, self.nodes = np.ones(size, dtype=bool), np.ones(size, dtype=int), self.start[:, None]
+        self.branch = np.array([*model.system.branches.values(), *[1] * model.system.most])[slot]
         self.period, self.reciprocal, self.even = model.variation.proved(parameters)
         self.still = self._measure_sizes(places)
         self.finite = np.isfinite(self.scale)  # at the start, before another is looked for
@@ -255,55 +267,116 @@ class Base:
         return (rates <= STILL * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):
-        """Find the start of the motion that comes back to where it began, and is the only one near.
+        """Find the motions that come back after a period: by `continuation`, then by Newton's method on segments.
 
-        It is (Newton and Kantorovich) where, as far as start and slopes of the period map are uncertain, these change
-        by less than half of the least. Linear equations have the same matrix beside all their motions.
+        Linear equations have the same matrix beside all their motions, so that Newton's method alone suffices.
         """
-        n, linear, first = self.model.equations.n, self.model.perturbed_code(False).linear, self.start.copy()
-        nudges = DIFFERENCE * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)])
+        parameters, period, sizes = [p[which] for p in self.parameters], self.period[which], self.sizes[which]
+        growth = np.log2(np.maximum(period * self.scale[which] / GROWTH, 1.0))
+        self.count[which] = 2 ** np.minimum(np.ceil(np.nan_to_num(growth)), MOST_HALVINGS).astype(int)
+        self.nodes = np.repeat(self.start[:, None], self.count.max(), axis=1)
+        if not self.model.perturbed_code(False).linear:
+            given = self.model.variation, parameters, period, sizes
+            curves, self.status[which] = continuation.follow(*given, self._named_curves(which), self.branch[which])
+            for k in np.flatnonzero(self.status[which] == statuses.OK):
+                K = self.count[which[k]]
+                self.nodes[which[k], :K] = continuation.values_at(curves[k], np.arange(K) / K).T
+        self.closed[self.status != statuses.OK], self.nodes[self.status != statuses.OK] = np.inf, np.nan
+        for K in np.unique(self.count[which]):
+            part = which[(self.count[which] == K) & (self.status[which] == statuses.OK)]
+            self._polish(part, self.nodes[:, :K])
+        self.start = self.nodes[:, 0].copy()
+
+    def _named_curves(self, which):
+        """Return a function of points of these and phases: the places that the names give, relative to the sizes.
+
+        They are at rest, or, if no equilibrium without the drive is near, move from there as the system does for a
+        period, less a ramp that closes the motion.
+        """
+        places, sizes = self.start[which, : self.model.equations.m], self.sizes[which, : self.model.equations.m]
+        given = [p[which] for p in self.parameters], self.period[which], self.sizes[which]
+        moves = ~continuation.is_equilibrium(self.model.variation, *given, places)
+
+        def curves(numbers, phases):
+            y, moving = np.repeat(places[numbers, :, None], phases.size, axis=2), np.flatnonzero(moves[numbers])
+            some = which[numbers[moving]]
+            if some.size:
+                times = self.period[some, None] * np.append(phases, 1.0)
+                at = [p[some] for p in self.parameters]
+                x = motions.solved(self.model.moving, at, self.start[some], times, 1e-10, self.sizes[some])[0]
+                x = np.swapaxes(x[:, :, : y.shape[1]], 1, 2)
+                y[moving] = x[:, :, :-1] - phases * (x[:, :, -1:] - x[:, :, :1])
+            return y / sizes[numbers, :, None]
+
+        return curves
+
+    def _polish(self, which, nodes):
+        """Find states at the starts of K segments, from which one leads to the next; they are changed in place.
+
+        The motion is the only one near (Newton and Kantorovich) where, as far as states and slopes of the segments'
+        maps are uncertain, these change by less than half of the least.
+        """
+        n, K, linear = self.model.equations.n, nodes.shape[1], self.model.perturbed_code(False).linear
+        nudges, first = DIFFERENCE * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)]), nodes.copy()
+        self.status[which] = statuses.NOT_FOUND  # unless it closes
+        begin, each = np.repeat(np.arange(K), len(nudges))[:, None] / K, np.arange(K)
         for _ in range(NEWTONS):
-            sizes, x = self.sizes[which], self.start[which]
-            times, least = (np.repeat(y, len(nudges), axis=0) for y in (self.period[which, None] * [0.0, 1.0], sizes))
-            starts = (x[:, None] + nudges * sizes[:, None]).reshape(-1, n)
-            given = [np.repeat(p[which], len(nudges)) for p in self.parameters]
-            ends, error, _ = motions.solved(self.model.moving, given, starts, times, 1e-13, least)
-            ends = ends[:, 1].reshape(-1, len(nudges), n) / sizes[:, None]
-            off = ends[:, 0] - x / sizes
-            plus, minus = np.split(np.swapaxes(ends[:, 1:] - ends[:, :1], 1, 2) / DIFFERENCE, 2, axis=2)
-            slopes, bent = 0.5 * (plus - minus) - np.eye(n), np.abs(plus + minus).sum(axis=2).max(axis=1)
-            bad = ~np.isfinite(slopes).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < FAR * sizes).all(axis=1)
-            slopes[bad] = np.eye(n)
-            inverse, distance = np.linalg.pinv(slopes, rcond=1e-9), np.abs(off).max(axis=1)
-            rounding = (error[:: len(nudges), 1] / sizes).max(axis=1)
-            self.error[which] = (distance + rounding) * np.abs(inverse).sum(axis=2).max(axis=1)
-            change = 2.0 * bent * (1.0 + self.error[which] / DIFFERENCE)
-            alone = linear | (change < np.linalg.svd(slopes, compute_uv=False)[:, -1])
-            self.closed[which] = np.where(bad | ~alone, np.inf, distance)
-            going = (distance > rounding) & ~bad
-            which = which[going]
             if not which.size:
                 break
-            step = np.clip(np.einsum("pij,pj->pi", inverse, off), -1.0, 1.0)
-            self.start[which] = (x - sizes * step)[going]
+            sizes, x = self.sizes[which, None], nodes[which]
+            starts = (x[:, :, None] + nudges * sizes[:, :, None]).reshape(-1, n)
+            times = (self.period[which, None, None] * (begin + np.array([0.0, 1.0 / K]))).reshape(-1, 2)
+            given, least = (
+                [np.repeat(p[which], begin.size, axis=0) for p in y] for y in (self.parameters, [self.sizes])
+            )
+            ends, error, _ = motions.solved(self.model.moving, given, starts, times, 1e-13, *least)
+            ends, error = (y[:, 1].reshape(-1, K, len(nudges), n) / sizes[:, :, None] for y in (ends, error))
+            off, rounding = ends[:, :, 0] - np.roll(x, -1, axis=1) / sizes, error[:, :, 0]
+            slopes = np.swapaxes(ends[:, :, 1:] - ends[:, :, :1], 2, 3) / DIFFERENCE
+            plus, minus = np.split(slopes, 2, axis=3)
+            bent, J = np.abs(plus + minus).sum(axis=3).max(axis=(1, 2)), np.zeros((which.size, K, n, K, n))
+            J[:, each, :, each] = 0.5 * np.swapaxes(plus - minus, 0, 1)
+            J[:, each, :, np.roll(each, -1)] -= np.eye(n)
+            J, limit = J.reshape(-1, K * n, K * n), np.inf if linear else POLISHED
+            bad = ~np.isfinite(J).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < limit * sizes).all(axis=(1, 2))
+            J[bad] = np.eye(K * n)
+            U, singular, V = np.linalg.svd(J)
+            weights = np.divide(1.0, singular, where=singular > 1e-9 * singular[:, :1], out=np.zeros(singular.shape))
+            inverse = np.swapaxes(V, 1, 2) * weights[:, None] @ np.swapaxes(U, 1, 2)
+            uncertain = (np.abs(off) + rounding).reshape(-1, K * n, 1)
+            self.error[which] = (np.abs(inverse) @ uncertain).max(axis=(1, 2))
+            alone = linear | (2.0 * bent * (1.0 + self.error[which] / DIFFERENCE) < singular[:, -1])
+            distance = np.abs(off).max(axis=(1, 2))
+            self.closed[which] = np.where(bad | ~alone, np.inf, distance)
+            none = linear | ((distance <= CLOSED) & ~alone)
+            self.status[which[none & ~bad]] = statuses.NO_PERIODIC_MOTION
+            going = (np.abs(off) > rounding).any(axis=(1, 2)) & ~bad
+            which = which[going]
+            step = np.clip((inverse @ off.reshape(-1, K * n, 1)).reshape(-1, K, n), -1.0, 1.0)
+            nodes[which] = (x - sizes * step)[going]
 
     def __call__(self, phases) -> np.ndarray:
         """Return the states at phases of the period, shape (n, phases, points); (n, 1, points) if all are at rest."""
-        states_at = np.ascontiguousarray(self.start.T)[:, None]
-        if self.still.all():
+        states_at, which = np.ascontiguousarray(self.start.T)[:, None], np.flatnonzero(~self.still)
+        if not which.size:
             return states_at
-        states_at, which = np.repeat(states_at, phases.size, axis=1), np.flatnonzero(~self.still)
+        states_at, which = np.repeat(states_at, phases.size, axis=1), which[self.closed[which] <= CLOSED]
         ordered, number = np.unique(phases % 1.0, return_inverse=True)
-        given, times = [p[which] for p in self.parameters], self.period[which, None] * np.insert(ordered, 0, 0.0)
-        states = motions.solved(self.model.moving, given, self.start[which], times, 1e-13, self.sizes[which])[0]
-        states_at[:, :, which] = np.moveaxis(states[:, 1 + number], 0, 2).swapaxes(0, 1)
+        for K in np.unique(self.count[which]):
+            part, states = which[self.count[which] == K], []
+            given = [p[part] for p in self.parameters]
+            for k, some in enumerate(np.split(ordered, np.searchsorted(ordered, np.arange(1, K) / K))):
+                times = self.period[part, None] * np.insert(some, 0, k / K)
+                ends = motions.solved(self.model.moving, given, self.nodes[part, k], times, 1e-13, self.sizes[part])[0]
+                states.append(ends[:, 1:])
+            states_at[:, :, part] = np.moveaxis(np.concatenate(states, axis=1)[:, number], 0, 2).swapaxes(0, 1)
         return states_at
 
     def chosen(self, which) -> "Base":
         """Return the motions of some points."""
         part = object.__new__(Base)
         part.model, part.parameters = self.model, [p[which] for p in self.parameters]
-        for name in OF_POINTS.split():
+        for name in OF_POINTS:
             setattr(part, name, getattr(self, name)[which])
         return part
 
@@ -433,6 +506,7 @@ def survey(model, points, tolerance: float) -> dict[str, np.ndarray]:
             fill = np.nan if values.dtype == float else 0
             columns.setdefault(name, np.full((slot.size, *values.shape[1:]), fill, values.dtype))[part] = values
     starts = {f"{x.name}_start": base.start[:, i] for i, x in enumerate(model.equations.states)}
+    starts["branch"] = np.where(base.closed <= CLOSED, base.branch, 0).astype(np.int8)
     return columns | starts | {"base_residual": base.closed, "steps": base.number.astype(np.int32)}
 
 
@@ -456,9 +530,9 @@ def refusal(model, parameters) -> str:
         )
     if not closed:
         return (
-            f"base motion: none of the system's period begins near {', '.join(labels)} (Newton's method on the period "
-            "map does not close it, or others beside it close as well); allowed: an equilibrium at all times, or a "
-            "start near a periodic motion"
+            f"base motion: none of the system's period begins near {', '.join(labels)} (it ends at a fold while the "
+            "drive is switched on, is not found, or others beside it close as well); allowed: an equilibrium at all "
+            "times, one without the drive, or a start near a periodic motion"
         )
     if not bounded or is_jagged(base):
         return (
@@ -490,9 +564,11 @@ def _columns(base, epsilon, tolerance):
         blind.matrix[wide] = np.nan
     columns, agree = floquet.compared(blind, linear, elsewhere, base.period, reciprocal, determinant, base.acting)
     sound = np.isfinite(floquet.largest(blind.matrix + blind.error))
+    missing = ~(base.closed <= CLOSED)
     cases = {
         statuses.NON_FINITE: ~base.finite,
-        statuses.NO_PERIODIC_MOTION: ~(base.closed <= CLOSED),
+        statuses.NO_PERIODIC_MOTION: missing & (base.status != statuses.NOT_FOUND),
+        statuses.NOT_FOUND: missing,
         statuses.PERTURBATION_TOO_LARGE: wide,
         statuses.NOT_CONVERGED: unresolved | (sound & ~agree),
     }

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import sweeps
 from kernels import floquet
 from kernels.codes import REGIMES
-from kernels.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, OK
+from kernels.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, NOT_FOUND, OK
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.derivation import derive
@@ -307,14 +307,18 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
     system.period(2 * sp.pi / w)
     system.equilibrium("swinging", {x: first})
     frequencies = np.array([0.475, 0.45, 0.375, 0.325, 0.9, 0.5])
-    found = of_model(Model(system), w=frequencies, first=[0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
+    model, first = Model(system), np.array([0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
+    found = of_model(model, w=frequencies, first=first)
 
     def rates(t, y, w):
         k = np.cos(y[0])
         return [y[1], np.cos(w * t) / 1000 - np.sin(y[0]), y[3], -k * y[2], y[5], -k * y[4]]
 
+    places = np.array([found["x_start"], found["x_dot_start"]]).T
+    places[:4, 0] = 0.8964958175976823, 1.2706378595835142, 2.0124676046729761, 2.1537720437052634  # of families
+    places[:4, 1] = -0.04298940336919721, 0.029801908141645579, -0.030866649518584446, 0.58261264030460025
     for i, frequency in enumerate(frequencies):
-        start = [found["x_start"][i], found["x_dot_start"][i], 1, 0, 0, 1]
+        start = [*places[i], 1, 0, 0, 1]
         y = solve_ivp(rates, (0, 2 * np.pi / frequency), start, "DOP853", rtol=1e-13, atol=1e-15, args=(frequency,))
         trace, closed = y.y[2, -1] + y.y[5, -1], np.abs(y.y[:2, -1] - start[:2]).max() < 1e-9
         assert closed, frequency
@@ -323,7 +327,13 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
         else:
             assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-11
             assert abs(trace - found["trace_theory"][i]) <= 1e-11
-    assert found["status"].tolist() == [NO_PERIODIC_MOTION] * 4 + [OK] * 2
+    assert found["status"].tolist()[4:] == [OK] * 2
+    assert set(found["status"][:4].tolist()) <= {NO_PERIODIC_MOTION, NOT_FOUND}
+    base = periodic.Base(model, [frequencies, first], np.zeros(6, dtype=int))
+    base.sizes[:] = base.sizes[4]  # none are known of motions that are not found
+    base._polish(np.arange(6), places[:, None])
+    assert base.status[:4].tolist() == [NO_PERIODIC_MOTION] * 4
+    assert (base.closed < 1e-9).tolist() == [False] * 4 + [True] * 2
 
 
 def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():

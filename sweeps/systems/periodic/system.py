@@ -15,7 +15,7 @@ from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, SEARCH, Described
 from sweeps.systems.periodic import variables as tables
-from sweeps.systems.periodic.variables import INVARIANTS, VARIABLES
+from sweeps.systems.periodic.variables import BRANCH, INVARIANTS, VARIABLES
 from sweeps.systems.system import Kernel
 
 if TYPE_CHECKING:
@@ -74,10 +74,13 @@ class Periodic(Described):
         return {"multiplier": np.arange(1, self.mechanism.equations.n + 1, dtype=np.int8)}
 
     def variables(self, definition: Definition | None = None) -> dict[str, Variable]:
-        """Return name → variable, with the invariants of two degrees of freedom and the start of the base motion."""
+        """Return name → variable, with the invariants of two degrees of freedom, a requested branch and the start."""
         if definition is None:
             return VARIABLES
-        return VARIABLES | (INVARIANTS if self.mechanism.equations.n == 4 else {}) | self.places()
+        optional = INVARIANTS if self.mechanism.equations.n == 4 else {}
+        if max(self.description.branches.values(), default=1) > 1:
+            optional = optional | BRANCH
+        return VARIABLES | optional | self.places()
 
     def places(self) -> dict[str, Variable]:
         """Return name → variable of the base motion's start along each coordinate, velocity or state."""

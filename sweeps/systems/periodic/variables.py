@@ -56,9 +56,15 @@ VARIABLES = MULTIPLIERS | rows(
 INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
     *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))
 )
+BRANCH = rows(  # of descriptions that request others than the first
+    """
+    branch  1  i1  number of the motion on the curve that leads from the named place as the drive grows; 0 if missing
+        comment: 1 before the first fold; each fold adds 1
+    """
+)
 
 _WHERE = "where a segment of the period begins, relative to the states' sizes"
 NUDGE = (perturbation(1e-8, "the size of the system", _WHERE),)
 NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
-LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS, NEEDED), spare=(MULTIPLIER.name,))
+LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED), spare=(MULTIPLIER.name,))
 COORDINATES = LAYOUT.coordinates

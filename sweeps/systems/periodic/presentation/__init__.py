@@ -14,6 +14,7 @@ MARKS = {
     "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
     "perturbation_too_large": Mark("perturbation too large", "n", ""),
     "no_periodic_motion": Mark("no periodic motion", "o", ""),
+    "not_found": Mark("not found", "x", ""),
 }
 COMPARED = (Compared(("trace",), "trace"), Compared(("growth_rate",), "growth rate"))
 LOOK = Look(marks=MARKS, symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")})

@@ -1,0 +1,257 @@
+r"""Periodic motions of driven systems, each followed from the place that names it while the drive is switched on.
+
+*Homotopy.* With the places relative to their sizes, y(t), the equations of a motion of period T are G(y) = 0, and
+
+.. math:: G(y) = (1 - s)\,G(y_0)
+
+has the solution y_0 at s = 0, and the motions of the system at s = 1. If the named place is an equilibrium without the
+drive, y_0 stays there at all times: G(y_0) is then the force that drives the system off its place, and s is the
+amplitude of that force. Modulations that leave the place at rest are not scaled. Any other place is the start of a
+motion (at rest at the time 0), which is followed for a period; y_0 is that motion less a ramp that closes it.
+
+*Collocation.* y is a trigonometric polynomial through an odd number of phases. No motion is integrated, so large
+multipliers do no harm; the number of phases is doubled until the last third of the harmonics is small all along.
+
+*Curve.* Pseudo-arclength steps, each point by itself. A step is accepted if the correction is small and the tangent
+rotates little, and if the cubic through both ends has no fold that the ends do not show. A motion with the number k
+(`branch`) lies on the curve behind k - 1 folds: where the curve has had k folds and was not at s = 1 in between, the
+motion does not exist. The curve goes straight through a pitchfork.
+
+Source: Allgower and Georg, Numerical Continuation Methods, chapters 2 and 6; Trefethen, Spectral Methods in MATLAB,
+chapter 3 (the differentiation matrix).
+"""
+
+import numpy as np
+
+from kernels import statuses
+from kernels.matrices import by_matrix
+
+PHASES = 31, 63, 127, 255  # of the collocation, odd: no harmonic has a derivative that vanishes at all phases
+MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the sizes;
+MAX_LAST_TAIL = 1e-2  # of the most phases, where a drive that jumps leaves some: Newton's method decides after it
+MAX_ALIAS = 1e-3  # of the drive: what a coarser collocation may overlook of it
+TOGETHER = 1 << 23  # entries of all derivatives that are worked out at once: 64 MiB
+STEPS, FIRST_STEP, LARGEST_STEP, LEAST_STEP = 600, 0.05, 0.25, 1e-6  # of the curve's length in (y, s)
+FOLD_STEP = 1e-3  # no longer step passes a fold: s at the fold is then known to 1e-6
+CORRECTIONS, CORRECTED = 6, 1e-9  # Newton's steps, and the length of the last
+MAX_CORRECTION, MIN_COSINE = 0.3, 0.94  # of the step; of the angle between tangents
+EASY = 0.03  # correction relative to the step, below which the next step is longer
+MAX_AMPLITUDE = 8.0  # of the drive, beyond which no further branch is looked for
+MAX_DISTANCE = 8.0  # sizes from the named place, beyond which the search ends
+NEAR = 0.1  # sizes: a place is an equilibrium without the drive if one is estimated to be as near as this,
+DRIVEN = 2.0  # or if the mean force is at most so many times what varies with the time
+
+
+def differentiation(count: int) -> np.ndarray:
+    """Return the matrix of derivatives by the phase of trigonometric polynomials through an odd number of phases."""
+    apart = np.subtract.outer(np.arange(count), np.arange(count))
+    np.fill_diagonal(apart, 1)
+    D = np.pi * (-1.0) ** apart / np.sin(np.pi * apart / count)
+    np.fill_diagonal(D, 0.0)
+    return D
+
+
+def values_at(places: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """Return trigonometric polynomials (..., count), given at equal phases from 0, at others: (..., phases)."""
+    count = places.shape[-1]
+    orders = np.arange(count // 2 + 1)
+    waves = np.exp(2j * np.pi * np.multiply.outer(orders, phases)) * np.where(orders, 2.0, 1.0)[:, None]
+    return (np.fft.rfft(places) / count @ waves).real
+
+
+class Collocation:
+    """The equations G(y) = 0 of points; y has the shape (points, places, phases)."""
+
+    def __init__(self, variation, parameters, period, sizes, count: int):
+        self.variation, self.parameters, self.period, self.sizes = variation, parameters, period, sizes
+        self.phases, self.D = np.arange(count) / count, differentiation(count)
+        self.order = 2 if variation.second else 1
+        self.main = np.linalg.matrix_power(self.D, self.order)
+
+    def states(self, y, which) -> np.ndarray:
+        """Return the states at all phases, shape (n, phases, points)."""
+        x = y * self.sizes[which, : y.shape[1], None]
+        rates = x @ self.D.T / self.period[which, None, None]
+        return np.moveaxis(np.concatenate([x, rates][: self.order], axis=1), 0, 2)
+
+    def __call__(self, y, which) -> tuple[np.ndarray, np.ndarray]:
+        """Return G(y) and its derivative, flattened to (points, unknowns) and (points, unknowns, unknowns)."""
+        points, m, count = y.shape
+        given, x = [p[which] for p in self.parameters], self.states(y, which)
+        rates, slopes = self.variation.linearized(given, x, self.phases)
+        T, s, G, each = self.period[which], self.sizes[which].T, y @ self.main.T, np.arange(count)
+        A = np.zeros((points, m, count, m, count))
+        for a in range(m):
+            scale = T**self.order / s[a]
+            G[:, a] -= (scale * rates[a]).T
+            A[:, a, :, a] = self.main
+            for b in range(m):
+                A[:, a, each, b, each] -= (scale * s[b] * slopes[a][b]).T
+                if self.order == 2:
+                    A[:, a, :, b] -= (scale * s[b] / T * slopes[a][m + b]).T[:, :, None] * self.D
+        return G.reshape(points, -1), A.reshape(points, m * count, m * count)
+
+    def is_aliased(self, y) -> np.ndarray:
+        """Return True if the rates of y between the phases are not those of the polynomial through the phases."""
+        each, between = np.arange(len(y)), self.phases + 0.5 / self.phases.size
+        x = self.states(y, each)
+        rates, _ = self.variation.linearized(self.parameters, x, self.phases)
+        x = np.moveaxis(values_at(np.moveaxis(x, 1, 2), between), 2, 1)
+        there, _ = self.variation.linearized(self.parameters, x, between)
+        rates, there = np.moveaxis(rates, 1, 2), np.moveaxis(there, 1, 2)
+        apart = np.abs(values_at(rates, between) - there).max(axis=2)
+        return (apart > MAX_ALIAS * np.abs(there).max(axis=2)).any(axis=0)
+
+
+def is_equilibrium(variation, parameters, period, sizes, place) -> np.ndarray:
+    """Return True for places at which, without the drive, points would stay at rest, or near which they would."""
+    points, m = place.shape
+    x = np.zeros((variation.equations.n, 1, points))
+    x[:m, 0] = place.T
+    rates, slopes = variation.linearized(parameters, x, np.arange(64) / 64)
+    force, s = np.array(rates) / sizes.T[:m, None], sizes.T
+    mean = force.mean(axis=1)
+    J = np.array([[slopes[a][b].mean(axis=0) * s[b] / s[a] for b in range(m)] for a in range(m)])
+    shift = np.abs(by_matrix(np.linalg.solve, np.moveaxis(J, 2, 0), mean.T[..., None])[..., 0]).max(axis=1)
+    varying = np.abs(force - mean[:, None]).max(axis=(0, 1))
+    return (shift <= NEAR) | (np.abs(mean).max(axis=0) <= DRIVEN * varying)
+
+
+def follow(variation, parameters, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
+    """Follow the motions of points until the drive has its full amplitude.
+
+    Args:
+        variation: the slopes of the rates (`sweeps.mechanics.periodic.Variation`).
+        parameters: a list of arrays (points,).
+        period: s, shape (points,).
+        sizes: of the states, shape (points, n).
+        curves: (points' numbers, phases) → y_0, shape (points, places, phases).
+        branch: number of the motion on the curve, shape (points,): 1 before all folds.
+
+    Returns:
+        Of each point the states at equal phases from 0, shape (n, phases), and a status: OK, NO_PERIODIC_MOTION where
+        the name has ended at a fold, NOT_FOUND where the search has ended. The states of others are NaN.
+    """
+    status, left = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
+    states = [np.full((sizes.shape[1], 1), np.nan)] * period.size
+    for count in PHASES:
+        size, unresolved = max(1, TOGETHER // (variation.m * count) ** 2), []
+        for part in np.split(left, range(size, left.size, size)):
+            collocation = Collocation(variation, [p[part] for p in parameters], period[part], sizes[part], count)
+            start, last = curves(part, collocation.phases), count == PHASES[-1]
+            y, found, tail = _follow(collocation, start, branch[part])
+            resolved = tail <= (MAX_LAST_TAIL if last else MAX_TAIL)
+            resolved &= (found != statuses.NOT_FOUND) & (last | ~collocation.is_aliased(start))
+            status[part[resolved]] = found[resolved]
+            x = collocation.states(y, np.arange(part.size))
+            for k in np.flatnonzero(resolved & (found == statuses.OK)):
+                states[part[k]] = x[:, :, k]
+            unresolved.append(part[~resolved])
+        left = np.concatenate(unresolved)
+        if not left.size:
+            break
+    return states, status
+
+
+def _follow(collocation, start, branch):
+    """Return y at s = 1, statuses as of `follow`, and the largest tail of the harmonics along each curve."""
+    points, m, count = start.shape
+    each, size = np.arange(points), m * count
+    u = np.concatenate([start.reshape(points, size), np.zeros((points, 1))], axis=1)  # (y, s)
+    G0, A = collocation(start, each)
+    weight = np.append(np.full(size, 1.0 / size), 1.0)  # of the curve's length
+    tangent = np.zeros(u.shape)
+    tangent[:, -1] = 1.0
+    tangent = _tangent(A, G0, tangent, weight)
+    step, folds, first = np.full(points, FIRST_STEP), np.zeros(points, dtype=int), u[:, :-1].copy()
+    status, tail, y = np.full(points, statuses.NOT_FOUND), np.zeros(points), np.full((points, size), np.nan)
+    active = np.flatnonzero(np.isfinite(tangent).all(axis=1) & (tangent[:, -1] > 0.0))
+    for _ in range(STEPS):
+        if not active.size:
+            break
+        h, t = step[active, None], tangent[active]
+        v, A, first_change, converged = _corrected(collocation, u[active] + h * t, t * weight, G0[active], active)
+        new = _tangent(A, G0[active], t, weight)
+        share = first_change / step[active]
+        good = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_COSINE)
+        turned = t[:, -1] * new[:, -1] <= 0.0
+        hidden = _is_bent(u[active, -1], v[:, -1], h[:, 0] * t[:, -1], h[:, 0] * new[:, -1]) & ~turned
+        good &= ~(turned | hidden) | (step[active] <= FOLD_STEP)
+        now, after, wanted = u[active, -1] - 1.0, v[:, -1] - 1.0, folds[active] == branch[active] - 1
+        crossed = np.flatnonzero(good & ~turned & wanted & (now * after <= 0.0))
+        for k in crossed:  # a straight line between both, then Newton's method at s = 1
+            w = u[active[k]] + (v[k] - u[active[k]]) * (now[k] / (now[k] - after[k]) if now[k] != after[k] else 0.0)
+            end, _, change, done = _corrected(
+                collocation, w[None], np.eye(1, size + 1, size), G0[active[[k]]], active[[k]]
+            )
+            if done[0] and change[0] <= MAX_CORRECTION * step[active[k]]:
+                y[active[k]], status[active[k]], v[k] = end[0, :-1], statuses.OK, end[0]
+            else:
+                good[k] = False
+        won = active[good]
+        u[won], tangent[won] = v[good], new[good]
+        folds[won] += turned[good]
+        tail[won] = np.maximum(tail[won], _tail(v[good, :-1].reshape(-1, m, count)))
+        longer = np.where(share < EASY, 2.0, np.where(share < MAX_CORRECTION / 2.0, 1.0, 0.7))
+        step[active] = np.minimum(np.where(good, longer, 0.5) * step[active], LARGEST_STEP)
+        status[active[(folds[active] >= branch[active])]] = statuses.NO_PERIODIC_MOTION
+        far = np.abs(u[active, :-1] - first[active]).max(axis=1) > MAX_DISTANCE
+        going = (status[active] == statuses.NOT_FOUND) & (step[active] >= LEAST_STEP) & ~far
+        active = active[going & (np.abs(u[active, -1]) <= MAX_AMPLITUDE)]
+    return y.reshape(start.shape), status, tail
+
+
+def _corrected(collocation, u, row, G0, which):
+    """Return u with G(y) = (1 - s) G(y_0) in the plane across a row, the derivative there, and how Newton went.
+
+    That is the length of the first correction, and whether the last one is short enough.
+    """
+    m, count = collocation.variation.m, collocation.phases.size
+    u, A, first, last = (
+        u.copy(),
+        np.zeros((len(u), count * m, count * m)),
+        np.full(len(u), np.nan),
+        np.full(len(u), np.inf),
+    )
+    left = np.arange(len(u))
+    for turn in range(CORRECTIONS):
+        G, A[left] = collocation(u[left, :-1].reshape(-1, m, count), which[left])
+        G = G - (1.0 - u[left, -1:]) * G0[left]
+        change = _bordered(A[left], G0[left], row[left], G)
+        u[left] -= change
+        last[left] = np.sqrt((change[:, :-1] ** 2).mean(axis=1) + change[:, -1] ** 2)
+        first = last.copy() if turn == 0 else first
+        left = left[(last[left] > CORRECTED) & (last[left] < 4.0)]
+        if not left.size:
+            break
+    return u, A, first, last <= CORRECTED
+
+
+def _bordered(A, column, row, right, last=0.0):
+    """Return (y, s) of A y + column s = right and row (y, s) = last."""
+    n = A.shape[1]
+    M = np.empty((len(A), n + 1, n + 1))
+    M[:, :n, :n], M[:, :n, n], M[:, n] = A, column, row
+    M[~np.isfinite(M).all(axis=(1, 2))] = np.nan
+    b = np.concatenate([right, np.full((len(A), 1), last)], axis=1)
+    return by_matrix(np.linalg.solve, M, b[..., None])[..., 0]
+
+
+def _tangent(A, G0, last, weight):
+    """Return the unit tangents of curves, of the sense of the last ones."""
+    t = _bordered(A, G0, last * weight, np.zeros(G0.shape), 1.0)
+    return t / np.sqrt((t * t * weight).sum(axis=1, keepdims=True))
+
+
+def _is_bent(a, b, da, db):
+    """Return True where the cubic of s from a to b, with slopes da and db of one sign, goes back in between."""
+    p, q, r = 3.0 * (da + db - 2.0 * (b - a)), 2.0 * (3.0 * (b - a) - 2.0 * da - db), da  # slope p z² + q z + r
+    with np.errstate(all="ignore"):
+        z = -q / (2.0 * p)
+        return (z > 0.0) & (z < 1.0) & (((p * z + q) * z + r) * da < 0.0)
+
+
+def _tail(y):
+    """Return the largest coefficient of the last third of the harmonics of each point."""
+    terms = np.abs(np.fft.rfft(y)) * 2.0 / y.shape[-1]
+    return terms[:, :, 2 * terms.shape[-1] // 3 :].max(axis=(1, 2))

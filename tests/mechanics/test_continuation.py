@@ -1,0 +1,221 @@
+"""Driven motions from their names, against harmonic balance along curves of its own, and DOP853."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from kernels.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
+from sweeps.mechanics import DescriptionError, System, periodic
+from sweeps.mechanics.model import Model
+
+HARMONICS, ORDERS = 41, np.arange(1, 42)
+CURVE_STEP = 0.02  # of harmonic balance, in coefficients and force
+
+
+def driven(potential, damping, names, shape=sp.cos):
+    """Return x'' + c x' + V'(x) = F cos(w t), with names → (place, branch)."""
+    system = System("Driven oscillator")
+    F, w = system.parameter("force", default=0.05), system.parameter("w", default=1.0, positive=True)
+    c, x = system.parameter("damping", default=damping), system.coordinate("x", bounds=(-2, 2), size=1)
+    v = system.velocity(x)
+    system.kinetic_energy(v**2 / 2)
+    system.potential(potential(x))
+    system.dissipation(c * v**2 / 2)
+    system.force(x, F * shape(w * system.time))
+    system.period(2 * sp.pi / w)
+    for name, (place, branch) in names.items():
+        system.equilibrium(name, {x: place}, branch=branch)
+    return system
+
+
+def helmholtz(shape=sp.cos):
+    return Model(driven(lambda x: x**3 / 3 - x**2 / 2, 0.1, {"saddle": (0, 1), "well": (1, 1)}, shape))
+
+
+def duffing():
+    return Model(driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, {"rest": (0, 1), "middle": (0, 2), "upper": (0, 3)}))
+
+
+def survey(model, force, w, damping, name):
+    size = len(force)
+    points = {"force": force, "w": w, "damping": damping * np.ones(size), "epsilon": np.full(size, 1e-8)}
+    return periodic.survey(model, points | {"equilibrium": np.broadcast_to(name, size)}, 1e-12)
+
+
+class Balance:
+    """Harmonic balance of x'' + c x' + k x + q x² + d x³ = F cos(w t), in real coefficients."""
+
+    def __init__(self, stiffness, damping, w):
+        count = 4 * HARMONICS + 4
+        angles = 2.0 * np.pi * np.multiply.outer(np.arange(count) / count, ORDERS)
+        self.waves = np.hstack([np.ones((count, 1)), np.cos(angles), np.sin(angles)])
+        self.coefficients, self.w, self.stiffness = np.linalg.pinv(self.waves), w, stiffness
+        inertia, drag = np.diag((ORDERS * w) ** 2), np.diag(damping * w * ORDERS)
+        self.linear = np.zeros((2 * HARMONICS + 1,) * 2)
+        self.linear[1:, 1:] = np.block([[-inertia, drag], [-drag, -inertia]])
+        self.drive = np.eye(1, 2 * HARMONICS + 1, 1)[0]
+
+    def __call__(self, u):
+        """Return what is left of coefficients and force, and its derivatives by both."""
+        x, (k, q, d) = self.waves @ u[:-1], self.stiffness
+        left = self.linear @ u[:-1] + self.coefficients @ (k * x + q * x**2 + d * x**3) - u[-1] * self.drive
+        slopes = self.linear + self.coefficients @ ((k + 2 * q * x + 3 * d * x**2)[:, None] * self.waves)
+        return left, np.hstack([slopes, -self.drive[:, None]])
+
+    def corrected(self, u, row):
+        """Return u after Newton's method across a row, the tangent there, and whether it converged."""
+        for _ in range(12):
+            left, slopes = self(u)
+            change = np.linalg.solve(np.vstack([slopes, row]), np.append(left, 0.0))
+            u = u - change
+            if np.linalg.norm(change) < 1e-11:
+                break
+        tangent = np.linalg.solve(np.vstack([slopes, row]), np.eye(1, u.size, u.size - 1)[0])
+        return u, tangent / np.linalg.norm(tangent), np.linalg.norm(change) < 1e-11
+
+    def start(self, place, force, branch=1, most=4.0):
+        """Return (x, x') at the time 0 of the motion behind branch - 1 folds; None if the curve has more of them."""
+        u, folds, step = np.append(place * np.eye(1, self.drive.size)[0], 0.0), 0, CURVE_STEP
+        u, tangent, _ = self.corrected(u, np.eye(1, u.size, u.size - 1)[0])
+        while u[-1] < most * max(force, 0.5) and step > 1e-8:
+            v, new, converged = self.corrected(u + step * tangent, tangent)
+            if not converged or new @ tangent < 0.995:
+                step /= 2.0
+                continue
+            turned = new[-1] * tangent[-1] < 0.0
+            if folds == branch - 1 and (u[-1] - force) * (v[-1] - force) <= 0.0 and not turned:
+                end = u + (v - u) * (force - u[-1]) / (v[-1] - u[-1])
+                a = self.corrected(np.append(end[:-1], force), np.eye(1, u.size, u.size - 1)[0])[0]
+                return a[: HARMONICS + 1].sum(), self.w * (ORDERS * a[HARMONICS + 1 : -1]).sum()
+            folds += turned
+            if folds == branch:
+                return None
+            u, tangent, step = v, new, min(1.5 * step, CURVE_STEP)
+        return None
+
+
+def compare(found, balances, force, places, branches):
+    """Compare points with harmonic balance: none is another motion, and no status is wrong; return shares found."""
+    exists = np.zeros(len(force), dtype=bool)
+    for i, balance in enumerate(balances):
+        start = balance.start(places[i], force[i], branches[i])
+        exists[i] = start is not None
+        if found["status"][i] == OK:
+            assert exists[i], i
+            here = found["x_start"][i], found["x_dot_start"][i]
+            assert here == pytest.approx(start, abs=1e-10), i  # harmonics left out, and Newton's last step
+        elif branches[i] == 1:
+            assert not exists[i] or found["status"][i] == NOT_FOUND, i
+    return (found["status"] == OK)[exists].mean()
+
+
+def trace_of(rates, slopes, start, period):
+    """Return the trace of the period map's slopes by DOP853, of x'' = rates, and how far the motion is from closed."""
+
+    def both(t, y):
+        k, c = slopes(y[0])
+        return [y[1], rates(t, y[0], y[1]), y[3], -k * y[2] - c * y[3], y[5], -k * y[4] - c * y[5]]
+
+    y = solve_ivp(both, (0, period), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    return y[2] + y[5], np.abs(y[:2] - start).max()
+
+
+def helmholtz_points(count):
+    rng = np.random.default_rng(4)
+    return rng.uniform(0.01, 0.2, count), rng.uniform(0.3, 1.6, count), np.arange(count) % 2
+
+
+@pytest.mark.parametrize("count", [8, pytest.param(300, marks=pytest.mark.slow)])
+def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count):
+    force, w, name = helmholtz_points(count)
+    found = survey(helmholtz(), force, w, 0.1, name)
+    balances = [Balance((-1.0, 1.0, 0.0), 0.1, one) for one in w]
+    assert compare(found, balances, force, name.astype(float), np.ones(count, dtype=int)) >= 0.99
+    for i in np.flatnonzero((found["status"] == OK) & ((name == 1) | (w > 1.0))):  # DOP853 leaves no saddle of 1e4
+        start = found["x_start"][i], found["x_dot_start"][i]
+
+        def rates(t, x, v, i=i):
+            return x - x * x - 0.1 * v + force[i] * np.cos(w[i] * t)
+
+        trace, _ = trace_of(rates, lambda x: (2 * x - 1, 0.1), start, 2 * np.pi / w[i])
+        assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-8 * (
+            1 + abs(trace)
+        )  # a start off by 1e-15
+    assert (found["base_residual"][found["status"] == OK] < 1e-12).all()
+
+
+@pytest.mark.parametrize("count", [4, pytest.param(300, marks=pytest.mark.slow)])
+def test_a_driven_duffing_oscillator_is_followed_from_rest(count):
+    rng = np.random.default_rng(4)
+    force, w, c = rng.uniform(0.01, 1.0, count), rng.uniform(0.3, 1.6, count), rng.uniform(0.05, 0.3, count)
+    found = survey(duffing(), force, w, c, 0)
+    balances = [Balance((1.0, 0.0, 1.0), *pair) for pair in zip(c, w, strict=True)]
+    assert compare(found, balances, force, np.zeros(count), np.ones(count, dtype=int)) >= 0.99
+
+
+def test_published_multipliers_of_the_saddle_and_the_well():
+    """x'' + 0.1 x' - x + x² = F sin(w t), found by other codes to the digits that are printed."""
+    found = survey(helmholtz(sp.sin), [0.01, 0.06, 0.06], np.array([1.0, 0.72, 1.01]), 0.1, [0, 0, 1])
+    assert found["status"].tolist() == [OK] * 3
+    assert [found["x_start"][0], found["x_dot_start"][0]] == pytest.approx([-0.00023938, -0.00498690], abs=5e-9)
+    assert found["multiplier_real"][0] == pytest.approx([394.163, 0.00135347], rel=2e-6)
+    assert [found["x_start"][1], found["x_dot_start"][1]] == pytest.approx([-0.00134, -0.02837], abs=5e-6)
+    assert found["multiplier_real"][1, 0] == pytest.approx(3989.0, abs=0.5)
+    assert [found["x_start"][2], found["x_dot_start"][2]] == pytest.approx([0.71584, -0.24777], abs=5e-6)
+    assert found["multiplier_real"][2] == pytest.approx([0.5359] * 2, abs=5e-5)
+    assert np.abs(found["multiplier_imag"][2]) == pytest.approx([0.4996] * 2, abs=5e-5)
+
+
+def test_the_branches_of_a_resonance_that_bends_over():
+    """Below it, within its three motions, and above the fold at which the first one ends."""
+    force, branch = np.repeat([0.02, 0.2, 0.3, 0.8, 1.0], 3), np.tile([1, 2, 3], 5)
+    found = survey(duffing(), force, np.full(15, 1.5), 0.1, branch - 1)
+    compare(found, [Balance((1.0, 0.0, 1.0), 0.1, 1.5)] * 15, force, np.zeros(15), branch)
+    assert found["branch"].tolist() == np.where(found["status"] == OK, branch, 0).tolist()
+    assert (found["status"].reshape(5, 3) == OK).tolist() == [[1, 0, 0], [1, 1, 1], [1, 1, 1], [0, 0, 1], [0, 0, 1]]
+    assert found["status"][9] == NO_PERIODIC_MOTION
+    words = found["regime"].reshape(5, 3)[1:3]
+    assert (words[:, 1] != words[:, 0]).all()  # between two folds the motion is a saddle
+    with pytest.raises(DescriptionError, match="branch 0 of low: allowed: a whole number from 1"):
+        driven(lambda x: x**2, 0.1, {"low": (0, 0)})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "stiffness", "place"),
+    [
+        (lambda t: sp.cos(20 * t), lambda t: 1, 0),  # harmonics that a coarse collocation takes for others
+        (lambda t: sp.cos(28 * t), lambda t: 1, 0),
+        (lambda t: sp.cos(100 * t), lambda t: 1, 0),
+        (lambda t: sp.cos(t) ** 2, lambda t: 1, 0),  # its mean is of the drive
+        (lambda t: sp.tanh(20 * sp.cos(t)), lambda t: 1, 0),
+        (lambda t: sp.exp(2000 * (sp.cos(t - 1) - 1)), lambda t: 1, 0),
+        (sp.cos, lambda t: 2 + sp.cos(t), 0),
+        (lambda t: sp.cos(2 * t), lambda t: 1, 0.3),  # a name that is no equilibrium
+    ],
+)
+def test_drives_of_other_shapes(shape, stiffness, place):
+    """x'' + 0.1 x' + k(t) x + x³ = F shape(t): the motion closes by DOP853, and is the small one."""
+    system = System("Shapes")
+    F, x, t = system.parameter("force", default=0.1), system.coordinate("x", bounds=(-2, 2), size=1), system.time
+    system.kinetic_energy(system.velocity(x) ** 2 / 2)
+    system.potential(stiffness(t) * x**2 / 2 + x**4 / 4)
+    system.dissipation(0.1 * system.velocity(x) ** 2 / 2)
+    system.force(x, F * shape(t))
+    system.period(2 * sp.pi)
+    system.equilibrium("rest", {x: place})
+    points = {"force": np.array([0.1, 1.0]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
+    found = periodic.survey(Model(system), points, 1e-12)
+    assert found["status"].tolist() == [OK] * 2
+    function = sp.lambdify(t, [shape(t), stiffness(t)])
+    for i, force in enumerate(points["force"]):
+
+        def rates(t, y, force=force):
+            f, k = function(t)
+            return [y[1], force * f - 0.1 * y[1] - k * y[0] - y[0] ** 3]
+
+        start = np.array([found["x_start"][i], found["x_dot_start"][i]])
+        y = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.01).y
+        assert y[:, -1] == pytest.approx(start, abs=1e-12)
+        assert np.abs(y[0]).max() < 1.6
