@@ -272,6 +272,17 @@ def partly_damped():
     return of_coordinates(3, build, k=1.0, c=0.1)
 
 
+def rough():
+    """Two equal springs with cubic drags alone, of the speed and of each velocity."""
+
+    def build(system, q, v, k, c, d):
+        system.potential(k * (q[0] ** 2 + q[1] ** 2) / 2)
+        for x, y in zip(q, v, strict=True):
+            system.force(x, -c * y * (v[0] ** 2 + v[1] ** 2) - d * y**3)
+
+    return of_coordinates(2, build, k=1.0, c=0.0, d=0.0)
+
+
 def oscillators(count=4, coupling=1e-3):
     """Equal oscillators, of which a gyroscopic force couples two: with equal eigenvalues, and linear."""
 
@@ -314,6 +325,7 @@ OWN = {
     "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),
     "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: SOUND),
     "partly damped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0, 0.1, 3.0]}, lambda k, c: SOUND),
+    "rough": (rough, {"k": [1.0, 2.0], "c": [0.0, 0.1], "d": [0.0, 0.1]}, lambda k, c, d: SOUND),
     "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: SOUND),
 }
 for _form in ("coordinates", "states"):
@@ -345,13 +357,13 @@ def own(name):
 
 
 def hopf(form):
-    """A damping that changes its sign at mu = 0, where a cubic one decides."""
+    """A damping that changes its sign at mu = 0, where a cubic one decides: as coordinates, it drives."""
     if form == "states":
         return of_states(2, lambda x, mu: [x[1], -x[0] + (mu - x[0] ** 2) * x[1]], mu=0.0)
 
     def build(system, q, v, mu):
         system.potential(q[0] ** 2 / 2)
-        system.force(q[0], (mu - q[0] ** 2) * v[0])
+        system.force(q[0], (mu + q[0] ** 2) * v[0])
 
     return of_coordinates(1, build, mu=0.0)
 
@@ -368,6 +380,8 @@ def pitchfork():
 
 #: name → model and a point at which the motion nearby neither grows nor stays by linear theory
 MARGINAL = {
+    "a negative cubic drag": (rough, {"c": -0.1}),
+    "a negative cubic drag of each velocity": (rough, {"d": -0.1}),
     "free particle": (lambda: of_states(2, lambda x: [x[1], 0]), {}),
     "free particle and a decay": (lambda: of_states(3, lambda x: [x[1], -(x[0] ** 3), -x[2]]), {}),
     "equal modes that drive each other": (lambda: of_matrix(lambda s: [[-1, 0], [s, -1]], "coordinates", s=1.0), {}),

@@ -89,12 +89,6 @@ class Equations:
         return sp.Matrix([[e.diff(x).subs(self.still) for x in self.states] for e in self.forces])
 
     @cached_property
-    def is_linear(self) -> bool:
-        """Whether the rates are linear in the states, so that no amplitude changes them."""
-        slopes = (e.diff(x).expand() for e in self.forces for x in self.states)
-        return all(e.free_symbols.isdisjoint(self.states) for e in (*slopes, *(self.a or ())))
-
-    @cached_property
     def third(self) -> tuple[sp.Expr, ...]:
         """All ∂³V/∂q_i∂q_j∂q_k and ∂a_ij/∂q_k: where all vanish, a nudge has no error of first order.
 

@@ -179,18 +179,14 @@ def definite(model, parameters, place, hidden):
 def _is_minimum(land, parameters, place, hidden):
     """Return where the potential energy has positive second derivatives, beyond errors (Lagrange and Dirichlet)."""
 
-    def pulls(x):
-        return land.slopes(parameters, list(x.T))[0][:, :, : land.m]
+    def hessian(x):
+        return -land.slopes(parameters, list(x.T))[0][:, :, : land.m]
 
-    sizes, terms = land.sizes(parameters, list(place.T)), land.slopes(parameters, list(place.T))[1][:, :, : land.m]
+    H, terms = hessian(place), land.slopes(parameters, list(place.T))[1][:, :, : land.m]
     unit = 1.0 / np.sqrt(np.einsum("pii->pi", terms))
-    unit = np.where(np.isfinite(unit), unit, sizes)
-    both, H = unit[:, :, None] * unit[:, None], -pulls(place)
-    loose = (EXACT * terms + changed(pulls, -H, place, land.place_error(parameters, place, hidden))) * both
-    sound, H = np.isfinite(H * both + loose).all((1, 2)), 0.5 * (H + np.swapaxes(H, 1, 2)) * both
-    minimum = np.zeros(len(place), dtype=bool)
-    minimum[sound] = np.linalg.eigvalsh(H[sound])[:, 0] > np.linalg.norm(loose[sound], axis=(1, 2))
-    return minimum
+    both, error = unit[:, :, None] * unit[:, None], land.place_error(parameters, place, hidden)
+    loose = (EXACT * terms + changed(hessian, H, place, error)) * both
+    return np.linalg.eigvalsh(np.nan_to_num(H * both))[:, 0] > np.linalg.norm(loose, axis=(1, 2))
 
 
 def _extremal(slopes, bent, loose, slack):
@@ -251,8 +247,8 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
         status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
     wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["paired"])
     wide &= status == statuses.OK
-    # no amplitude is too large for linear equations: there the fit has too few digits
-    status[wide] = statuses.NOT_CONVERGED if model.equations.is_linear else statuses.PERTURBATION_TOO_LARGE
+    bent = raw[wide, kernel.LEFT] > EXACT  # else, as of linear equations, no amplitude is the cause
+    status[wide] = np.where(bent, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED)
     raw[wide, kernel.FIRST + quantities :] = np.nan
     return {"raw": raw, "status": status, "spacing": spacing}
 

@@ -4,8 +4,8 @@ Of coordinates, :math:`a\ddot q + \dots = -\partial V/\partial q + Q`, with Q al
 
 * Reversal: forces that are even in the velocities, :math:`\ddot q = f(q, \dot q^2)`, symmetric or not.
 * Energy: forces :math:`Q(q, 0)` without curl have a potential U. What velocities add has the power
-  :math:`P = \dot q \cdot (Q - Q(q, 0))`. With P = 0, gyroscopic forces, T + V + U is conserved; with
-  :math:`P = -2R \le 0` it never grows.
+  :math:`P = \dot q \cdot (Q - Q(q, 0))`. With P = 0, gyroscopic forces, T + V + U is conserved; it never grows where
+  each term of :math:`P + 2R` is 0, or below as that of a drag :math:`-c\,\dot q|\dot q|`.
 
 Of states: changing the sign of some of them, which vanish at the equilibrium, reverses the time.
 
@@ -17,7 +17,6 @@ Source: Merkin, Introduction to the Theory of Stability, chapters 3 and 6; Lamb 
 """
 
 from functools import cached_property
-from itertools import islice, product
 
 import numpy as np
 import sympy as sp
@@ -25,7 +24,7 @@ import sympy as sp
 from sweeps.mechanics.equations import Equations, factors
 from sweeps.mechanics.graph import lambdified
 
-MAX_REVERSALS = 64  # sign changes of states that are tried; each component of the Jacobian's graph doubles their number
+MAX_REVERSALS = 64  # sign changes of states that are tried: each part that acts on itself alone doubles their number
 
 
 class Symmetries:
@@ -37,7 +36,7 @@ class Symmetries:
 
     @cached_property
     def _forces(self):
-        """Functions of parameters that vanish where forces are even in q̇, where P = 0, and where P = -2R."""
+        """Functions of parameters: 0 where forces are even in q̇, where P = 0, where P + 2R is a drag, and this drag."""
         equations, system = self.equations, self.equations.system
         q, v, still = equations.q, equations.v, equations.still
         turned, R = {x: -x for x in v}, sum(system.dissipation_terms, sp.Integer(0))
@@ -47,11 +46,13 @@ class Symmetries:
         power = sum((e - e0) * y for e, e0, y in zip(Q, rest, v, strict=True))
         lost = R + R.subs(turned, simultaneous=True) - 2 * R.subs(still)  # twice the part of second degree
         uneven = [e - e.subs(turned, simultaneous=True) for e in equations.forces]
-        return [self._vanishing(e) for e in (uneven, [*curls, power], [*curls, power + lost])]
+        terms = sp.Add.make_args(sp.expand(power + lost, power_exp=False))
+        drags = [e for e in terms if e.as_independent(*equations.states, as_Add=False)[1].is_nonnegative]
+        others = [e for e in terms if e not in drags]
+        return [self._factors(e) for e in (uneven, [*curls, power], [*curls, *others], drags)]
 
-    def _vanishing(self, expressions):
-        moving = (*self.equations.states, self.equations.system.time)
-        return lambdified(self.equations.parameters, factors(expressions, moving))
+    def _factors(self, expressions):
+        return lambdified(self.equations.parameters, factors(expressions, self.equations.states))
 
     def _holds(self, function, parameters):
         """Return where all factors vanish, shape (points,); equations that contain the time prove nothing."""
@@ -66,7 +67,8 @@ class Symmetries:
             return np.ones(parameters[0].size, dtype=bool)
         if not self.equations.v:
             return np.zeros(parameters[0].size, dtype=bool)
-        return self._holds(self._forces[2], parameters)
+        falls = [factor <= 0.0 for factor in self._forces[3](*parameters)]
+        return self._holds(self._forces[2], parameters) & np.all(falls, axis=0)
 
     def has_pairs(self, parameters, place, terms) -> np.ndarray:
         """Return where the equations prove that eigenvalues come in pairs.
@@ -87,13 +89,10 @@ class Symmetries:
         bits = np.packbits(np.concatenate([acting.reshape(-1, n * n), place != 0.0], axis=1), axis=1)
         _, first, number = np.unique(bits, axis=0, return_index=True, return_inverse=True)
         for k, i in enumerate(first):
-            rows = np.flatnonzero(number.ravel() == k)
-            changes = [signs for signs in sign_changes(acting[i]) if not (place[i] != 0.0)[np.array(signs) < 0].any()]
-            if changes:
-                at = [p[rows] for p in parameters]
-                proved[rows] = np.any([self._holds(self._reversal(signs), at) for signs in changes], axis=0)
-            else:
-                proved[rows] = bool(sign_changes(acting[i]))
+            rows, changes = np.flatnonzero(number.ravel() == k), sign_changes(acting[i])
+            fixed = [signs for signs in changes if not place[i][np.array(signs) < 0].any()][:MAX_REVERSALS]
+            holds = [self._holds(self._reversal(signs), [p[rows] for p in parameters]) for signs in fixed]
+            proved[rows] = np.any(holds, axis=0) if fixed else bool(changes)
         return proved
 
     def _reversal(self, signs):
@@ -102,28 +101,15 @@ class Symmetries:
             states, f = self.equations.states, self.equations.f
             flipped = {x: sign * x for x, sign in zip(states, signs, strict=True)}
             kept = [e.subs(flipped, simultaneous=True) + sign * e for e, sign in zip(f, signs, strict=True)]
-            self._reversals[signs] = self._vanishing(kept)
+            self._reversals[signs] = self._factors(kept)
         return self._reversals[signs]
 
 
 def sign_changes(acting) -> list[tuple[int, ...]]:
-    """Return the signs of the states, by two classes; none where a state acts on one of its own class.
-
-    Each component of the graph of states that act on each other has two classes, and either may change its sign.
-    """
-    n, signs, component = len(acting), [0] * len(acting), [0] * len(acting)
-    for i in range(n):
-        waiting = [] if signs[i] else [i]
-        signs[i], component[i] = signs[i] or 1, component[i] if signs[i] else i
-        for j in waiting:
-            for k in np.flatnonzero(acting[j]).tolist():
-                if signs[k] == signs[j]:
-                    return []
-                if not signs[k]:
-                    signs[k], component[k] = -signs[j], i
-                    waiting.append(k)
-    roots = sorted({*component})
-    choices = islice(product((1, -1), repeat=len(roots)), MAX_REVERSALS)
-    return [
-        tuple(sign * choice[roots.index(c)] for sign, c in zip(signs, component, strict=True)) for choice in choices
-    ]
+    """Return the signs of states of two classes, each of which acts on the other alone: every choice of -1 and 1."""
+    choices = [()]
+    for i, row in enumerate(acting):
+        others = np.flatnonzero(row[:i])
+        choices = [(*signs, x) for signs in choices for x in (1, -1) if all(signs[j] != x for j in others)]
+        choices = [] if row[i] else choices
+    return choices
