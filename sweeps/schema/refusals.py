@@ -27,7 +27,15 @@ class RefusedError(ValueError):
 
 
 class DefinitionError(RefusedError):
-    """What is wrong with a definition; `str()` is the whole message, one line a problem."""
+    """Invalid input: a definition, a body, or an argument. `str()` is the whole message, one line for each problem.
+
+    Example:
+        >>> try:
+        ...     sweeps.survey(I1=1.0, I2="2 furlong", I3=2.5)
+        ... except sweeps.DefinitionError as error:
+        ...     print(str(error).partition(";")[0])
+        definition: grid.I2: '2 furlong' has the unit 'furlong'
+    """
 
 
 class DescriptionError(DefinitionError):
@@ -35,7 +43,15 @@ class DescriptionError(DefinitionError):
 
 
 class MapError(RefusedError):
-    """What is wrong with a file that should be a map or a shard; `str()` is the message for a person."""
+    """A file that is not a map, or a place that a map does not have. `str()` is the whole message.
+
+    Example:
+        >>> try:
+        ...     sweeps.open_map("nowhere.nc")
+        ... except sweeps.MapError as error:
+        ...     print(str(error).partition(";")[0])
+        nowhere.nc: there is no such file
+    """
 
 
 @dataclass(frozen=True)

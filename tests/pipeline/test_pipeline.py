@@ -252,7 +252,7 @@ def test_one_definition_is_not_refused(two, change):
     assert spin() == 1.0
 
 
-@pytest.mark.parametrize("damage", ["deleted", "cut short"])
+@pytest.mark.parametrize("damage", ["deleted", pytest.param("cut short", marks=pytest.mark.slow)])
 def test_a_damaged_figure_is_drawn_again_and_the_map_is_kept(mine, capsys, damage):
     assert main(["run", "mine.yaml", "--quiet"]) == 0
     dated = Path("results/mine/stability_map.nc").stat().st_mtime_ns

@@ -165,15 +165,15 @@ def bodies(seed, n, epsilon=None):
 
 @pytest.mark.parametrize("inverse", [False, True])
 def test_random_bodies_are_those_of_scipy(inverse):
-    given = bodies(1, 40, 1e-10)
+    given = bodies(1, 20, 1e-10)
     found = motion.survey(given, inverse)
-    for k in range(40):
+    for k in range(20):
         expected = trace_by_scipy({name: values[k] for name, values in given.items()}, inverse)
         scale = max(1.0, abs(expected))
         assert abs(found["trace_theory"][k] - expected) <= 1e-11 * scale  # DOP853 at 1e-13, some hundred steps
         if found["status"][k] == statuses.OK:
             assert abs(found["trace"][k] - expected) <= found["trace_error"][k] + 1e-11 * scale
-    assert (found["status"] == statuses.OK).sum() > 30
+    assert (found["status"] == statuses.OK).sum() > 15
 
 
 @pytest.mark.parametrize("inverse", [False, True])
@@ -206,11 +206,11 @@ def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     given = bodies(4, 50)
     whole = motion.survey(given)
 
-    def wrong(*given, right=periodic.Base.varied):
+    def wrong(*given, right=periodic.Base.certified):
         flow, *further = right(*given)
         return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *further
 
-    monkeypatch.setattr(periodic.Base, "varied", wrong)
+    monkeypatch.setattr(periodic.Base, "certified", wrong)
     other = motion.survey(given)
     for name in whole:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):
