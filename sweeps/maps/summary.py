@@ -57,10 +57,14 @@ class Deviation:
     within: int = 0  #: points whose deviation is inside their own error, of `judged` that have one
     judged: int = 0
     worst: Worst = field(default_factory=Worst)  #: the largest deviation, and where
+    worst_at_zero: Worst = field(default_factory=Worst)  #: the same over the error, where the reference is 0 within it
 
     @property
     def total(self) -> int:
-        """Points compared: those of the summary's rule at which both are numbers and the scale is not zero."""
+        """Points compared: those of the summary's rule at which both are numbers and the scale is not zero.
+
+        A reference within its error of 0 is no scale: rounding over rounding says nothing.
+        """
         return self.equal + int(self.counts.sum())
 
     def quantile(self, share: float) -> float:
@@ -75,15 +79,18 @@ class Deviation:
 
     def take(self, sound, values, reference, error, scale, box: Mapping[str, slice]) -> None:
         """Add a box: the points to compare, measured values, theory, errors or None, and the denominators."""
-        comparable = sound & np.isfinite(values) & np.isfinite(reference) & (scale != 0.0)
+        numbers = sound & np.isfinite(values) & np.isfinite(reference)
+        error = np.full(values.shape, np.nan) if error is None else error
         with np.errstate(all="ignore"):
             gap = np.abs(values - reference)
+            zero = numbers & (np.abs(reference) <= error) & (self.scale == "")
+            comparable = numbers & (scale != 0.0) & ~zero
             deviation = np.where(comparable, gap / np.abs(scale), np.nan)
+            self.worst_at_zero.take(np.where(zero, gap / error, np.nan), box)
         self.worst.take(deviation, box)
-        if error is not None:
-            judged = comparable & np.isfinite(error)
-            self.judged += int(np.count_nonzero(judged))
-            self.within += int(np.count_nonzero(gap[judged] <= error[judged]))
+        judged = (comparable | zero) & np.isfinite(error)
+        self.judged += int(np.count_nonzero(judged))
+        self.within += int(np.count_nonzero(gap[judged] <= error[judged]))
         self.equal += int(np.count_nonzero(deviation == 0.0))
         deviation = deviation[deviation > 0.0]
         bins = np.floor((np.log10(deviation) - LEAST_DECADE) * PER_DECADE)

@@ -85,7 +85,8 @@ def _counts(totals: Summary, lead: str, look: Look) -> "Table":
 def _worst(ds: "xr.Dataset", totals: Summary, dims: set[str]) -> "Table":
     made = table("worst", "value", "where", right=(1,))
     rows = [(_against(deviation), deviation.worst) for deviation in totals.deviations.values()]
-    for name, worst in (*rows, *totals.checks.items()):
+    at_zero = [(f"{d.name} over its error, {d.reference} 0", d.worst_at_zero) for d in totals.deviations.values()]
+    for name, worst in (*rows, *at_zero, *totals.checks.items()):
         if worst.points:
             where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
             made.add_row(name, f"{worst.value:.2g}", where)

@@ -8,6 +8,8 @@ from sweeps import systems
 from sweeps.maps import storage, summary, verify
 from sweeps.maps.selection import nearest
 from sweeps.schema.boxes import blocks, dimensions
+from sweeps.systems.presentation import agreement
+from sweeps.systems.presentation.look import Compared
 from sweeps.systems.relative_equilibrium.variables import REGIMES
 from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.views import report, textmap
@@ -168,6 +170,35 @@ def test_rates_that_may_be_rounding_are_told_over_their_scale():
     found = summary.summarise(ds.drop_vars("rate_scale")).deviations["eigenvalue_real_theory", "eigenvalue_real"]
     assert found.scale == ""
     assert found.worst.value == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("system", "name"),
+    [
+        ("sleeping_top", "sum_of_squares"),
+        ("sleeping_top", "discriminant"),
+        ("mathieu", "multiplier_imag"),
+        ("mathieu", "exponent_real"),
+        ("mathieu", "first_invariant"),
+        ("pendulum", "omega_squared"),
+        ("rigid_body", "omega_squared_reduced"),
+        ("pumped_body", "growth_per_period"),
+    ],
+)
+def test_where_theory_is_zero_within_the_error_a_deviation_is_one_over_its_error(system, name):
+    theory = np.array([0.0, 1e-17, -3e-17, 2.0])
+    values, error = theory + np.array([2e-13, 5.1e-17, 0.0, 4e-9]), np.array([1e-12, 1e-12, 1e-12, 1e-8])
+    specs = systems.resolve(system).layout().variables
+    spec = specs[name]
+    columns = {name: values, spec.theory: theory, spec.error: error}
+    ds = xr.Dataset({key: ("x", column) for key, column in columns.items()}, {"x": range(4)}, {"system": system})
+    found = summary.summarise(ds).deviations[spec.theory, name]
+    assert (found.total, found.within, found.judged) == (1, 4, 4)
+    assert found.worst.value == pytest.approx(2e-9)
+    assert (found.worst_at_zero.at, found.worst_at_zero.points) == ({"x": 0}, 3)
+    assert found.worst_at_zero.value == pytest.approx(0.2)
+    compared = agreement.agreement(ds, specs, Compared((name,), ""))
+    assert compared.worst == pytest.approx(2e-9)  # of the figure
 
 
 FLIPPING = {

@@ -94,7 +94,7 @@ def _columns(ds, specs: Specs, one: Compared, box: Mapping[str, slice], sizes: M
     open_codes = [code for code, name in _meanings(ds, specs, Role.HEADLINE).items() if name in UNDECIDED]
     return {
         "theory": theory / np.abs(read(one.per, 1.0)),
-        "deviation": off / scale,
+        "deviation": off / np.where((theory <= error) & (parts[0].scale == ""), np.nan, scale),
         "error": error / scale,
         "ratio": np.where(off == 0, 0.0, off / error) + 0.0 * scale,
         "flag": code,
