@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+import relative
 import sympy as sp
 import verdicts
 
 from sweeps.mechanics import System
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.symmetries import sign_changes
+from sweeps.points import catalogue
+from sweeps.points.columns import columns
+from sweeps.points.loading import read
 
 QUICK = {
     "growth twice",
@@ -36,6 +40,26 @@ def test_what_linear_theory_leaves_open_stays_marginal(name):
     theory, measured, status, _ = verdicts.columns(make(), **point)
     assert theory == ["marginal"]
     assert (measured, status) in ((["marginal"], ["ok"]), (["undetermined"], ["no_time_scale"]))
+
+
+SHIPPED = [*relative.RANGES, *("asymmetric_shaft", "kapitza_pendulum", "mathieu", "parametric_double_pendulum")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*SHIPPED, "paul_trap", "swing"])
+def test_no_verdict_is_withheld_on_shipped_maps(name):
+    """Where growth exceeds ten of its errors, or theory proves stability: at most one point in a hundred."""
+    sweep = read(catalogue.shipped()[name])
+    numbers = np.random.default_rng(1).choice(sweep.grid.size, 200, replace=False)
+    points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
+    found = columns({key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep)
+    flags = np.array(sweep.variables["regime"].flags)
+    theory, measured = (flags[1 + found[name]] for name in ("regime_theory", "regime"))
+    decided = found["growth_rate_theory"] > 10.0 * found["growth_rate_error"]
+    decided |= np.isin(theory, ("stable", "asymptotically_stable"))
+    assert decided.sum() > 100
+    for words in (theory, measured):
+        assert np.isin(words, ("marginal", "undetermined"))[decided].mean() <= 0.01
 
 
 def nilpotent(n, links):
