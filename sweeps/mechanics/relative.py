@@ -143,18 +143,19 @@ def paired(model, slopes, terms):
     return (np.einsum("pii->p", walks) == 0.0)[back]
 
 
-def definite(model, parameters, place, hidden):
+def definite(model, parameters, place, hidden, regular=False):
     """Return where a combination of the conserved quantities proves that an equilibrium is stable.
 
     Of coordinates, the energy where its potential has a strict minimum, also with gyroscopic forces (Thomson and Tait).
     Of states, the gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all
     gradients: then |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden
     and Ratiu, Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are
-    tried.
+    tried. Where second derivatives of states need only be `regular`, eigenvalues come in pairs ±μ: these are a
+    Hamiltonian of the linear motion (Kozlov, J. Appl. Math. Mech. 56 (1992) 803).
     """
     proved, rows = np.zeros(len(place), dtype=bool), np.flatnonzero(np.isfinite(place).all(1))
     quantities, land = model.system.conserved_quantities.values(), model.landscape
-    if model.equations.v:
+    if model.equations.v and not regular:
         rows = rows[model.symmetries.keeps_energy([p[rows] for p in parameters])]
         proved[rows] = _is_minimum(land, [p[rows] for p in parameters], place[rows], hidden[rows])
     if not (quantities and rows.size) or any(e.has(model.system.time) for e in quantities):
@@ -171,7 +172,7 @@ def definite(model, parameters, place, hidden):
         loose = (moved + slack[:, None, None, None] * terms) * both / whole[:, :, None, None]
         slopes, bent = slopes * sizes[:, None] / whole[:, :, None], bent * both / whole[:, :, None, None]
     sound = np.isfinite(slopes).all((1, 2)) & np.isfinite(bent + loose).all((1, 2, 3))
-    proved[rows[sound]] = _extremal(*(values[sound] for values in (slopes, bent, loose, slack)))
+    proved[rows[sound]] = _extremal(*(values[sound] for values in (slopes, bent, loose, slack)), regular)
     return proved
 
 
@@ -189,8 +190,8 @@ def _is_minimum(land, parameters, place, hidden):
     return np.linalg.eigvalsh(np.nan_to_num(H * both))[:, 0] > np.linalg.norm(loose, axis=(1, 2))
 
 
-def _extremal(slopes, bent, loose, slack):
-    """Return where a combination without a slope has definite second derivatives across all slopes, beyond errors."""
+def _extremal(slopes, bent, loose, slack, regular):
+    """Return where a combination without a slope has definite (or regular) second derivatives across all slopes."""
     left, singular, right = np.linalg.svd(slopes)
     steep = np.zeros((len(slopes), max(slopes.shape[1:])), dtype=bool)
     steep[:, : singular.shape[1]] = singular > slack[:, None]
@@ -202,7 +203,8 @@ def _extremal(slopes, bent, loose, slack):
     steep = steep[:, None, : right.shape[1], None]
     H = np.where(steep | np.swapaxes(steep, 2, 3), 0.0, H)
     filled = np.where(steep, np.eye(right.shape[1]), 0.0)  # the steep directions are left out
-    least = np.maximum(*(np.linalg.eigvalsh(sign * H + filled)[:, :, 0] for sign in (1.0, -1.0)))
+    both = [np.linalg.eigvalsh(sign * H + filled) for sign in (1.0, -1.0)]
+    least = np.abs(both[0]).min(2) if regular else np.maximum(*(values[:, :, 0] for values in both))
     return (least > room).any(1)
 
 
@@ -325,7 +327,9 @@ def _columns(model, theory, measured):
         _on_family(regimes(*spectrum, of_four, *pairs), family, *spectrum)
         for spectrum, of_four in ((by_theory, exact), (as_measured, smooth))
     ]
-    columns["regime_theory"], columns["regime"] = _where_definite(model, theory, both, [by_theory, as_measured])
+    columns["regime_theory"], columns["regime"] = _where_proved(
+        model, theory, both, [by_theory, as_measured], [exact, smooth]
+    )
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
         with np.errstate(all="ignore"):
@@ -442,6 +446,7 @@ def regimes(re, im, re_error, im_error, invariants=None, pairs=None, reversible=
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
 
 
+@np.errstate(invalid="ignore")
 def _on_family(regime, dimension, re, im, re_error, im_error):
     """Return the regimes, stable where an equilibrium lies in a family whose dimension is the number of zeros.
 
@@ -454,15 +459,21 @@ def _on_family(regime, dimension, re, im, re_error, im_error):
     return np.where(attracts, codes.STABLE, regime).astype(np.int8)
 
 
-def _where_definite(model, theory, both, spectra):
-    """Return regimes of spectra, stable where `definite` proves it and a marginal one is seen to turn on the axis."""
+def _where_proved(model, theory, both, spectra, invariants):
+    """Return regimes of spectra where conserved quantities decide about marginal ones that are seen to turn.
+
+    They are stable where `definite` proves it; where these quantities are regular, eigenvalues come in pairs.
+    """
     turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
     rows = np.flatnonzero(np.any(turning, axis=0))
-    proved = np.zeros(len(theory["place"]), dtype=bool)
-    proved[rows] = definite(
-        model, [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
-    )
-    return [np.where(here & proved, np.int8(codes.STABLE), regime) for here, regime in zip(turning, both, strict=True)]
+    for regular in (True, False):
+        proved = np.zeros(len(theory["place"]), dtype=bool)
+        at = [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
+        proved[rows] = definite(model, *at, regular)
+        for k, (here, spectrum, of_four) in enumerate(zip(turning, spectra, invariants, strict=True)):
+            then = regimes(*spectrum, of_four, proved, proved, theory["separate"]) if regular else np.int8(codes.STABLE)
+            both[k] = np.where(here & proved, then, both[k])
+    return both
 
 
 def _turns_marginally(regime, re, im, re_error):

@@ -104,6 +104,28 @@ def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
     np.testing.assert_allclose(found["growth_rate_theory"], growth, atol=1e-12)  # rounding
 
 
+@pytest.mark.parametrize("conserved", [True, False])
+def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(conserved):
+    """Gyroscopic, with slopes that leave no state to reverse: the Jacobi integral, no extremum there, proves pairs."""
+    system = System("Three bodies")
+    mu = system.parameter("mass_ratio", default=0.01, positive=True)
+    x, y, u, w = (system.state(name, bounds=(-2, 2), size=1) for name in ("x", "y", "u", "w"))
+    first, second = sp.sqrt((x + mu) ** 2 + y**2), sp.sqrt((x + mu - 1) ** 2 + y**2)
+    potential = (x**2 + y**2) / 2 + (1 - mu) / first + mu / second
+    for state, rate in {x: u, y: w, u: 2 * w + potential.diff(x), w: -2 * u + potential.diff(y)}.items():
+        system.rate(state, rate)
+    if conserved:
+        system.conserved((u**2 + w**2) / 2 - potential, "jacobi")
+    system.equilibrium("L4", {x: sp.Rational(1, 2) - mu, y: sp.sqrt(3) / 2, u: 0, w: 0})
+    ratios = np.array([0.001, 0.01, 0.03, 0.038, 0.0386, 0.05, 0.3])  # Routh: 0.0385209
+    theory, measured, _, _ = verdicts.columns(Model(system), mass_ratio=ratios)
+    right = ["stable" if conserved else "marginal"] * 4 + ["flutter"] * 3
+    assert theory == measured == right
+    shipped = Model(relative.shipped("lagrange_points"))
+    if conserved:
+        assert verdicts.columns(shipped, mass_ratio=ratios, epsilon=1e-12)[0] == right
+
+
 @pytest.mark.parametrize("coupling", [1e-12, 1e-9, 1e-6, 1e-3, 0.1])
 def test_no_amplitude_is_too_large_for_linear_equations(coupling):
     """Four equal oscillators: an error of rounding was taken for the amplitude's at some amplitudes."""
