@@ -91,9 +91,10 @@ def _of_coordinates(system):
         turning = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in n)
         other.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - simplify(turning) - b[i].diff(t))
     forces = [extra - V.diff(x) - terms for extra, x, terms in zip(other, q, inner, strict=True)]
-    if V.has(t):  # what holds no coordinate makes no force
+    timed = t, *(switch.symbol for switch in system.switches)
+    if V.has(*timed):  # what holds no coordinate makes no force
         V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
-    natural = not any(other) and not any(e.has(t) for e in (V, *forces, *a))
+    natural = not any(other) and not any(e.has(*timed) for e in (V, *forces, *a))
     return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
 
 
@@ -261,7 +262,7 @@ def _trials(system):
             if hasattr(place, "velocity"):
                 values[place.velocity] = sp.Float(rng.normal(), DIGITS)
         values[system.time] = sp.Float(rng.normal(), DIGITS)
-        yield values
+        yield values | {s.symbol: system.without_switches(s.symbol).subs(values) for s in system.switches}
 
 
 def _check_period(equations):
@@ -270,12 +271,13 @@ def _check_period(equations):
     for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
         ("a_ij", e) for e in equations.a or ()
     ]:
-        for values in _trials(system) if e.has(t) else ():
+        whole = system.without_switches(e)
+        for values in _trials(system) if whole.has(t) else ():
             T = system.given_period.subs(values).evalf(DIGITS)
             here = values | {t: values[t] * T}
             with mpmath.workdps(DIGITS):
-                now, slope = (complex(f.subs(here).evalf(DIGITS)) for f in (e, e.diff(t)))
-                change = complex((e.subs(here | {t: here[t] + T}) - e.subs(here)).evalf(DIGITS))
+                now, slope = (complex(system.without_switches(f).subs(here).evalf(DIGITS)) for f in (e, e.diff(t)))
+                change = complex((whole.subs(here | {t: here[t] + T}) - whole.subs(here)).evalf(DIGITS))
             if abs(change) > OF_PERIOD * abs(slope * T) + 1e-30 * abs(now):
                 raise DescriptionError(
                     f"period: {name} is {now.real:.6g} at a time, and differs by {change.real:.2g} a period later; "

@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from sweeps.mechanics.switches import Rewriting, Switch, deciding
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
@@ -144,6 +145,8 @@ class System:
         self.given_most, self.follow = most, follow
         self.time = sp.Symbol("t", real=True)  # may stand in all expressions of the motion
         self.given_period: sp.Expr | None = None
+        self.switches: list[Switch] = []  #: discontinuous functions of the time
+        self.given_jumps: list[sp.Expr] = []
         self.parameters: dict[str, DescribedParameter] = {}
         self.coordinates: dict[str, Coordinate] = {}
         self.particles: list[tuple[sp.Expr, tuple[sp.Expr, ...]]] = []
@@ -224,18 +227,18 @@ class System:
 
     def potential(self, V) -> None:
         """Add a potential energy; several add up."""
-        self.potential_terms.append(self._expression("V", V, self._moving()))
+        self.potential_terms.append(self._expression("V", V, self._moving(), may_jump=True))
 
     def dissipation(self, R) -> None:
         """Add Rayleigh's function R(q, q̇) ≥ 0, of degree two in q̇: forces -∂R/∂q̇; several add up."""
-        self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True)))
+        self.dissipation_terms.append(self._expression("R", R, self._moving(velocities=True), may_jump=True))
 
     def force(self, coordinate: sp.Symbol, Q) -> None:
         """Add a generalised force Q(q, q̇) along a coordinate, without a potential; several add up."""
         if coordinate not in {c.symbol for c in self.coordinates.values()}:
             allowed = ", ".join(self.coordinates) or "there are none"
             raise DescriptionError(f"force: {coordinate} is no coordinate; allowed: {allowed}")
-        force = self._expression(f"force on {coordinate}", Q, self._moving(velocities=True))
+        force = self._expression(f"force on {coordinate}", Q, self._moving(velocities=True), may_jump=True)
         self.forces[coordinate] = self.forces.get(coordinate, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
@@ -256,7 +259,7 @@ class System:
             raise DescriptionError(f"rate: {state} is no state; allowed: {allowed}")
         if state in self.rates:
             raise DescriptionError(f"rate of {state}: given twice; allowed: one for each state")
-        self.rates[state] = self._expression(f"rate of {state}", f, self._moving())
+        self.rates[state] = self._expression(f"rate of {state}", f, self._moving(), may_jump=True)
 
     def conserved(self, expression, name: str) -> None:
         """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out.
@@ -291,6 +294,13 @@ class System:
         if self.given_period.is_positive is False:
             raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
+    def jump(self, *times) -> None:
+        """Add times from 0 to the period at which functions of the time jump or have a kink: no others are looked for.
+
+        Jumps of `sign`, `floor`, `Piecewise` and the like are found, where their arguments cross 0 with a slope.
+        """
+        self.given_jumps += [self._expression("jump", t) for t in times]
+
     def equilibrium(self, label: str, place: dict, branch: int = 1) -> None:
         """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters).
 
@@ -309,6 +319,12 @@ class System:
             raise DescriptionError(f"equilibrium {label}: {unknown[0]} is no coordinate or state; allowed: {allowed}")
         self.branches[label] = branch
         self.labels[label] = {x: self._expression(f"equilibrium {label}", e) for x, e in place.items()}
+
+    def without_switches(self, e: sp.Expr) -> sp.Expr:
+        """Return an expression with the discontinuous functions of the time that its switches stand for."""
+        for switch in reversed(self.switches):
+            e = e.subs(switch.symbol, switch.value)
+        return e
 
     @property
     def most(self) -> int:
@@ -336,8 +352,11 @@ class System:
             raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
         return size
 
-    def _expression(self, where, value, moving=frozenset()) -> sp.Expr:
-        """Return a checked expression of parameters and moving symbols: real, finite, smooth in what moves."""
+    def _expression(self, where, value, moving=frozenset(), may_jump=False) -> sp.Expr:
+        """Return a checked expression of parameters and moving symbols: real, finite, smooth in what moves.
+
+        Where it `may_jump` in the time, switches stand for the functions that do.
+        """
         e = sp.sympify(value)
         infinite = not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
         if infinite or any(abs(number) > sys.float_info.max for number in e.atoms(sp.Number)):
@@ -346,11 +365,12 @@ class System:
         if unbound := sorted(map(str, e.free_symbols - bound)):
             names = ", ".join(sorted(map(str, bound))) or "numbers"
             raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
+        written = Rewriting(self.time, self.switches, moving)
         for part in sorted(e.atoms(*KINKED), key=str):
-            if part.free_symbols & moving:
+            if deciding(part) & (moving - {self.time} if may_jump and type(part) in written.written else moving):
                 wrong, allowed = KINKED[type(part)]
                 raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
-        return e
+        return written(e)
 
     def _check_name(self, name, unit="1"):
         taken = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)

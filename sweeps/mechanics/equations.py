@@ -50,8 +50,10 @@ class Equations:
     hamiltonian: bool  #: whether nothing but T and V makes the forces of coordinates: Hamilton's equations
 
     def __post_init__(self):
-        #: symbols of the parameters, in the description's order
-        self.parameters = tuple(p.symbol for p in self.system.parameters.values()) or (NOTHING,)
+        #: symbols of the parameters, in the description's order, and of the switches, which are constant between jumps
+        self.switches = tuple(switch.symbol for switch in self.system.switches)
+        self.parameters = (*(p.symbol for p in self.system.parameters.values()),) or (NOTHING,)
+        self.parameters += self.switches
         #: the coordinates or states that an equilibrium is a place of
         self.places = self.system.kept or tuple(self.system.states.values())
         self.states = (*self.q, *self.v)  #: symbols of all that moves: coordinates, then velocities; or states
@@ -59,7 +61,7 @@ class Equations:
         self.still = dict.fromkeys(self.v, sp.Integer(0))  #: the velocities, all zero
         self.forces = self.f[len(self.v) :]  #: forces, or rates of states: what vanishes at an equilibrium, at rest
         #: whether the time stands in the equations, which then need have no equilibrium
-        self.timed = any(e.has(self.system.time) for e in (*self.f, self.V, *(self.a or ())))
+        self.timed = any(e.has(self.system.time, *self.switches) for e in (*self.f, self.V, *(self.a or ())))
         #: whether the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved
         self.conservative = self.hamiltonian and not self.timed
 

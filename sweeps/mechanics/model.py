@@ -24,6 +24,7 @@ from sweeps.mechanics.taylor import Code
 from sweeps.schema.refusals import DescriptionError
 
 if TYPE_CHECKING:
+    from sweeps.mechanics.jumps import Jumps
     from sweeps.mechanics.periodic import Variation
     from sweeps.mechanics.perturbed import PerturbedCode
     from sweeps.mechanics.steepness import Steepness
@@ -96,6 +97,18 @@ class Model:
         return Symmetries(self.equations)
 
     @cached_property
+    def jumps(self) -> "Jumps":
+        """When the equations' functions of the time jump."""
+        from sweeps.mechanics.jumps import Jumps
+
+        return Jumps(self.equations)
+
+    def with_switches(self, parameters: list[np.ndarray]) -> list[np.ndarray]:
+        """Return parameters and, for each switch of the equations, zeros."""
+        missing = len(self.equations.parameters) - len(parameters)
+        return [*parameters, *[np.zeros(np.shape(parameters[0]))] * missing]
+
+    @cached_property
     def degenerate(self) -> Degenerate:
         """V's higher terms, of a system of one coordinate."""
         return Degenerate(self.equations)
@@ -107,6 +120,7 @@ class Model:
         if not self.system.conserved_quantities:
             return N
         parameters = self.parameters({p.name: [p.default] for p in self.system.parameters.values()}, 1)
+        parameters = self.with_switches(parameters)
         with np.errstate(all="ignore"):
             (places,) = self.landscape.starts(parameters) if self.system.labels else self.equilibria(parameters).places
             repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
@@ -202,7 +216,7 @@ class Model:
             yield f"conserved: {', '.join(self.quantities)}, whose drift is watched{left_out}", always
 
     def _of_a_period(self, parameters):
-        variation = self.variation
+        variation, parameters = self.variation, self.with_switches(parameters)
         linear, odd = (np.array([flags]) for flags in (self.perturbed_code(True).linear, variation.odd))
         yield "linear about an equilibrium at all times: followed with one size and from one side", linear
         yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear

@@ -8,6 +8,8 @@ starts that much beside and later, for no halving shows what the motion makes of
 together is the error.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from kernels import paths
@@ -75,18 +77,20 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np
 
 
 def solved(
-    code: Moving, parameters, start, times, tolerance: float, least=None
+    code: Moving, parameters, start, times, tolerance: float, least=None, uncertain=0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and the status of each run.
 
     Arguments are those of :func:`follow`; the tolerance is the largest change by halving the steps, relative to the
-    largest size of each state in the run, which is at least `least`, shape (runs, states).
+    largest size of each state in the run, which is at least `least`, shape (runs, states). Starts are uncertain by a
+    quarter of an error.
     """
     times, place = _with_times_between(times)
     states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     change, last = np.full(len(start), np.inf), np.full(len(start), np.inf)
     status = np.full(len(start), OK, np.int8)
-    beside = start * (1.0 + np.resize([2.0, -2.0], start.shape[1]) * EPSILON)
+    signs = np.resize([1.0, -1.0], start.shape[1])
+    beside = start * (1.0 + 2.0 * signs * EPSILON) + signs * uncertain
     late = times + ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
 
     def followed(runs, begin, at, halving):
@@ -123,6 +127,30 @@ def solved(
     is_finite = np.isfinite(states + error).all(axis=(1, 2))
     status = np.select([status != OK, ~is_finite, change > tolerance], [status, NON_FINITE, NOT_CONVERGED], OK)
     return states, error, status.astype(np.int8)
+
+
+def solved_between_jumps(model, parameters, start, times, tolerance: float) -> tuple | None:
+    """Return the same of equations that may jump in time, run by run from jump to jump; None if these are not known."""
+    outcomes = []
+    for run in range(len(start) if model.equations.switches else 0):
+        given, wanted = [p[run : run + 1] for p in parameters], times[run]
+        pieces = model.jumps.of_point([p[run] for p in model.with_switches(parameters)], wanted[0], wanted[-1])
+        if pieces is None:
+            return None
+        x, error, least, status, parts = start[run], np.zeros(start.shape[1]), np.abs(start[run]), OK, []
+        for (begin, end), switches in zip(pairwise(pieces[0]), pieces[1], strict=True):
+            within = np.r_[begin, wanted[(wanted > begin) & (wanted <= end)], end]
+            at = [*given, *switches[:, None]]
+            piece = solved(model.moving, at, x[None], within[None], tolerance, least[None], error / SAFE)
+            states, errors, status = piece[0][0], piece[1][0], max(status, int(piece[2][0]))
+            x, error, least = states[-1], errors[-1], np.maximum(least, np.abs(states).max(axis=0))
+            parts.append(np.stack([states[1:-1], errors[1:-1]]))
+        begun = np.stack([start[run], np.zeros(start.shape[1])])[:, None]
+        states, errors = np.concatenate([begun, *parts], axis=1)
+        outcomes.append((states, errors, status))
+    if not outcomes:
+        return solved(model.moving, parameters, start, times, tolerance)
+    return tuple(np.array(column) for column in zip(*outcomes, strict=True))
 
 
 def _with_times_between(times):

@@ -21,6 +21,11 @@ steps from another phase, and compared with what the finer steps make of the per
 steps are shortened by a third until the difference is rounding. Where Hamilton's equations are proved to be even in the
 time, half a period gives the finer one (the coarser one is followed through all of it), and the measured one.
 
+*Jumps.* Where coefficients jump, or have a kink, at times of the period (`sweeps.mechanics.jumps`), the pieces between
+them have equal shares of the phase: segments and steps of points whose pieces are as many end at the jumps together,
+and the time goes faster in a longer piece. Velocities are states of the variational flow then, and both of its
+solutions begin at the phase 0.
+
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.9; derived again.
 """
 
@@ -54,10 +59,11 @@ ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 GROWTH, MOST_HALVINGS = 4.0, 5  # bound on a perturbation's growth exponent in a segment of Newton's method; halvings
 POLISHED = 1e-2  # sizes from the collocated motion: Newton's method has gone to another one
+SLACK = 1e-9  # of a piece between jumps: phases so near its end are at it
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
 OF_POINTS = (  # of motions
     *("period", "start", "nodes", "count", "branch", "status", "closed", "error", "still", "even", "mirrored", "scale"),
-    *("sizes", "acting", "reciprocal", "number", "steepness", "finite"),
+    *("pieces", "edges", "switched", "known", "sizes", "acting", "reciprocal", "number", "steepness", "finite"),
 )
 CLOSED = 1e-9  # of the sizes: how far a periodic motion may be from closed
 
@@ -75,16 +81,21 @@ class Variation:
         self._kernels: dict[bool, tuple] = {}  # found once, for parts may be small
         timed = {equations.system.time: phase * equations.system.given_period}
         forces, masses = ([e.subs(timed) for e in some or ()] for some in (equations.forces, equations.a))
+        self.has_jumps = bool(equations.switches)
         slopes, turned = sp.Matrix(forces).jacobian(equations.states), {x: -x for x in equations.states}
         J, a = slopes.subs(equations.still), [e.subs(equations.still) for e in masses]
         uneven = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
         uneven = factors(uneven, (*equations.states, phase)) if self.second else [sp.Integer(1)]
         paired = unpaired(equations)
         self._proofs = lambdified(equations.parameters, [equations.system.given_period, *paired, *uneven]), len(paired)
-        self._still, self._separate = self._written([*J, *a]), self._separated(J, a)
+        self._still = self._written([*J, *a])
+        self._separate = None if self.has_jumps else self._separated(J, a)
         both = np.reshape([e != 0 for e in J], J.shape)
         if any(e != 0 for i, e in enumerate(a) if i % (self.m + 1)):
             both[:] = both.any(axis=0)  # masses couple what the forces do not
+        #: number of unknowns of the variational flow: of coordinates, unless steps differ, accelerations
+        self.unknowns = equations.n if self.has_jumps else self.m
+        both = np.vstack([np.eye(self.m, equations.n, self.m)[: self.unknowns - self.m] != 0, both])
         #: whether all is at rest → (i, j): what the acceleration or rate i has slopes by
         self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
@@ -95,7 +106,7 @@ class Variation:
     def kernels(self, still):
         """Return the function of `kernels.variational.flow`, compiled, and whether states act on each other."""
         if still not in self._kernels:
-            m, n, entries = self.m, self.equations.n, self.entries[still]
+            m, n, entries = self.unknowns, self.equations.n, self.entries[still]
             groups = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
             self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), joined(n, groups)
         return self._kernels[still]
@@ -116,7 +127,8 @@ class Variation:
     def parts(self, parameters, x, phases, still):
         """Return slopes of the forces, masses, what the masses' slopes add where not still, and accelerations."""
         m, n = range(self.m), range(self.equations.n)
-        values = iter((self._still if still else self._moving)(*parameters, *x, phases[:, None]))
+        phases = phases[:, None] if phases.ndim == 1 else phases
+        values = iter((self._still if still else self._moving)(*parameters, *x, phases))
         J = [[next(values) for _ in n] for _ in m]
         if not self.second:
             return J, None, [], [*values]
@@ -147,7 +159,8 @@ class Variation:
         """Return factors (phases, parts) and slopes (parts, entries, points), which make a sum at each phase.
 
         Where slopes are no such sums there are no parts, and the slopes are those at all phases. Phases have the shape
-        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is `still`.
+        (phases,), each parameter (points,), and each state (phases, points), or (1, points) where all is `still`. Of
+        phases and parameters between jumps see `Base.between_jumps`.
         """
         m, n, points, entries = self.m, self.equations.n, parameters[0].size, self.entries[still]
         if still and self._separate:
@@ -157,8 +170,8 @@ class Variation:
             a = [[next(values) for _ in range(m)] for _ in range(m)] if self.second else None
             parts = [divided(a, J) if self.second else J for J in parts]
         else:
-            whole, factors = self.linearized(parameters, x, phases, still)[1], np.empty((phases.size, 0))
-            parts = [[[y[t] for y in row] for row in whole] for t in range(phases.size)]
+            whole, factors = self.linearized(parameters, x, phases, still)[1], np.empty((len(phases), 0))
+            parts = [[[y[t] for y in row] for row in whole] for t in range(len(phases))]
         slopes = np.empty((len(parts), len(entries), points))
         for part, J in zip(slopes, parts, strict=True):
             for row, (i, j) in zip(part, entries, strict=True):
@@ -173,7 +186,8 @@ class Variation:
         J, a, bent, rates = self.parts(parameters, x, phases, still)
         for row, extra in zip(J, bent, strict=not still and self.second):
             row[: self.m] = [y - z for y, z in zip(row, extra, strict=False)]
-        J, shape = divided(a, J) if self.second else J, (phases.size, parameters[0].size)
+        J, shape = divided(a, J) if self.second else J, (len(phases), parameters[0].size)
+        J = [*np.eye(self.m, self.equations.n, self.m)[: self.unknowns - self.m], *J]
         return [np.broadcast_to(y, shape) for y in rates], [[np.broadcast_to(y, shape) for y in row] for row in J]
 
     def bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
@@ -181,10 +195,15 @@ class Variation:
         m, n, points = self.m, self.equations.n, parameters[0].size
         if points > CACHED:
             which = np.split(np.arange(points), range(CACHED, points, CACHED))
-            parts = [self.bounds([p[some] for p in parameters], x[:, :, some], phases) for some in which]
+            parts = [
+                self.bounds(
+                    [p[..., some] for p in parameters], x[:, :, some], phases[..., some] if self.has_jumps else phases
+                )
+                for some in which
+            ]
             return tuple(map(np.concatenate, zip(*parts, strict=True)))
         _, a, bent, rates = self.parts(parameters, x, phases, False)
-        values = iter(self._terms(*parameters, *x, phases[:, None]))
+        values = iter(self._terms(*parameters, *x, phases if self.has_jumps else phases[:, None]))
         terms = [[next(values) for _ in range(n)] for _ in range(m)]
         if self.second:
             for row, extra in zip(terms, bent, strict=True):
@@ -228,7 +247,7 @@ def unpaired(equations: Equations) -> list[sp.Expr]:
         extra = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))]
     else:
         return [sp.Integer(1)]
-    return factors(extra, (*equations.states, equations.system.time))
+    return factors(extra, (*equations.states, equations.system.time, *equations.switches))
 
 
 class Base:
@@ -236,6 +255,7 @@ class Base:
 
     @np.errstate(all="ignore")
     def __init__(self, model, parameters, slot):
+        parameters = model.with_switches(parameters)
         self.model, self.parameters, size = model, parameters, slot.size
         places = np.take_along_axis(model.landscape.starts(parameters), slot[:, None, None], axis=1)[:, 0]
         self.start = np.zeros((size, model.equations.n))
@@ -244,20 +264,55 @@ class Base:
         self.still, self.count, self.nodes = np.ones(size, dtype=bool), np.ones(size, dtype=int), self.start[:, None]
         self.branch = np.array([*model.system.branches.values(), *[1] * model.system.most])[slot]
         self.period, self.reciprocal, self.even = model.variation.proved(parameters)
+        self._cut()
         self.still = self._measure_sizes(places)
         self.finite = np.isfinite(self.scale)  # at the start, before another is looked for
-        self.even &= self.still
+        self.even &= self.still & (self.pieces == 1)
         self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
-        if not self.still.all():
+        if model.variation.has_jumps:
+            self.closed[~self.still], self.status[~self.still] = np.inf, statuses.NOT_FOUND
+        elif not self.still.all():
             model.perturbed(False)
             self._close(np.flatnonzero(~self.still))
             self._measure_sizes(places)
-        self.steepness = model.steepness([*parameters, *self.start.T])
+        sides = [[*parameters[: len(parameters) - side.shape[1]], *side.T] for side in np.swapaxes(self.switched, 0, 1)]
+        self.steepness = np.max([model.steepness([*side, *self.start.T]) for side in sides], axis=0)
+
+    def _cut(self):
+        """Set number and ends of the pieces of the period between jumps, in periods, and the switches in each."""
+        size = self.period.size
+        self.pieces, self.edges, self.switched = (
+            np.ones(size, int),
+            np.tile([0.0, 1.0], (size, 1)),
+            np.zeros((size, 1, 0)),
+        )
+        self.known = np.ones(size, bool)
+        if self.model.variation.has_jumps:
+            edges, self.switched, pieces = self.model.jumps.pieces(self.parameters, self.period)
+            self.edges, self.pieces, self.known = edges / self.period[:, None], np.maximum(pieces, 1), pieces > 0
+
+    def between_jumps(self, phases) -> tuple[np.ndarray, np.ndarray | float, list]:
+        """Return times over the period, their rate by the phase, and parameters, at phases; of no jumps these alone.
+
+        Each has the shape (phases, points) where there are jumps. Phases are shared evenly between the pieces, and
+        those at a jump belong to the later one.
+        """
+        if not self.model.variation.has_jumps:
+            return phases, 1.0, self.parameters
+        share = phases[:, None] % 1.0 * self.pieces
+        piece = np.minimum((share + SLACK).astype(int), self.pieces - 1)
+        each = np.arange(self.pieces.size)
+        begin, end = self.edges[each, piece], self.edges[each, piece + 1]
+        first = len(self.parameters) - self.switched.shape[2]
+        switches = np.moveaxis(self.switched[each, piece], 2, 0)
+        times = begin + (end - begin) * (share - piece)
+        return times, (end - begin) * self.pieces, [*self.parameters[:first], *switches]
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
         phases = (np.arange(32) + 0.5) / 32
-        rates, terms = self.model.variation.bounds(self.parameters, self(phases), phases)
+        times, _, given = self.between_jumps(phases)
+        rates, terms = self.model.variation.bounds(given, self(phases), times)
         self.acting = terms > 0.0
         terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
@@ -393,10 +448,12 @@ class Base:
     @cached_property
     def number(self) -> np.ndarray:
         """Number of segments of a period; 0 where there are too many, and where no motion is closed."""
-        needed = np.ceil(np.maximum(self.period * self.scale + 2.0 * np.pi, STEEP * self.steepness) / TURN)
-        known = np.isfinite(needed) & (self.closed <= CLOSED)
-        at = np.searchsorted(SEGMENTS, np.where(known, needed, np.inf))
-        segments = np.array([*SEGMENTS, 0])[at]
+        longest = np.diff(self.edges, axis=1).max(axis=1)
+        angle = np.maximum(self.period * self.scale + 2.0 * np.pi, STEEP * self.steepness) * longest
+        needed, numbers = np.ceil(angle / TURN), [1, 2, 3, *SEGMENTS] if self.model.variation.has_jumps else SEGMENTS
+        known = np.isfinite(needed) & (self.closed <= CLOSED) & self.known
+        at = np.searchsorted(numbers, np.where(known, needed, np.inf))
+        segments = np.array([*numbers, 0])[at] * self.pieces
         return segments + self.even * segments % 2
 
     # -- of points of one kind
@@ -407,20 +464,22 @@ class Base:
         Beside it come the matrix of the period that begins later, and the integral of the trace.
         """
         variation, still, n = self.model.variation, bool(self.still.all()), self.sizes.shape[1]
-        half, first, h = self.even[0] and begin == 0.0, n - self.model.equations.m, self.period / steps
+        half, first, h = self.even[0] and begin == 0.0, n - variation.unknowns, self.period / steps
         phases = begin + (np.arange(steps // 2 if half else steps)[:, None] + variational.POINTS).ravel() / steps
-        factors, slopes = variation.at(self.parameters, self(phases), phases, still)
+        times, pace, given = self.between_jumps(phases)
+        h = h * pace
+        factors, slopes = variation.at(given, self(phases), times, still)
         lengths = np.array([*self.sizes.T, *(self.masses if half else [])])
         lengths[first:n] *= h if first else 1.0
         for e, (_, j) in enumerate(variation.entries[still]):
             slopes[:, e] *= h * h if j < first else h
-        weights, trace = np.tile(variational.WHOLE, phases.size // variational.STAGES), np.zeros(h.size)
+        weights, trace = np.tile(variational.WHOLE, phases.size // variational.STAGES), np.zeros(self.period.size)
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
         rows = variational.flow(*variation.kernels(still), factors, slopes, lengths, steps)
         matrices, later = with_errors(rows, n, ROUNDING)
-        return matrices, np.moveaxis(later.reshape(n, n, h.size), 2, 0), trace
+        return matrices, np.moveaxis(later.reshape(n, n, -1), 2, 0), trace
 
     def followed(self, epsilon: np.ndarray, steps: int) -> tuple[floquet.Matrices, np.ndarray]:
         """Return matrices measured from perturbed motions, what the steps left out, and what the amplitude changes.
@@ -431,9 +490,11 @@ class Base:
         n, K, code = self.sizes.shape[1], int(self.number[0]), self.model.perturbed(bool(self.still[0]))
         some, sides = K // 2 if self.even[0] else K, [1.0] if code.linear or self.mirrored[0] else [1.0, -1.0]
         phases, (directions, owner) = np.arange(some if code.is_mixed else 1) / K, code.directions
-        place, sizes = [*self(phases), self.period * phases[:, None]], self.sizes.T
+        times, pace, given = self.between_jumps(phases)
+        times = times if code.graph.equations.switches else times[:, None]
+        place, sizes = [*self(phases), self.period * times], self.sizes.T
         x = (np.reshape(sides, (-1, 1, 1, 1)) * directions[:, :, None] * sizes).reshape(-1, n, self.period.size)
-        rows, columns = code.starts(self.parameters, place, epsilon, self.period / (K * steps), x)
+        rows, columns = code.starts(given, place, epsilon, self.period * pace / (K * steps), x)
         numbers = [K, steps, code.scratch, code.perturbed["x", 0], code.perturbed["e", 0], len(sides)]
         numbers.append(code.base["E", 0])
         inverses = np.array([*1.0 / sizes, n * self.error / epsilon, *self.masses])
@@ -461,8 +522,11 @@ class Base:
         In longer steps the matrices from both phases differed by `last`.
         """
         steps = steps or 2 * (5 * int(self.number[0]) // 8 + 1)  # an even number: four for three segments
+        if has_jumps := self.model.variation.has_jumps:  # steps end there
+            steps += -steps % (5 * int(self.pieces[0]))
         flow, other, trace = self.varied(steps)
-        coarser, *_ = self.varied(4 * steps // 5, round(monodromy.ELSEWHERE * steps) / steps)
+        coarser, *_ = self.varied(4 * steps // 5, 0.0 if has_jumps else round(monodromy.ELSEWHERE * steps) / steps)
+        other = flow.matrix if has_jumps else other
         apart, noise = COARSER * floquet.largest(other - coarser.matrix), floquet.largest(flow.error)
         elsewhere, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
         flow.error[:] += apart[:, None, None]
@@ -489,7 +553,9 @@ def with_errors(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Matrice
 
 def alike(base: Base) -> Iterator[np.ndarray]:
     """Yield the numbers of points that are followed side by side: of one kind, and not too many at once."""
-    kinds = 16 * base.number + 8 * base.even + 4 * base.reciprocal + 2 * base.still + base.mirrored
+    kinds = (
+        2.0**20 * base.pieces + 16 * base.number + 8 * base.even + 4 * base.reciprocal + 2 * base.still + base.mirrored
+    )
     for key in np.unique(kinds):
         which = np.flatnonzero(kinds == key)
         size = max(1, TOGETHER // (max(1, base.number[which[0]]) * base.sizes.shape[1] ** 2))
@@ -533,17 +599,20 @@ def refusal(model, parameters) -> str:
             f"base motion: none of the system's period begins near {', '.join(labels)} (it ends at a fold while the "
             "drive is switched on, is not found, or others beside it close as well); allowed: an equilibrium at all "
             "times, one without the drive, or a start near a periodic motion"
+            + (" (beside jumps of the time, an equilibrium)" if base.model.variation.has_jumps else "")
         )
     if not bounded or is_jagged(base):
         return (
             "coefficients: they jump, have a kink or a pole, or are too fast for the period; allowed: smooth, bounded "
-            "functions of the time"
+            "functions of the time, or sign, floor, Piecewise of what crosses its jumps with a slope, or system.jump(t)"
         )
     return ""
 
 
 def is_jagged(base: Base) -> bool:
     """Return True if at none of some points the Fourier series of the coefficients at the named start falls off."""
+    if base.model.variation.has_jumps:
+        return False
     some, phases = base.chosen(slice(EXAMINED)), np.arange(FOURIER) / FOURIER
     _, slopes = some.model.variation.at(some.parameters, some.start.T[:, None], phases, False)
     terms = np.abs(np.fft.rfft(slopes, axis=0)).max(axis=1)

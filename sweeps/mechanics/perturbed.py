@@ -84,8 +84,10 @@ class PerturbedCode(Series):
         """Return whether each segment begins with functions' values anew: one segment's error is not the next one's.
 
         That is needed where functions depend on states and time at once, or the base motion moves; and of exponentials
-        of the time, which may be 0 where a period begins and are not on their way.
+        of the time, which may be 0 where a period begins and are not on their way; and where switches differ.
         """
+        if self.graph.equations.switches:
+            return True
         timed = [k for k in self.graph.slopes if self.time in self._states_of(k)]
         return not self.still or any(self._deviates(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in timed)
 

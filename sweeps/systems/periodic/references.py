@@ -6,6 +6,7 @@ shared with the generated integrators or with theory's Jacobian. Only the base m
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,11 +37,14 @@ def reference(system: "Periodic") -> Reference:
         if not T * base.scale[0] < MOST_TURNS:
             return np.nan
 
-        def both(t, y):
-            J = np.array([rates(given, y[:n] + step, t).imag / STEP for step in steps]).T
-            return np.concatenate([rates(given, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
+        def both(t, y, at):
+            J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
+            return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
 
-        y = solve_ivp(both, (0.0, T), [*x, *np.eye(n).ravel()], "DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
+        y = np.concatenate([x, np.eye(n).ravel()])
+        for ends, switches in zip(pairwise(T * base.edges[0]), base.switched[0], strict=True):  # from jump to jump
+            at = ((*given, *switches),)
+            y = solve_ivp(both, ends, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[:, -1]
         return float(np.trace(y[n:].reshape(n, n)))
 
     def of_point(point):

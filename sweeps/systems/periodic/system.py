@@ -106,7 +106,8 @@ class Periodic(Described):
 
     def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
         """Return what all periodic systems call, and what encloses functions of the time that are no plain waves."""
-        return *super().kernels_of(definition), *(SEARCH[:1] if self.mechanism.steepness.parts else ())
+        encloses = self.mechanism.steepness.parts or self.description.switches
+        return *super().kernels_of(definition), *(SEARCH[:1] if encloses else ())
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)

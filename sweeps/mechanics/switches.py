@@ -1,0 +1,93 @@
+"""Discontinuous functions of the time in expressions, and the symbols that stand for them: switches.
+
+`sign`, `floor` and the conditions of `Piecewise` are constant between jumps. With a symbol in place of each all that is
+left of an expression is smooth: |g| is sign(g) g. `sweeps.mechanics.jumps` finds when they jump.
+"""
+
+from typing import NamedTuple
+
+import sympy as sp
+
+from sweeps.schema.refusals import DescriptionError
+
+
+class Switch(NamedTuple):
+    """What is constant between jumps."""
+
+    symbol: sp.Symbol
+    value: sp.Expr  #: a function of the time, the parameters and earlier switches
+    root: sp.Expr  #: vanishes where the value jumps
+
+
+def deciding(part: sp.Expr) -> set[sp.Symbol]:
+    """Return the symbols that decide which value a discontinuous function takes."""
+    parts = [condition for _, condition in part.args] if part.func is sp.Piecewise else part.args
+    return set().union(*(e.free_symbols for e in parts))
+
+
+class Rewriting:
+    """Writes expressions with switches in place of discontinuous functions of the time; new switches are added."""
+
+    def __init__(self, time: sp.Symbol, switches: list[Switch], moving: set[sp.Symbol]):
+        self.time, self.switches, self.moving = time, switches, moving
+        self.written = {
+            sp.sign: self._sign,
+            sp.Abs: lambda g: self._sign(g) * g,
+            sp.Heaviside: lambda g, _=0: (1 + self._sign(g)) / 2,
+            sp.Max: lambda *args: self._extreme(1, *args),
+            sp.Min: lambda *args: self._extreme(-1, *args),
+            sp.Piecewise: self._cases,
+            sp.floor: self._floor,
+            sp.ceiling: lambda g: -self._floor(-g),
+            sp.Mod: lambda g, m: g - m * self._floor(g / m),
+            sp.frac: lambda g: g - self._floor(g),
+        }
+
+    def __call__(self, e: sp.Basic) -> sp.Basic:
+        """Return the rewritten expression."""
+        if not (e.free_symbols & self.moving and e.has(*self.written)):
+            return e
+        args = [self(arg) for arg in e.args]
+        return self.written.get(e.func, e.func)(*args)
+
+    def _moves(self, e):
+        return e.has(self.time, *(s.symbol for s in self.switches))
+
+    def _switch(self, value, root):
+        for known in self.switches:
+            if known.value == value:
+                return known.symbol
+        self.switches.append(Switch(sp.Symbol(f"switch {len(self.switches)}", real=True), value, root))
+        return self.switches[-1].symbol
+
+    def _sign(self, g):
+        return self._switch(sp.sign(g), g) if self._moves(g) else sp.sign(g)
+
+    def _floor(self, g):
+        return self._switch(sp.floor(g), sp.sin(sp.pi * g)) if self._moves(g) else sp.floor(g)
+
+    def _extreme(self, sense, result, *others):
+        for other in others:
+            result = (result + other + sense * self._sign(result - other) * (result - other)) / 2
+        return result
+
+    def _cases(self, *branches):
+        total, left = sp.Integer(0), sp.Integer(1)
+        for value, condition in branches:
+            here = self._holds(condition)
+            total, left = total + left * here * value, left * (1 - here)
+        if condition != sp.true:
+            raise DescriptionError(f"Piecewise: no value where not {condition}; allowed: a last case, (value, True)")
+        return total
+
+    def _holds(self, condition):
+        """Return 1 where a condition holds, else 0."""
+        if isinstance(condition, sp.And):
+            return sp.Mul(*map(self._holds, condition.args))
+        if isinstance(condition, sp.Or):
+            return 1 - sp.Mul(*(1 - self._holds(c) for c in condition.args))
+        if not self._moves(condition):
+            return sp.Piecewise((1, condition), (0, True))
+        if isinstance(condition, sp.Eq | sp.Ne):
+            return sp.Integer(isinstance(condition, sp.Ne))  # equal for a moment alone
+        return (1 + self._sign(condition.gts - condition.lts)) / 2
