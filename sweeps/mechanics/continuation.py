@@ -30,7 +30,7 @@ PHASES = 31, 63, 127, 255  # of the collocation, odd: no harmonic has a derivati
 MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the sizes;
 MAX_LAST_TAIL = 1e-2  # of the most phases, where a drive that jumps leaves some: Newton's method decides after it
 MAX_ALIAS = 1e-3  # of the drive: what a coarser collocation may overlook of it
-TOGETHER = 1 << 23  # entries of all derivatives that are worked out at once: 64 MiB
+TOGETHER = 1 << 20  # entries of all derivatives that are worked out at once: 8 MiB
 STEPS, FIRST_STEP, LARGEST_STEP, LEAST_STEP = 600, 0.05, 0.25, 1e-6  # of the curve's length in (y, s)
 FOLD_STEP = 1e-3  # no longer step passes a fold: s at the fold is then known to 1e-6
 CORRECTIONS, CORRECTED = 6, 1e-9  # Newton's steps, and the length of the last
@@ -179,15 +179,14 @@ def _follow(collocation, start, branch):
         good &= ~(turned | hidden) | (step[active] <= FOLD_STEP)
         now, after, wanted = u[active, -1] - 1.0, v[:, -1] - 1.0, folds[active] == branch[active] - 1
         crossed = np.flatnonzero(good & ~turned & wanted & (now * after <= 0.0))
-        for k in crossed:  # a straight line between both, then Newton's method at s = 1
-            w = u[active[k]] + (v[k] - u[active[k]]) * (now[k] / (now[k] - after[k]) if now[k] != after[k] else 0.0)
-            end, _, change, done = _corrected(
-                collocation, w[None], np.eye(1, size + 1, size), G0[active[[k]]], active[[k]]
-            )
-            if done[0] and change[0] <= MAX_CORRECTION * step[active[k]]:
-                y[active[k]], status[active[k]], v[k] = end[0, :-1], statuses.OK, end[0]
-            else:
-                good[k] = False
+        if crossed.size:  # a straight line between both ends, then Newton's method at s = 1
+            part = np.where(now == after, 0.0, now / (now - after))[crossed, None]
+            w = u[active[crossed]] + (v - u[active])[crossed] * part
+            row, which = np.repeat(np.eye(1, size + 1, size), crossed.size, axis=0), active[crossed]
+            ends, _, change, done = _corrected(collocation, w, row, G0[which], which)
+            done &= change <= MAX_CORRECTION * step[which]
+            y[which[done]], status[which[done]] = ends[done, :-1], statuses.OK
+            good[crossed[~done]] = False
         won = active[good]
         u[won], tangent[won] = v[good], new[good]
         folds[won] += turned[good]
@@ -207,13 +206,8 @@ def _corrected(collocation, u, row, G0, which):
     That is the length of the first correction, and whether the last one is short enough.
     """
     m, count = collocation.variation.m, collocation.phases.size
-    u, A, first, last = (
-        u.copy(),
-        np.zeros((len(u), count * m, count * m)),
-        np.full(len(u), np.nan),
-        np.full(len(u), np.inf),
-    )
-    left = np.arange(len(u))
+    u, A, left = u.copy(), np.zeros((len(u), count * m, count * m)), np.arange(len(u))
+    first, last = np.full(len(u), np.nan), np.full(len(u), np.inf)
     for turn in range(CORRECTIONS):
         G, A[left] = collocation(u[left, :-1].reshape(-1, m, count), which[left])
         G = G - (1.0 - u[left, -1:]) * G0[left]

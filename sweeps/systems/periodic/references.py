@@ -1,7 +1,8 @@
 """The trace of a described system's monodromy matrix, found again by SciPy's DOP853 on the variational equations.
 
 The equations are the description's, as SymPy writes them for NumPy, and a complex step differentiates them: nothing is
-shared with the generated integrators or with theory's Jacobian. Only the base motion's start is taken from the map.
+shared with the generated integrators or with theory's Jacobian. Only the base motion's states are taken from these, at
+the starts of segments that are so short that no large multiplier ruins the motion.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,7 +34,7 @@ def reference(system: "Periodic") -> Reference:
         from scipy.integrate import solve_ivp
 
         base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
-        T, x, steps = float(base.period[0]), base.start[0], 1j * STEP * np.eye(n)
+        T, K, steps, M = float(base.period[0]), int(base.count[0]), 1j * STEP * np.eye(n), np.eye(n)
         if not T * base.scale[0] < MOST_TURNS:
             return np.nan
 
@@ -41,11 +42,12 @@ def reference(system: "Periodic") -> Reference:
             J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
             return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
 
-        y = np.concatenate([x, np.eye(n).ravel()])
-        for ends, switches in zip(pairwise(T * base.edges[0]), base.switched[0], strict=True):  # from jump to jump
-            at = ((*given, *switches),)
-            y = solve_ivp(both, ends, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[:, -1]
-        return float(np.trace(y[n:].reshape(n, n)))
+        edges = base.edges[0] if K == 1 else np.arange(K + 1) / K  # jumps, beside which all is at rest, or segments
+        for k, times in enumerate(pairwise(T * edges)):
+            x, switches = base.nodes[0, min(k, K - 1)], base.switched[0, min(k, base.switched.shape[1] - 1)]
+            y, at = [*x, *M.ravel()], ((*given, *switches),)
+            M = solve_ivp(both, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[n:, -1].reshape(n, n)
+        return float(np.trace(M))
 
     def of_point(point):
         given = tuple(float(point[name]) for name in model.names) or (0.0,)
