@@ -33,6 +33,7 @@ MAX_ALIAS = 1e-3  # of the drive: what a coarser collocation may overlook of it
 TOGETHER = 1 << 20  # entries of all derivatives that are worked out at once: 8 MiB
 STEPS, FIRST_STEP, LARGEST_STEP, LEAST_STEP = 600, 0.05, 0.25, 1e-6  # of the curve's length in (y, s)
 FOLD_STEP = 1e-3  # no longer step passes a fold: s at the fold is then known to 1e-6
+LEAST_RISE = 1e-6  # of s along the curve at its start; below, the system resonates without the drive
 CORRECTIONS, CORRECTED = 6, 1e-9  # Newton's steps, and the length of the last
 MAX_CORRECTION, MIN_COSINE = 0.3, 0.94  # of the step; of the angle between tangents
 EASY = 0.03  # correction relative to the step, below which the next step is longer
@@ -165,7 +166,7 @@ def _follow(collocation, start, branch):
     tangent = _tangent(A, G0, tangent, weight)
     step, folds, first = np.full(points, FIRST_STEP), np.zeros(points, dtype=int), u[:, :-1].copy()
     status, tail, y = np.full(points, statuses.NOT_FOUND), np.zeros(points), np.full((points, size), np.nan)
-    active = np.flatnonzero(np.isfinite(tangent).all(axis=1) & (tangent[:, -1] > 0.0))
+    active = np.flatnonzero(np.isfinite(tangent).all(axis=1) & (tangent[:, -1] > LEAST_RISE))
     for _ in range(STEPS):
         if not active.size:
             break

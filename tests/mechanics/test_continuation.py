@@ -152,6 +152,12 @@ def test_a_driven_duffing_oscillator_is_followed_from_rest(count):
     assert compare(found, balances, force, np.zeros(count), np.ones(count, dtype=int)) >= 0.99
 
 
+def test_a_resonance_without_damping_is_no_start_of_a_curve():
+    """At w = 1 each small oscillation about rest has the period of the drive, and no fold is claimed."""
+    found = survey(duffing(), [0.1, 0.3], np.array([1.0, 1.0]), 0.0, 0)
+    assert found["status"].tolist() == [NOT_FOUND] * 2
+
+
 def test_published_multipliers_of_the_saddle_and_the_well():
     """x'' + 0.1 x' - x + x² = F sin(w t), found by other codes to the digits that are printed."""
     found = survey(helmholtz(sp.sin), [0.01, 0.06, 0.06], np.array([1.0, 0.72, 1.01]), 0.1, [0, 0, 1])
