@@ -9,7 +9,7 @@ from sweeps.figure import printing
 from sweeps.points import catalogue
 from sweeps.process import progress
 from sweeps.process.files import replaced
-from sweeps.schema.refusals import DefinitionError
+from sweeps.schema.refusals import DefinitionError, display
 
 RUN = """\
 Writes what the workflow (snakemake) writes: results/<sweep>/stability_map.nc, figures/ and report.html. After an
@@ -90,6 +90,8 @@ def _rows(planned):
     if count:
         share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
         yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
+    if definition.rows is not None and definition.rows.ignored:
+        yield "ignored", f"columns of text: {', '.join(map(display, definition.rows.ignored))}"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} per process"
     drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"

@@ -54,6 +54,7 @@ class Table:
     cached: Path  #: the file of its rows
     num: int  #: how many rows there are
     ends: tuple[tuple[float, float], ...]  #: least and greatest value of each column
+    ignored: tuple[str, ...] = ()  #: names of columns of text, which are no parameters
 
     @property
     def input(self) -> str:
@@ -103,25 +104,30 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
     path, digest = Path(opened.path), hashlib.file_digest(opened, "sha256").hexdigest()
     source = tables.opened(opened, path.suffix.lower())
-    columns = _columns(source.headings, model.parameters, grid)
-    given = {p.name: units.read(grid[p.name], p.quantity.units) for p in model.parameters if p.name in grid}
-    fixed = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
+    columns, ignored = _columns(source, model.parameters, grid)
     layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    depends = json.dumps([layout, FORMAT, digest, path.suffix, fixed])  # all that the rows depend on
+    depends = json.dumps([layout, FORMAT, digest, path.suffix])  # all that the rows depend on
     cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
     if _size(cached) is None:
         _forget_others(cached)
-        _write(cached, source, columns, fixed, model.derived)
+        _write(cached, source, columns)
     num, ends = _size(cached)
     cached.touch()
-    return Table(file, digest, tuple(c.parameter.name for c in columns), cached, num, tuple(map(tuple, ends.tolist())))
+    names = tuple(c.parameter.name for c in columns)
+    return Table(file, digest, names, cached, num, tuple(map(tuple, ends.tolist())), ignored)
 
 
-def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter], grid: Mapping) -> list[ColumnOf]:
+def _columns(
+    source: tables.Source, parameters: Sequence[Parameter], grid: Mapping
+) -> tuple[list[ColumnOf], tuple[str, ...]]:
+    """Return the columns that are parameters, in the order of these, and the names of columns of text."""
     by_name = {p.name: p for p in parameters}
     named = ", ".join(p.name + ("" if p.quantity.units == "1" else f" ({p.quantity.units})") for p in parameters)
     columns: dict[str, ColumnOf] = {}
-    for place, (name, unit) in enumerate(headings):
+    ignored = [name for place, (name, _) in enumerate(source.headings) if place in source.texts and name not in by_name]
+    for place, (name, unit) in enumerate(source.headings):
+        if name in ignored:
+            continue
         value = display(name)
         if name not in by_name:
             raise refusal("", value, "is no column that is known" + hint(name, by_name), f"the columns {named}")
@@ -133,13 +139,15 @@ def _columns(headings: Sequence[tuple[str, str]], parameters: Sequence[Parameter
         if factor is None:
             raise refusal(name, display(unit), "is a unit that is not known", units.allowed(wanted))
         columns[name] = ColumnOf(place, by_name[name], factor)
-    return [columns[name] for name in by_name if name in columns]
+    if not columns:
+        raise refusal("", display(source.name), "has no column of a parameter", f"the columns {named}")
+    return [columns[name] for name in by_name if name in columns], tuple(ignored)
 
 
 # -- rows that are checked
 
 
-def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fixed: Mapping, derived: Any) -> None:
+def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf]) -> None:
     """Read, check and keep all rows; leave nothing where one is refused."""
     machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
@@ -150,7 +158,6 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], fix
             num, by_column = len(rows), np.ascontiguousarray(values.T) * [[column.factor] for column in columns]
             for column, column_values in zip(columns, by_column, strict=True):
                 _check_column(column, column_values, num)
-            _check_existence(derived, {**fixed, **dict(zip(names, by_column, strict=True))}, names, num)
             rows.resize(num + len(values), axis=0)
             rows[num:] = by_column.T
             ends.append([by_column.min(axis=1), by_column.max(axis=1)])
@@ -188,14 +195,3 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
         row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
         raise refusal(column.parameter.name, value, "is out of range", what)
-
-
-def _check_existence(derived: Any, columns: Mapping[str, Any], names: Sequence[str], before: int) -> None:
-    impossible = derived.impossible(columns) if derived else None
-    if impossible is not None and np.ndim(impossible) and impossible.any():
-        row = int(np.argmax(impossible))
-        seen = {name: float(np.broadcast_to(columns[name], impossible.shape)[row]) for name in names}
-        value = ", ".join(f"{name} {x:.6g}" for name, x in seen.items())
-        value = f"row {before + row + 1:,} ({value})"
-        wrong = "is not a possible body: one moment is above the sum of the others"
-        raise refusal("", value, wrong, "moments of possible bodies")

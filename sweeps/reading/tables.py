@@ -50,6 +50,11 @@ def opened(file: FileBytes, suffix: str) -> "Source":
     return source
 
 
+def _is_text(value: str) -> bool:
+    """Return True for a value of a CSV file in which no digit is, and which is neither missing nor a truth value."""
+    return value.strip().lower() not in ("", "true", "false", "nan") and not any(map(str.isdigit, value))
+
+
 class Source:
     """A file of columns."""
 
@@ -57,6 +62,7 @@ class Source:
 
     def __init__(self, file: FileBytes):
         self._file, self.name = file, file.name.rpartition("/")[2]
+        self.texts: set[int] = set()  #: numbers of the columns of text
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
@@ -127,6 +133,8 @@ class _Csv(Source):
             raise refusal("", display(self.name), "has no first line of names", "names of columns in the first line")
         self.headings = [heading(name) for name in names]
         self._spare = [str(place) for place in range(len(names), width)]
+        pairs = enumerate(zip(self.headings, first, strict=False))
+        self.texts = {place for place, ((name, _), value) in pairs if name.lower() == "name" or _is_text(value)}
 
     def _line(self, number: int) -> bytes:
         lines = self._file.read_at(0, min(self._file.size, 2 * LONGEST_LINE + 2)).splitlines()
@@ -172,6 +180,9 @@ class _Csv(Source):
 
         order = [str(place) for place in places]
         number = 0
+        if self.texts - {*places}:
+            yield from self._numbers_beside_text(order)
+            return
         if any(map(TRUTH_VALUE.search, self._blocks())):  # pandas reads a column of true and false as 1 and 0
             raise self._text(0)
         try:
@@ -188,6 +199,24 @@ class _Csv(Source):
             raise refusal("", display(self.name), "is not UTF-8 text", "a CSV file in UTF-8") from None
         except ValueError:
             raise self._text(number) from None
+
+    def _numbers_beside_text(self, order: list[str]) -> Iterator[np.ndarray]:
+        """Yield some columns of a file that has columns of text as well."""
+        import pandas as pd
+
+        first = 1
+        for part in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS):
+            values = part[order]
+            if not isinstance(part.index, pd.RangeIndex) or part[self._spare].notna().any(axis=None):
+                raise refusal("", display(self.name), "has more values in a row than names", "as many")
+            is_text = (values.apply(pd.to_numeric, errors="coerce").isna() & values.notna()).to_numpy()
+            if is_text.any():
+                row, at = map(int, np.argwhere(is_text)[0])
+                value = f"row {first + row:,} ({display(str(values.iat[row, at]))})"
+                column = self.headings[int(order[at])][0]
+                raise refusal(column, value, "is no number", "a number in every row, with a decimal point")
+            yield values.astype("f8").to_numpy()
+            first += len(part)
 
     def _stream(self) -> FileBytes:
         self._file.seek(0)
@@ -231,8 +260,9 @@ class _Parquet(Source):
             reason = answer["refused"] if answer else "reading it failed, or took too much"
             raise refusal("", display(self.name), "is no Parquet file", reason)
         self.headings = [heading(name) for name in answer["names"]]
-        for (name, _), kind in zip(self.headings, answer["kinds"], strict=True):
-            if kind:
+        self.texts = {k for k, kind in enumerate(answer["kinds"]) if "string" in kind}
+        for k, ((name, _), kind) in enumerate(zip(self.headings, answer["kinds"], strict=True)):
+            if kind and k not in self.texts:
                 raise refusal(name, display(kind), "is no type of numbers", "numbers in every row")
         self._rows = answer["rows"]
 

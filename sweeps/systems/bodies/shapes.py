@@ -25,7 +25,7 @@ from kernels.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, Strict, entry, key, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
-from sweeps.systems.bodies.variables import LEAST, MOMENTS, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
+from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
 POSSIBLE = "moments each at most the sum of the other two"
 
@@ -99,10 +99,6 @@ class _Ratios:
         """Return I1 or I2, in the unit of I3."""
         ratio, greatest = values["I1_over_I3"], values["I3"]
         return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["thickness"])) * greatest
-
-    def impossible(self, columns: Mapping[str, Any]) -> np.ndarray | None:
-        """Return where one moment is above the sum of the others."""
-        return triangle_margin(*(columns[n] for n in MOMENTS)) < 0 if {*MOMENTS} <= set(columns) else None
 
 
 def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1") -> tuple[float, float]:
