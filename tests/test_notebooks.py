@@ -1,5 +1,6 @@
 """The notebooks, executed from the top as a reader would, by a kernel of their own."""
 
+import json
 import os
 from pathlib import Path
 
@@ -18,6 +19,15 @@ def executed(name, folder):
         notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     ).execute()
     return [str(cell.get("outputs", "")) for cell in notebook.cells]
+
+
+def test_maps_of_regimes_are_drawn_by_the_public_function():
+    """An array's own `plot` colours impossible bodies like the others."""
+    code = [
+        "".join(cell["source"]) for cell in json.loads((ROOT / "sweeps/notebooks/first_map.ipynb").read_text())["cells"]
+    ]
+    assert sum("sweeps.plot.stability(brick, axis=2)" in source for source in code) == 1
+    assert not any("regime.squeeze().plot(" in source for source in code)
 
 
 @pytest.mark.slow

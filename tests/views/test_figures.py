@@ -281,6 +281,33 @@ def test_hatched_cells_cannot_exist(racket, stability, axis):
     assert 0 < inside.sum() < inside.size
 
 
+@pytest.mark.parametrize(
+    "grid",
+    [
+        {"I1": {"start": 2.0, "stop": 9.0, "num": 12}, "I2": {"start": 2.0, "stop": 16.0, "num": 12}, "I3": 13.0},
+        {"I1": {"start": 0.5, "stop": 9.0, "num": 12}, "I2": 3.0, "I3": {"start": 1.0, "stop": 16.0, "num": 12}},
+        {"I1": 1.0, "I2": {"start": 0.1, "stop": 3.0, "num": 12}, "I3": {"start": 0.1, "stop": 3.0, "num": 12}},
+        {"I1": {"start": 0.1, "stop": 90.0, "num": 12, "spacing": "log"}, "I2": [1.0, 2.0, 3.0], "I3": 5.0},
+        {"I1": [1.0, 2.0, 3.0], "I2": [1.0, 2.0, 3.0], "I3": 9.0},  # none is possible
+    ],
+)
+def test_a_cell_that_cannot_exist_is_blank_in_the_public_picture(grid):
+    ds = sweeps.survey({"axes": [2], "grid": grid | {"omega0": 1.0}})
+    ax = sweeps.plot.stability(ds, axis=2)
+    blank = [part for part in ax.collections if part.get_gid() == "impossible"]
+    assert all((part.get_facecolor() == 1.0).all() for part in blank)  # white, and nothing shines through
+    (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
+    assert all(part.get_zorder() >= mesh.get_zorder() for part in blank)
+    x, y = (name for name in ("I1", "I2", "I3") if ds.sizes.get(name, 1) > 1)
+    margin = ds.triangle_margin.squeeze().transpose(y, x).values
+    points = np.column_stack([values.ravel() for values in np.meshgrid(ds[x], ds[y])])
+    paths = [path for part in blank for path in part.get_paths()]
+    inside = np.any([path.contains_points(points) for path in paths], axis=0).reshape(margin.shape)
+    assert inside[margin < 0].all()
+    assert not inside[margin > 0].any()
+    assert (margin < 0).any()
+
+
 @pytest.mark.parametrize("axis", [1, 2, 3])
 @pytest.mark.parametrize("shown", [("I1", "I2"), ("I1", "I3"), ("I2", "I3")])
 def test_boundaries_are_where_theory_changes_sign(axis, shown):

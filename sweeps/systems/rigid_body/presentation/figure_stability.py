@@ -182,7 +182,7 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
         return
     at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
-    look = {"facecolor": ("white", 0.55), "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////", "gid": "impossible"}
+    look = {"facecolor": "white", "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////", "gid": "impossible"}
     label = "impossible: one moment exceeds the sum of the others"
     for edge, end in ((low, y[0]), (high, y[-1])):
         ax.fill_between(at, edge, end, label=label, **look)
