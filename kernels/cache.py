@@ -22,6 +22,7 @@ from pathlib import Path
 from kernels.fingerprint import home, is_safe, machine, replace, stamp
 
 CHECKSUM = 32  # bytes
+PROBE = 1 << 16  # bytes that are written to see whether a kernel could be kept: as many as a small one has
 
 
 def cache_folder() -> Path:
@@ -33,19 +34,41 @@ def cache_folder() -> Path:
     return _folder(os.environ.get("NUMBA_CACHE_DIR", ""), home(), Path(__file__).resolve().parent)
 
 
+def why_unkept() -> str:
+    """Return why nothing that is compiled can be kept for another process; the empty string if it can."""
+    folder = cache_folder()
+    bases = _bases(os.environ.get("NUMBA_CACHE_DIR", ""), home())
+    if folder.parent not in bases:  # it is this process's own
+        try:
+            bases[0].mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            return f"{bases[0]}: {error.strerror}"
+        return f"{bases[0]}: belongs to another user, or cannot be written"
+    try:
+        replace(folder / ".probe", bytes(PROBE))
+        (folder / ".probe").unlink(missing_ok=True)
+    except OSError as error:
+        return f"{folder}: {error.strerror}"
+    return ""
+
+
+def _bases(setting: str, user: Path) -> list[Path]:
+    """Return the folders in which one for compiled kernels is looked for, in this order."""
+    given = [Path(os.path.abspath(setting))] if setting else []
+    return [*given, user, Path(tempfile.gettempdir()) / "polhode"]
+
+
 @cache
 def _folder(setting: str, user: Path, checkout: Path) -> Path:
     name = f"{machine()[:16]}-{hashlib.sha256(str(checkout).encode()).hexdigest()[:8]}"
-    given = Path(os.path.abspath(setting)) if setting else None
-    for base in (given, user, Path(tempfile.gettempdir()) / "polhode"):
-        if base is None:
-            continue
+    bases = _bases(setting, user)
+    for base in bases:
         folder = base / name
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError:
             continue
-        if is_safe(folder) and (base is given or is_safe(base)):
+        if is_safe(folder) and ((setting and base is bases[0]) or is_safe(base)):
             return folder
     folder = Path(tempfile.mkdtemp(prefix="polhode-")) / name
     folder.mkdir()

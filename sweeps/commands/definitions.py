@@ -78,6 +78,7 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
+    from kernels.cache import why_unkept
     from sweeps.points.estimate import PAGE_BYTES, estimate, impossible, in_words, lacking, span
 
     grid, definition = planned.sweep.grid, planned.sweep.definition
@@ -96,7 +97,8 @@ def _rows(planned):
     yield "memory", f"about {in_words(needs.memory_bytes)} per process"
     drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"
     yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {drawn}"
-    compiled = f" and {span(needs.compile_seconds)} of compiling, once" if needs.compile_seconds else ""
+    how_often = "each time" if needs.compile_seconds and why_unkept() else "once"
+    compiled = f" and {span(needs.compile_seconds)} of compiling, {how_often}" if needs.compile_seconds else ""
     parts = f"figures and report included; {span(needs.seconds)} of it integration{compiled}"
     yield "time", f"about {span(needs.wait_seconds)} on one core, {parts}"
     for line in planned.sweep.system.proofs(grid):
@@ -139,11 +141,14 @@ def add_compile(commands) -> None:
 
 
 def _compile(args):
+    from kernels.cache import why_unkept
     from sweeps import systems
     from sweeps.points import compile
     from sweeps.points.loading import read
 
     sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
+    if why := why_unkept():
+        raise DefinitionError(f"compile: {compile.unkept(why)}")
     compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])
 
 

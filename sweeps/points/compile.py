@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from kernels import jit
-from kernels.cache import cache_folder
+from kernels.cache import cache_folder, why_unkept
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine, progress
@@ -45,13 +45,20 @@ def missing(kernels: Iterable[Kernel]) -> list[Kernel]:
 def seconds(kernels: Iterable[Kernel]) -> float:
     """Return how long it takes to compile those of the kernels that are missing, s, about."""
     taken = sum(kernel.seconds for kernel in missing(kernels))
-    return taken * SHARED if machine.cores() > 1 else taken
+    return taken * SHARED if taken and machine.cores() > 1 and not why_unkept() else taken
 
 
 def announced(sweep: Sweep) -> str:
     """Return a line about what is compiled for a sweep, and how long that takes; empty where nothing is missing."""
-    left = seconds(sweep.system.kernels_of(sweep.definition))
-    return f"compiling the kernels of {sweep.system.name}, once per machine, about {left:.0f} s" if left else ""
+    left, line = seconds(sweep.system.kernels_of(sweep.definition)), f"compiling the kernels of {sweep.system.name}"
+    if left and (why := why_unkept()):
+        return f"{line}, about {left:.0f} s: {unkept(why)}"
+    return f"{line}, once per machine, about {left:.0f} s" if left else ""
+
+
+def unkept(why: str) -> str:
+    """Return the message about kernels that cannot be kept."""
+    return f"they cannot be kept ({why}), and every process compiles them again; allowed: a folder in NUMBA_CACHE_DIR"
 
 
 def compile_kernels(kernels: Iterable[Kernel]) -> None:
@@ -62,7 +69,7 @@ def compile_kernels(kernels: Iterable[Kernel]) -> None:
         RuntimeError: where a kernel cannot be compiled.
     """
     kernels = list(kernels)
-    if not missing(kernels):
+    if not missing(kernels) or why_unkept():  # what is compiled by another process would be lost
         return
     with _alone():
         if left := missing(kernels):

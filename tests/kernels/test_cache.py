@@ -1,5 +1,6 @@
 """The cache of kernels, filled by processes of their own: stale and damaged code is found."""
 
+import errno
 import os
 import shutil
 import signal
@@ -302,6 +303,26 @@ def test_a_cache_of_somebody_elses_is_not_used(home, tmp_path, monkeypatch):
     assert folder.parent.name.startswith("polhode-")
     assert folder.name == ours.name
     assert folder.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_in_which_nothing_can_be_kept_says_why(home, tmp_path, monkeypatch):
+    assert cache.why_unkept() == ""
+    assert not list(cache.cache_folder().iterdir())
+    for number in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO):
+
+        def refuse(path, content, number=number):
+            raise OSError(number, os.strerror(number))
+
+        with monkeypatch.context() as patch:
+            patch.setattr(cache, "replace", refuse)
+            assert cache.why_unkept() == f"{cache.cache_folder()}: {os.strerror(number)}"
+    uid = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: uid + 1)  # everything belongs to somebody else
+    cache._folder.cache_clear()
+    assert cache.why_unkept() == f"{home / 'polhode'}: belongs to another user, or cannot be written"
+    shutil.rmtree(home)
+    home.write_text("a file stands where the folder should")
+    assert cache.why_unkept() == f"{home / 'polhode'}: {os.strerror(errno.ENOTDIR)}"
 
 
 def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):

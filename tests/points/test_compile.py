@@ -13,11 +13,11 @@ from pathlib import Path
 import psutil
 import pytest
 import rich.console
-from calls import python
+from calls import python, refused, said
 
-from kernels import fingerprint
+from kernels import cache, fingerprint
 from sweeps import systems
-from sweeps.points import columns, compile
+from sweeps.points import catalogue, columns, compile
 from sweeps.points.loading import read
 from sweeps.process import progress
 from sweeps.systems.system import Kernel
@@ -41,6 +41,23 @@ def test_what_is_missing_is_compiled_once(compiled):
     compile.compile_kernels([ONE, OTHER, LAST])
     compile.compile_kernels([ONE, OTHER, LAST])
     assert compiled == [[ONE, LAST], [OTHER]]
+
+
+@pytest.mark.parametrize("definition", ["tiny", "symmetric", "rackets", "pendulum", "mathieu"])
+def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, definition, monkeypatch, capsys):
+    sweep = read(catalogue.resolve(definition))
+    alone = sum(kernel.seconds for kernel in compile.missing(sweep.system.kernels_of(sweep.definition)))
+    assert "once per machine" in compile.announced(sweep)
+    monkeypatch.setattr(compile, "why_unkept", lambda: "/home/cache: Permission denied")
+    line = compile.announced(sweep)
+    assert "they cannot be kept (/home/cache: Permission denied)" in line
+    assert f"about {alone:.0f} s: " in line  # by this process, and no other beside it
+    assert "once" not in line
+    compile.compile_kernels(sweep.system.kernels_of(sweep.definition))
+    assert compiled == []
+    monkeypatch.setattr(cache, "why_unkept", lambda: "/home/cache: Permission denied")
+    assert "compile: they cannot be kept (/home/cache: Permission denied)" in refused(capsys, "compile", definition)
+    assert "of compiling, each time" in " ".join(said(capsys, "check", definition).split())
 
 
 @pytest.mark.parametrize("said", [b"", b"another stamp", b"\xff"])
