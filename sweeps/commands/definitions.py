@@ -1,6 +1,7 @@
 """Commands that take a definition: check, run, compile, shard, merge, schema."""
 
 import json
+import math
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def _rows(planned):
     yield "definition", f"{planned.path}: valid"
     yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
-    yield "points", f"{needs.points:,} = {dimensions}"
+    yield "points", f"{planned.sweep.counted.replace(' points', '', 1)} = {dimensions}"
     count, counted = impossible(planned.sweep)
     if count:
         share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
@@ -175,7 +176,8 @@ def _shard(args):
     if args.threads < 1:
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
-    with progress.points(stop - start, f"shard {args.number} of {args.count}") as advance:
+    each = math.prod(sweep.each.values())
+    with progress.points(stop - start, f"shard {args.number} of {args.count}", each) as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)
 
 

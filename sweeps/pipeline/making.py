@@ -53,4 +53,4 @@ def _intention(planned: catalogue.Plan, results: Path) -> str:
 
     needs, sweep = estimate(planned.sweep), planned.sweep
     time = f"about {span(needs.wait_seconds)} on one core, up to {in_words(needs.disk_bytes)} of disk"
-    return f"{sweep.name}: {needs.points:,} points of {sweep.definition.system}, {time} → {results / sweep.name}"
+    return f"{sweep.name}: {sweep.counted} of {sweep.definition.system}, {time} → {results / sweep.name}"

@@ -4,6 +4,7 @@ What is finished stays and is not made again: a shard or a map of the same defin
 and a report that are younger than their map.
 """
 
+import math
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -100,7 +101,7 @@ def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
     shards = merging.files(path.with_name("shards"), count)
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count == len(missing) == 1:
-        with progress.points(sweep.grid.size, sweep.name) as advance:
+        with progress.points(sweep.grid.size, sweep.name, math.prod(sweep.each.values())) as advance:
             merging.measure_whole(sweep, path, workers, advance)
     else:
         _write(sweep, shards, missing, workers)
@@ -115,7 +116,7 @@ def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -
         progress.say(f"{done} of {count} shards exist already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
     try:
-        with progress.points(points, sweep.name) as advance:
+        with progress.points(points, sweep.name, math.prod(sweep.each.values())) as advance:
             for k in missing:
                 write_shard(sweep, k, count, shards[k - 1], workers, advance)
                 done += 1

@@ -26,7 +26,10 @@ def shipped() -> dict[str, Path]:
 
 
 class Content(NamedTuple):
-    """The name of the system, the number of points and the title of a shipped definition."""
+    """The name of the system, the number of points and the title of a shipped definition.
+
+    Equilibria, modes and eigenvalues are not counted: each point has all of them.
+    """
 
     system: str
     points: int
@@ -43,8 +46,8 @@ def contents() -> dict[str, Content]:
 
 def _points(values: Mapping) -> int:
     numbers = [_count(entry) for entry in values.get("grid", {}).values()] + [len(values.get("bodies", "1"))]
-    spun = values.get("system", DEFAULT_SYSTEM) == DEFAULT_SYSTEM
-    return math.prod(numbers) * (len(values.get("axes", (1, 2, 3))) if spun else 1)
+    axes = (1, 2, 3) if values.get("system", DEFAULT_SYSTEM) == DEFAULT_SYSTEM else (1,)
+    return math.prod(numbers) * len(values.get("axes", axes))
 
 
 def _count(entry: object) -> int:

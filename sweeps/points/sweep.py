@@ -206,6 +206,19 @@ class Sweep:
         worthwhile = size * self.system.cost(definition).samples // (self.system.samples_per_second * SHARD_SECONDS)
         return max(1, min(worthwhile, size, MAX_SHARDS))
 
+    @property
+    def each(self) -> dict[str, int]:
+        """Dimension → length of what each point has several of: equilibria, and modes or eigenvalues."""
+        sizes = zip(self.grid.dims, self.grid.shape, strict=True)
+        return {dim: n for dim, n in sizes if n > 1 and dim in self.system.several}
+
+    @property
+    def counted(self) -> str:
+        """The number of points, and what each has several of, in words: "25,680 points (4 eigenvalues each)"."""
+        each = [f"{n} {self.system.several[dim]}" for dim, n in self.each.items()]
+        points = f"{self.grid.size // math.prod(self.each.values()):,} points"
+        return f"{points} ({' and '.join(each)} each)" if each else points
+
     def shape_at(self, name: str) -> tuple[int, ...]:
         """Return the shape of a variable's value at one point: () without further dimensions."""
         return tuple(self.grid.further[dim].size for dim in self.variables[name].over)

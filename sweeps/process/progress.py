@@ -61,28 +61,28 @@ class _Speed(ProgressColumn):
 
 
 @contextmanager
-def points(total: int, label: str) -> Iterator[Callable[[int], None]]:
-    """Yield a function that takes the number of points just done, and report progress on the error stream."""
+def points(total: int, label: str, each: int = 1) -> Iterator[Callable[[int], None]]:
+    """Yield a function that takes the number of values just done, `each` a point, and report progress in points."""
     console = Console(stderr=True)
     if console.is_terminal and not _is_silent.get():
-        with _bar(console, total, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
-            yield advance
+        with _bar(console, total / each, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
+            yield lambda values: advance(values / each)
     else:
-        yield _lines(total, label)
+        yield _lines(total, label, each)
 
 
-def _lines(total: int, label: str) -> Callable[[int], None]:
+def _lines(total: int, label: str, each: int) -> Callable[[int], None]:
     begun = said = time.monotonic()
     done = 0
 
-    def advance(points_done: int) -> None:
+    def advance(values_done: int) -> None:
         nonlocal done, said
-        done += points_done
+        done += values_done
         now = time.monotonic()
         if done >= total or now - said >= SECONDS_BETWEEN_LINES:
-            said, speed = now, done / max(now - begun, 1e-9)
-            left = (total - done) / speed
-            say(f"{label}: {done:,} of {total:,} points, {speed:,.0f} points/s, {left:,.0f} s left")
+            said, speed = now, done / each / max(now - begun, 1e-9)
+            left = (total - done) / each / speed
+            say(f"{label}: {done // each:,} of {total // each:,} points, {speed:,.0f} points/s, {left:,.0f} s left")
 
     return advance
 
@@ -100,7 +100,7 @@ def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def _bar(console: Console, total: int, label: str, *columns: ProgressColumn) -> Iterator[Callable[[int], None]]:
+def _bar(console: Console, total: float, label: str, *columns: ProgressColumn) -> Iterator[Callable[[float], None]]:
     with Progress(TextColumn(label), BarColumn(), *columns, console=console) as bar:
         task = bar.add_task(label, total=total)
         yield lambda done: bar.advance(task, done)

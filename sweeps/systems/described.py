@@ -56,6 +56,7 @@ class Described(Dynamics):
     base_model: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
     #: name of a variable or coordinate by which a map of this kind is known; "" for a map of no other kind.
     marker: ClassVar[str] = ""
+    several: Mapping[str, str] = {"equilibrium": "equilibria"}
     literature: ClassVar[str]  #: where the theory stands, if the description does not say it
     shown: ClassVar[str]  #: what its map shows
 

@@ -96,6 +96,8 @@ class Dynamics(ABC):
     #: names of the arguments that decide whether a point is physically possible; () where all points are.
     existence: tuple[str, ...] = ()
     spectrum: tuple[str, ...] = ()  #: dimensions along which one point has all its modes or eigenvalues
+    #: dimensions along which one point has all its equilibria, modes or eigenvalues → these in words
+    several: Mapping[str, str] = {}
     compiled: tuple[Kernel, ...] = ()  #: what :meth:`columns` calls of them, some for some definitions only
     tables: ModuleType  #: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT
     #: key of a definition, or of one of its bodies → name of the system that reads such definitions.

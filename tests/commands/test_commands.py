@@ -1,6 +1,7 @@
 """Each command as a person types it: what it prints, what it writes, how it refuses."""
 
 import json
+import math
 import shutil
 import subprocess
 import tomllib
@@ -19,6 +20,9 @@ import sweeps
 from sweeps import systems
 from sweeps.__main__ import command, main
 from sweeps.maps import storage
+from sweeps.pipeline import making
+from sweeps.points import catalogue
+from sweeps.process import progress
 from sweeps.schema.refusals import MapError
 
 
@@ -127,6 +131,31 @@ def test_show_as_json_is_the_same(path, capsys):
         assert facts["counts"]["regime"]["unstable"] == int((ds.regime == 2).sum())
         worst = facts["checks"]["energy_drift"]
         assert worst["value"] == float(ds.energy_drift.max()) == float(ds.energy_drift.sel(worst["at"]))
+
+
+COUNTED = {
+    "gyrostat": "50,176 points (2 eigenvalues each)",
+    "sleeping_top": "25,680 points (4 eigenvalues each)",
+    "double_pendulum": "1,600 points (4 equilibria and 2 modes each)",
+    "pendulum": "6,400 points (2 equilibria each)",
+    "mathieu": "101,136 points",
+    "pumped_shapes": "119,400 points",
+    "tiny": "864 points",
+}
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_list_check_and_run_count_the_same_points(name, capsys):
+    planned = catalogue.plan(catalogue.resolve(name), anywhere=True, check=False)
+    assert planned.sweep.counted == COUNTED[name]
+    assert f"{catalogue.contents()[name].points:,} points" == COUNTED[name].split(" (")[0]
+    assert making._intention(planned, Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
+    number, each = COUNTED[name].split()[0], math.prod(planned.sweep.each.values())
+    assert f"points      {COUNTED[name].replace(' points', '')} = " in said(capsys, "check", name)
+    total = planned.sweep.grid.size
+    with progress.points(total, name, each) as advance:
+        advance(total)
+    assert capsys.readouterr().err.startswith(f"{name}: {number} of {number} points, ")
 
 
 def test_show_takes_maps_of_other_systems(path, capsys):

@@ -79,6 +79,7 @@ class Oscillator(Described):
     base_model = OscillatorDefinition
     tables = tables
     spectrum = ("mode",)
+    several: Mapping[str, str] = {**Described.several, "mode": "modes"}
     literature = "Landau and Lifshitz, Mechanics, section 23"
     shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"
 

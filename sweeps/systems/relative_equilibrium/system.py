@@ -71,6 +71,7 @@ class RelativeEquilibrium(Described):
     tables = tables
     marker = "eigenvalue"
     spectrum = ("eigenvalue",)
+    several: Mapping[str, str] = {**Described.several, "eigenvalue": "eigenvalues"}
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
     shown = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
 
