@@ -38,7 +38,7 @@ CORRECTIONS, CORRECTED = 6, 1e-9  # Newton's steps, and the length of the last
 MAX_CORRECTION, MIN_COSINE = 0.3, 0.94  # of the step; of the angle between tangents
 EASY = 0.03  # correction relative to the step, below which the next step is longer
 MAX_AMPLITUDE = 8.0  # of the drive, beyond which no further branch is looked for
-MAX_DISTANCE = 8.0  # sizes from the named place, beyond which the search ends
+MAX_DISTANCE = 64.0  # sizes from the named place, beyond which the search ends
 NEAR = 0.1  # sizes: a place is an equilibrium without the drive if one is estimated to be as near as this,
 DRIVEN = 2.0  # or if the mean force is at most so many times what varies with the time
 

@@ -13,11 +13,11 @@ HARMONICS, ORDERS = 41, np.arange(1, 42)
 CURVE_STEP = 0.02  # of harmonic balance, in coefficients and force
 
 
-def driven(potential, damping, names, shape=sp.cos):
+def driven(potential, damping, names, shape=sp.cos, size=1):
     """Return x'' + c x' + V'(x) = F cos(w t), with names → (place, branch)."""
     system = System("Driven oscillator")
     F, w = system.parameter("force", default=0.05), system.parameter("w", default=1.0, positive=True)
-    c, x = system.parameter("damping", default=damping), system.coordinate("x", bounds=(-2, 2), size=1)
+    c, x = system.parameter("damping", default=damping), system.coordinate("x", bounds=(-2, 2), size=size)
     v = system.velocity(x)
     system.kinetic_energy(v**2 / 2)
     system.potential(potential(x))
@@ -33,8 +33,9 @@ def helmholtz(shape=sp.cos):
     return Model(driven(lambda x: x**3 / 3 - x**2 / 2, 0.1, {"saddle": (0, 1), "well": (1, 1)}, shape))
 
 
-def duffing():
-    return Model(driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, {"rest": (0, 1), "middle": (0, 2), "upper": (0, 3)}))
+def duffing(size=1):
+    names = {"rest": (0, 1), "middle": (0, 2), "upper": (0, 3)}
+    return Model(driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, names, size=size))
 
 
 def survey(model, force, w, damping, name):
@@ -143,11 +144,14 @@ def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count
     assert (found["base_residual"][found["status"] == OK] < 1e-12).all()
 
 
-@pytest.mark.parametrize("count", [4, pytest.param(300, marks=pytest.mark.slow)])
-def test_a_driven_duffing_oscillator_is_followed_from_rest(count):
+@pytest.mark.parametrize(
+    ("count", "size"),
+    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(300, 1), (60, 0.1), (60, 10)])],
+)
+def test_a_driven_duffing_oscillator_is_followed_from_rest(count, size):
     rng = np.random.default_rng(4)
     force, w, c = rng.uniform(0.01, 1.0, count), rng.uniform(0.3, 1.6, count), rng.uniform(0.05, 0.3, count)
-    found = survey(duffing(), force, w, c, 0)
+    found = survey(duffing(size), force, w, c, 0)
     balances = [Balance((1.0, 0.0, 1.0), *pair) for pair in zip(c, w, strict=True)]
     assert compare(found, balances, force, np.zeros(count), np.ones(count, dtype=int)) >= 0.99
 
