@@ -157,6 +157,11 @@ def twin_swings():
     return of_coordinates(2, build, period=sp.pi, depth=0.5)
 
 
+def pairs(count):
+    """Equal oscillators as states of first order, of which nothing is said to be conserved."""
+    return of_states(2 * count, lambda x, k: [*x[count:], *(-k * y - y**3 for y in x[:count])], k=1.0)
+
+
 def growth_of_mathieu(depth, constant=0.0, drag=0.0):
     """Return the growth over π of x'' + drag x' + (constant + 2 depth cos 2t) x = 0, by SciPy."""
 
@@ -320,6 +325,8 @@ OWN = {
     "trap": (trap, {"depth": DEPTHS}, of_trap),
     "trap in space": (lambda: trap(3), {"depth": DEPTHS}, of_trap),
     "twin swings": (twin_swings, {"depth": [0.05, 0.1, 0.15, 0.3, 0.6]}, of_swings),
+    "two pairs": (lambda: pairs(2), {"k": SIGNS}, lambda k: SOUND if k > 0 else GROWS),
+    "three pairs": (lambda: pairs(3), {"k": SIGNS}, lambda k: SOUND if k > 0 else GROWS),
     "Ziegler": (lambda: ziegler("coordinates"), {"P": LOADS}, of_ziegler),
     "Ziegler, states": (lambda: ziegler("states"), {"P": LOADS}, of_ziegler),
     "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),

@@ -100,6 +100,11 @@ class Variation:
         self.entries = {still: tuple(map(tuple, np.argwhere(both | (not still)).tolist())) for still in (True, False)}
         self._moving = self._written([*slopes, *masses, *(e.diff(q) for e in masses for q in equations.q), *forces])
         self._terms = self._written([magnitude(e) for e in slopes])
+        moving, numbers = (phase, *equations.switches), np.ndindex(slopes.shape)
+        pulses = [(e, entry) for e, entry in zip(slopes, numbers, strict=True) if e.has(*moving)]
+        pulses = [(f, entry) for e, entry in pulses for f in factors([e], (*equations.states, *moving))]
+        self._pulses = lambdified(equations.parameters, [f for f, _ in pulses]), [entry for _, entry in pulses]
+        self._coupled = np.reshape([e != 0 for e in masses], (self.m, -1))
         signed = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.odd = all(sp.expand(e + sign * e.subs(turned)) == 0 for e, sign in signed)  # the same from the other side
 
@@ -138,6 +143,15 @@ class Variation:
         bent = [[[next(values) for _ in m] for _ in m] for _ in m]
         rates = [rate for (rate,) in divided(a, [[force] for force in values])]
         return J, a, [[sum(row[j][k] * rates[j] for j in m) for k in m] for row in bent], rates
+
+    def acting(self, parameters, terms) -> np.ndarray:
+        """Return which states act on which, (points, n, n): by `terms` of `bounds`, and by pulses that these miss."""
+        acting, m = terms > 0.0, self.m
+        function, entries = self._pulses
+        for factor, (i, j) in zip(function(*parameters), entries, strict=True):
+            acting[:, i - m, j] |= factor != 0.0
+        acting[:, -m:, -m:] |= self._coupled if self.second else False
+        return acting
 
     def _separated(self, slopes, masses):
         """Return functions of the phase and, for each, slopes and masses in the parameters; None if they are no sums.
@@ -313,7 +327,7 @@ class Base:
         phases = (np.arange(32) + 0.5) / 32
         times, _, given = self.between_jumps(phases)
         rates, terms = self.model.variation.bounds(given, self(phases), times)
-        self.acting = terms > 0.0
+        self.acting = self.model.variation.acting(self.parameters, terms)
         terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:

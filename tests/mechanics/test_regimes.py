@@ -21,6 +21,7 @@ QUICK = {
     "charge",
     "partly damped",
     "rough",
+    "two pairs",
     "bearing, coordinates",
     "bearing, states",
 }
@@ -43,6 +44,21 @@ def test_what_linear_theory_leaves_open_stays_marginal(name):
 
 
 SHIPPED = [*relative.RANGES, *("asymmetric_shaft", "kapitza_pendulum", "mathieu", "parametric_double_pendulum")]
+
+
+@pytest.mark.parametrize("pulse", [0.0, 1e-3])
+def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
+    """Two equal oscillators that feel each other for a thousandth of a period, where exp(-10^6 …) is no longer 0."""
+
+    def build(system, q, v, depth):
+        short = depth * sp.exp(sp.Integer(10) ** 6 * (sp.cos(2 * system.time) - 1))
+        system.potential(sp.Rational(1, 3) * (q[0] ** 2 + q[1] ** 2) + short * q[0] * q[1])
+
+    model = verdicts.of_coordinates(2, build, period=sp.pi, depth=pulse or 1.0)
+    parameters = [np.full(1, pulse)]
+    terms = model.variation.bounds(parameters, np.zeros((4, 1, 1)), (np.arange(32) + 0.5) / 32)[1]
+    assert not terms[:, 2, 1].any()
+    assert model.variation.acting(parameters, terms)[0, 2, 1] == (pulse > 0.0)
 
 
 @pytest.mark.slow
@@ -72,8 +88,11 @@ CHAINS = [
     *((n, []) for n in (2, 4)),  # nothing moves
     (4, [(0, 2), (1, 3)]),  # a body on a plane: places and velocities
     (4, [(0, 1), (0, 2), (0, 3)]),
-    (5, [(0, 1), (2, 3)]),
     (3, [(2, 0), (2, 1)]),
+    (4, [(0, 1), (2, 1), (3, 1)]),
+    *((n, [(k, k + n // 2) for k in range(n // 2)]) for n in (2, 6, 8)),  # bodies on lines
+    *((5, links) for links in ([(0, 1), (2, 3)], [(0, 1), (1, 2), (0, 2)], [(4, 0), (4, 1), (0, 1)])),
+    *((6, [(k, k + step) for k in range(6 - step)]) for step in (1, 2, 4)),
 ]
 
 
