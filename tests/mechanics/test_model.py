@@ -481,3 +481,26 @@ def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(given, 
     else:
         system.coordinate("x", "rad", **given)
         assert system.coordinates["x"].bounds == bounds
+
+
+@pytest.mark.parametrize("place", ["potential", "force", "dissipation", "kinetic energy", "particle", "rate"])
+def test_an_expression_that_would_take_hours_is_refused_at_once(place):
+    system = System("Long")
+    if place == "rate":
+        x = system.state("x", bounds=(-1, 1))
+        v = x
+    else:
+        x = system.coordinate("x", bounds=(-1, 1))
+        v = system.velocity(x)
+
+    def give(e):
+        if place in ("potential", "dissipation", "kinetic energy"):
+            getattr(system, place.replace(" ", "_"))(e * v**2 if place != "potential" else e)
+        elif place == "particle":
+            system.particle(1, (e, 0))
+        else:
+            getattr(system, place)(x, e)
+
+    long = sp.Add(*(k * x**k for k in range(2, 2001)), evaluate=False)
+    with pytest.raises(DescriptionError, match=r"of [5-9],\d\d\d operations; allowed: at most 5,000"):
+        give(long)
