@@ -331,7 +331,7 @@ OWN = {
     "Ziegler, states": (lambda: ziegler("states"), {"P": LOADS}, of_ziegler),
     "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),
     "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: SOUND),
-    "partly damped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0, 0.1, 3.0]}, lambda k, c: SOUND),
+    "undamped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0]}, lambda k, c: SOUND),
     "rough": (rough, {"k": [1.0, 2.0], "c": [0.0, 0.1], "d": [0.0, 0.1]}, lambda k, c, d: SOUND),
     "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: SOUND),
 }
@@ -387,6 +387,7 @@ def pitchfork():
 
 #: name → model and a point at which the motion nearby neither grows nor stays by linear theory
 MARGINAL = {
+    "a mode without drag": (partly_damped, {"c": 0.1}),  # or one that decays by less than the errors
     "a negative cubic drag": (rough, {"c": -0.1}),
     "a negative cubic drag of each velocity": (rough, {"d": -0.1}),
     "free particle": (lambda: of_states(2, lambda x: [x[1], 0]), {}),

@@ -470,6 +470,7 @@ def _where_proved(model, theory, both, spectra, invariants):
         proved = np.zeros(len(theory["place"]), dtype=bool)
         at = [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
         proved[rows] = definite(model, *at, regular)
+        proved &= theory["paired"] | (not model.equations.v)  # where there is a linear drag, motions may decay
         for k, (here, spectrum, of_four) in enumerate(zip(turning, spectra, invariants, strict=True)):
             then = regimes(*spectrum, of_four, proved, proved, theory["separate"]) if regular else np.int8(codes.STABLE)
             both[k] = np.where(here & proved, then, both[k])

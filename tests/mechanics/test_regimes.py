@@ -19,7 +19,7 @@ QUICK = {
     "Ziegler",
     "rotor",
     "charge",
-    "partly damped",
+    "undamped",
     "rough",
     "two pairs",
     "bearing, coordinates",
