@@ -26,21 +26,23 @@ import numpy as np
 from kernels import statuses
 from kernels.matrices import by_matrix
 
-PHASES = 31, 63, 127, 255  # of the collocation, odd: no harmonic has a derivative that vanishes at all phases
-MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the sizes;
-MAX_LAST_TAIL = 1e-2  # of the most phases, where a drive that jumps leaves some: Newton's method decides after it
-MAX_ALIAS = 1e-3  # of the drive: what a coarser collocation may overlook of it
-TOGETHER = 1 << 20  # entries of all derivatives that are worked out at once: 8 MiB
-STEPS, FIRST_STEP, LARGEST_STEP, LEAST_STEP = 600, 0.05, 0.25, 1e-6  # of the curve's length in (y, s)
-FOLD_STEP = 1e-3  # no longer step passes a fold: s at the fold is then known to 1e-6
-LEAST_RISE = 1e-6  # of s along the curve at its start; below, the system resonates without the drive
-CORRECTIONS, CORRECTED = 6, 1e-9  # Newton's steps, and the length of the last
-MAX_CORRECTION, MIN_COSINE = 0.3, 0.94  # of the step; of the angle between tangents
-EASY = 0.03  # correction relative to the step, below which the next step is longer
-MAX_AMPLITUDE = 8.0  # of the drive, beyond which no further branch is looked for
-MAX_DISTANCE = 64.0  # sizes from the named place, beyond which the search ends
-NEAR = 0.1  # sizes: a place is an equilibrium without the drive if one is estimated to be as near as this,
-DRIVEN = 2.0  # or if the mean force is at most so many times what varies with the time
+PHASE_COUNTS = 31, 63, 127, 255  # numbers of collocation phases; odd, so that every harmonic has a derivative
+MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the state sizes
+MAX_LAST_TAIL = 1e-2  # the same with the most phases: Newton's method on the integrated motion still decides
+MAX_ALIASING = 1e-3  # largest relative error of the rates between the phases: a coarser grid may overlook a pulse
+MAX_DERIVATIVE_ENTRIES = 1 << 20  # entries of all points' derivatives that are computed together: 8 MiB
+MAX_STEPS = 600  # steps along one curve; beyond, the status is not_found
+FIRST_STEP, MAX_STEP, MIN_STEP = 0.05, 0.25, 1e-6  # arclength steps in (y, s)
+MAX_FOLD_STEP = 1e-3  # longest step across a fold: s at the fold is then known to 1e-6
+MIN_INITIAL_RISE = 1e-6  # smallest ds/d(arclength) at s = 0; below, the system resonates without the drive
+MAX_CORRECTIONS, MAX_LAST_CORRECTION = 6, 1e-9  # Newton steps back to the curve, and the length of the last one
+MAX_CORRECTION = 0.3  # longest first correction of an accepted step, relative to the step
+MIN_TANGENT_COSINE = 0.94  # smallest cosine of the angle between the tangents of an accepted step
+EASY_CORRECTION = 0.03  # first correction relative to the step, below which the next step is twice as long
+MAX_AMPLITUDE = 8.0  # largest |s| at which a further branch is searched for
+MAX_DISTANCE = 64.0  # largest distance from the named place, in state sizes, up to which the curve is followed
+MAX_SHIFT = 0.1  # a place is an equilibrium without the drive if one is estimated within this many state sizes,
+MAX_MEAN_FORCE = 2.0  # or if the mean force is at most this many times the largest force that varies in time
 
 
 def differentiation(count: int) -> np.ndarray:
@@ -101,7 +103,7 @@ class Collocation:
         there, _ = self.variation.linearized(self.parameters, x, between)
         rates, there = np.moveaxis(rates, 1, 2), np.moveaxis(there, 1, 2)
         apart = np.abs(values_at(rates, between) - there).max(axis=2)
-        return (apart > MAX_ALIAS * np.abs(there).max(axis=2)).any(axis=0)
+        return (apart > MAX_ALIASING * np.abs(there).max(axis=2)).any(axis=0)
 
 
 def is_equilibrium(variation, parameters, period, sizes, place) -> np.ndarray:
@@ -115,7 +117,7 @@ def is_equilibrium(variation, parameters, period, sizes, place) -> np.ndarray:
     J = np.array([[slopes[a][b].mean(axis=0) * s[b] / s[a] for b in range(m)] for a in range(m)])
     shift = np.abs(by_matrix(np.linalg.solve, np.moveaxis(J, 2, 0), mean.T[..., None])[..., 0]).max(axis=1)
     varying = np.abs(force - mean[:, None]).max(axis=(0, 1))
-    return (shift <= NEAR) | (np.abs(mean).max(axis=0) <= DRIVEN * varying)
+    return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * varying)
 
 
 def follow(variation, parameters, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
@@ -135,11 +137,11 @@ def follow(variation, parameters, period, sizes, curves, branch) -> tuple[list, 
     """
     status, left = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
     states = [np.full((sizes.shape[1], 1), np.nan)] * period.size
-    for count in PHASES:
-        size, unresolved = max(1, TOGETHER // (variation.m * count) ** 2), []
+    for count in PHASE_COUNTS:
+        size, unresolved = max(1, MAX_DERIVATIVE_ENTRIES // (variation.m * count) ** 2), []
         for part in np.split(left, range(size, left.size, size)):
             collocation = Collocation(variation, [p[part] for p in parameters], period[part], sizes[part], count)
-            start, last = curves(part, collocation.phases), count == PHASES[-1]
+            start, last = curves(part, collocation.phases), count == PHASE_COUNTS[-1]
             y, found, tail = _follow(collocation, start, branch[part])
             resolved = tail <= (MAX_LAST_TAIL if last else MAX_TAIL)
             resolved &= (found != statuses.NOT_FOUND) & (last | ~collocation.is_aliased(start))
@@ -166,18 +168,18 @@ def _follow(collocation, start, branch):
     tangent = _tangent(A, G0, tangent, weight)
     step, folds, first = np.full(points, FIRST_STEP), np.zeros(points, dtype=int), u[:, :-1].copy()
     status, tail, y = np.full(points, statuses.NOT_FOUND), np.zeros(points), np.full((points, size), np.nan)
-    active = np.flatnonzero(np.isfinite(tangent).all(axis=1) & (tangent[:, -1] > LEAST_RISE))
-    for _ in range(STEPS):
+    active = np.flatnonzero(np.isfinite(tangent).all(axis=1) & (tangent[:, -1] > MIN_INITIAL_RISE))
+    for _ in range(MAX_STEPS):
         if not active.size:
             break
         h, t = step[active, None], tangent[active]
         v, A, first_change, converged = _corrected(collocation, u[active] + h * t, t * weight, G0[active], active)
         new = _tangent(A, G0[active], t, weight)
         share = first_change / step[active]
-        good = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_COSINE)
+        good = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_TANGENT_COSINE)
         turned = t[:, -1] * new[:, -1] <= 0.0
         hidden = _is_bent(u[active, -1], v[:, -1], h[:, 0] * t[:, -1], h[:, 0] * new[:, -1]) & ~turned
-        good &= ~(turned | hidden) | (step[active] <= FOLD_STEP)
+        good &= ~(turned | hidden) | (step[active] <= MAX_FOLD_STEP)
         now, after, wanted = u[active, -1] - 1.0, v[:, -1] - 1.0, folds[active] == branch[active] - 1
         crossed = np.flatnonzero(good & ~turned & wanted & (now * after <= 0.0))
         if crossed.size:  # a straight line between both ends, then Newton's method at s = 1
@@ -192,11 +194,11 @@ def _follow(collocation, start, branch):
         u[won], tangent[won] = v[good], new[good]
         folds[won] += turned[good]
         tail[won] = np.maximum(tail[won], _tail(v[good, :-1].reshape(-1, m, count)))
-        longer = np.where(share < EASY, 2.0, np.where(share < MAX_CORRECTION / 2.0, 1.0, 0.7))
-        step[active] = np.minimum(np.where(good, longer, 0.5) * step[active], LARGEST_STEP)
+        longer = np.where(share < EASY_CORRECTION, 2.0, np.where(share < MAX_CORRECTION / 2.0, 1.0, 0.7))
+        step[active] = np.minimum(np.where(good, longer, 0.5) * step[active], MAX_STEP)
         status[active[(folds[active] >= branch[active])]] = statuses.NO_PERIODIC_MOTION
         far = np.abs(u[active, :-1] - first[active]).max(axis=1) > MAX_DISTANCE
-        going = (status[active] == statuses.NOT_FOUND) & (step[active] >= LEAST_STEP) & ~far
+        going = (status[active] == statuses.NOT_FOUND) & (step[active] >= MIN_STEP) & ~far
         active = active[going & (np.abs(u[active, -1]) <= MAX_AMPLITUDE)]
     return y.reshape(start.shape), status, tail
 
@@ -209,17 +211,17 @@ def _corrected(collocation, u, row, G0, which):
     m, count = collocation.variation.m, collocation.phases.size
     u, A, left = u.copy(), np.zeros((len(u), count * m, count * m)), np.arange(len(u))
     first, last = np.full(len(u), np.nan), np.full(len(u), np.inf)
-    for turn in range(CORRECTIONS):
+    for turn in range(MAX_CORRECTIONS):
         G, A[left] = collocation(u[left, :-1].reshape(-1, m, count), which[left])
         G = G - (1.0 - u[left, -1:]) * G0[left]
         change = _bordered(A[left], G0[left], row[left], G)
         u[left] -= change
         last[left] = np.sqrt((change[:, :-1] ** 2).mean(axis=1) + change[:, -1] ** 2)
         first = last.copy() if turn == 0 else first
-        left = left[(last[left] > CORRECTED) & (last[left] < 4.0)]
+        left = left[(last[left] > MAX_LAST_CORRECTION) & (last[left] < 4.0)]
         if not left.size:
             break
-    return u, A, first, last <= CORRECTED
+    return u, A, first, last <= MAX_LAST_CORRECTION
 
 
 def _bordered(A, column, row, right, last=0.0):
