@@ -7,6 +7,9 @@ the processes start, and whatever a test compiles besides is stored by one proce
 import contextlib
 import gc
 import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as commands set it: the tests' processes share the cores
+
 import signal
 import subprocess
 import sys
