@@ -177,7 +177,7 @@ def _check_plane(path: str, ds, dims: list[str]) -> None:
     """Refuse dimensions that form no plane."""
     from sweeps.maps import selection
 
-    if selection.POINT in dims:
+    if selection.POINT.name in dims:
         what = "its points are sampled or listed and form no plane"
         allowed = "--point N where two other dimensions are left; `report` and `figures` show all points"
     elif len(dims) != 2:

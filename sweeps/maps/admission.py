@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
 from sweeps.schema.refusals import MapError, display, shortened
-from sweeps.schema.variables import CONTRACT_VERSION, POINT, Layout, Variable, extremes, is_readable, wrong
+from sweeps.schema.variables import CONTRACT_VERSION, POINT, POINT_NAME, Layout, Variable, extremes, is_readable, wrong
 from sweeps.shards import contract
 
 if TYPE_CHECKING:
@@ -139,14 +139,16 @@ def _printable(where: str, text: str, beside: str | None) -> str:
     return text
 
 
-def _layout(attributes: Mapping[str, str], variables: Collection[str]) -> Layout:
+def _layout(attributes: Mapping[str, str], variables: Mapping[str, StoredVariable]) -> Layout:
     """Return the description of the maps of a file's system, from its attributes and its variables' names."""
     try:
         layout = systems.of_contents(attributes, variables).layout()
     except KeyError:
         name = shortened(repr(attributes["system"]))
         raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
-    return replace(layout, coordinates={POINT.name: POINT, **layout.coordinates})
+    has_names = POINT_NAME.name in variables and variables[POINT_NAME.name].dims[:1] == (POINT.name,)
+    ours = (POINT, POINT_NAME) if has_names else (POINT,)
+    return replace(layout, coordinates={one.name: one for one in ours} | layout.coordinates)
 
 
 # -- variables and coordinates

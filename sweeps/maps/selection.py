@@ -12,12 +12,12 @@ import numpy as np
 from sweeps.schema import units as in_units
 from sweeps.schema.boxes import dimensions, nearest_by, placing
 from sweeps.schema.refusals import MapError, hint, listed, named, shortened
+from sweeps.schema.variables import POINT, POINT_NAME
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _LISTED = 8  # numbers
-POINT = "point"
 
 
 class SelectionError(MapError):
@@ -61,6 +61,10 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str], prefix: str = "") -> di
     these, each in units of the range that all points have. `prefix` precedes names in messages: "--" in a shell.
     """
     sizes = dimensions(ds)
+    if (text := chosen.get(POINT_NAME.name)) and POINT_NAME.name in ds.coords and POINT.name not in chosen:
+        names = [str(name) for name in np.atleast_1d(ds[POINT_NAME.name].values)]
+        number = names.index(named(text, names, f"{prefix}{POINT_NAME.name}", SelectionError)) + 1
+        chosen = {key: value for key, value in chosen.items() if key != POINT_NAME.name} | {POINT.name: str(number)}
     scattered = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
     chosen = {name: text for name, text in chosen.items() if name not in scattered}
     for name in (name for name in chosen if name not in sizes):

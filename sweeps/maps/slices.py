@@ -8,7 +8,7 @@ from sweeps import systems
 from sweeps.maps.plain import PlainMap
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.refusals import RefusedError, shortened
-from sweeps.schema.variables import POINT, Layout, is_readable
+from sweeps.schema.variables import POINT, POINT_NAME, Layout, is_readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +74,7 @@ def _of_one(ds: "xr.Dataset", anchor: str, layout: Layout) -> list[str]:
     grid = definition_of(ds.attrs).get("grid") if anchor == layout.along else None
     keys = {*grid} if isinstance(grid, dict) else set()
     numbers = [str(name) for name, one in ds.coords.items() if not one.ndim and one.dtype.kind == "f"]
-    return [name for name in (*numbers, *layout.beside) if name in ds.coords and name not in keys]
+    return [name for name in (*numbers, *layout.beside, POINT_NAME.name) if name in ds.coords and name not in keys]
 
 
 def _in_order(ds: "xr.Dataset", layout: Layout) -> "xr.Dataset":

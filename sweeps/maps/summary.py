@@ -14,7 +14,7 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.schema.boxes import blocks, dimensions, flags
-from sweeps.schema.variables import Role, Variable, of_role
+from sweeps.schema.variables import POINT, POINT_NAME, Role, Variable, of_role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -246,6 +246,8 @@ def read(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarray:
 def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | str]:
     """Return dimension → coordinate of a point given by its indices."""
     values = {dim: ds[dim].values[i] if dim in ds.coords else i for dim, i in at.items()}
+    if POINT_NAME.name in ds.coords and POINT.name in at:
+        values[POINT_NAME.name] = ds[POINT_NAME.name].values[at[POINT.name]]
     return {dim: v.item() if hasattr(v, "item") else v if isinstance(v, int) else str(v) for dim, v in values.items()}
 
 

@@ -95,6 +95,8 @@ class Grid:
         coordinates = {name: ((dim,), values) for name, (dim, values) in self.system.auxiliary(self.definition).items()}
         columns = scattered.columns(self.scattered) if self.scattered else {}
         follows = self.following.coordinates(dict(zip(self.dims, self.shape, strict=True)), self.values)
+        if point_names := getattr(self.scattered, "point_names", ()):
+            coordinates["name"] = (POINT,), np.array(point_names)
         return coordinates | {name: ((POINT,), values) for name, values in columns.items()} | follows
 
     @cached_property

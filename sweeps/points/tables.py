@@ -28,10 +28,10 @@ from sweeps.schema.refusals import MapError, display, hint
 from sweeps.schema.variables import extremes, wrong
 
 BLOCK_ROWS = 2**14  # of the cache that share a checksum
-ROWS = "rows"  # what they are called there
+ROWS, NAMES = "rows", "names"  # datasets of the cache: the numbers, and the texts of the column `name`
 DAMAGES = (OSError, RuntimeError, KeyError)  # which h5py raises at a damaged file
 KINDS = "a CSV (.csv), Parquet (.parquet) or netCDF (.nc) file, its path relative to the definition's"
-FORMAT = "2"
+FORMAT = "3"
 KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
 
 
@@ -55,6 +55,7 @@ class Table:
     num: int  #: how many rows there are
     ends: tuple[tuple[float, float], ...]  #: least and greatest value of each column
     ignored: tuple[str, ...] = ()  #: names of columns of text, which are no parameters
+    point_names: tuple[str, ...] = ()  #: texts of the column `name`, one for each row; () without that column
 
     @property
     def input(self) -> str:
@@ -105,16 +106,18 @@ def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, 
     path, digest = Path(opened.path), hashlib.file_digest(opened, "sha256").hexdigest()
     source = tables.opened(opened, path.suffix.lower())
     columns, ignored = _columns(source, model.parameters, grid)
+    place = next((k for k in sorted(source.texts) if source.headings[k][0].lower() == "name"), None)
     layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    depends = json.dumps([layout, FORMAT, digest, path.suffix])  # all that the rows depend on
+    depends = json.dumps([layout, place, FORMAT, digest, path.suffix])  # all that the rows depend on
     cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
     if _size(cached) is None:
         _forget_others(cached)
-        _write(cached, source, columns)
-    num, ends = _size(cached)
+        _write(cached, source, columns, place)
+    num, ends, point_names = _size(cached)
+    ignored = tuple(name for name in ignored if name.lower() != "name" or not point_names)
     cached.touch()
     names = tuple(c.parameter.name for c in columns)
-    return Table(file, digest, names, cached, num, tuple(map(tuple, ends.tolist())), ignored)
+    return Table(file, digest, names, cached, num, tuple(map(tuple, ends.tolist())), ignored, point_names)
 
 
 def _columns(
@@ -147,8 +150,8 @@ def _columns(
 # -- rows that are checked
 
 
-def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf]) -> None:
-    """Read, check and keep all rows; leave nothing where one is refused."""
+def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], place: int | None) -> None:
+    """Read, check and keep all rows, and the names in the column at `place`; leave nothing where one is refused."""
     machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
     with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
@@ -163,14 +166,18 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf]) -> 
             ends.append([by_column.min(axis=1), by_column.max(axis=1)])
         if not ends:
             raise refusal("", display(source.name), "has no rows", "a row for each point, below the names")
+        texts = None if place is None or len(rows) > tables.MAX_NAMES else source.names(place)
+        if texts and any(texts) and len(texts) == len(rows):
+            file.create_dataset(NAMES, data=texts, dtype=h5py.string_dtype())
         rows.attrs["ends"] = np.stack([np.min(ends, axis=0)[0], np.max(ends, axis=0)[1]], axis=1)
 
 
-def _size(cached: Path) -> tuple[int, np.ndarray] | None:
-    """Return the number of rows in the cache and the ends of their columns; None where there is no whole file."""
+def _size(cached: Path) -> tuple[int, np.ndarray, tuple[str, ...]] | None:
+    """Return the number of rows in the cache, the ends of their columns and the names; None without a whole file."""
     try:
         with h5py.File(cached, locking=False) as file:
-            return len(file[ROWS]), file[ROWS].attrs["ends"]
+            names = tuple(file[NAMES].asstr()[:]) if NAMES in file else ()
+            return len(file[ROWS]), file[ROWS].attrs["ends"], names
     except DAMAGES:
         return None
 

@@ -24,6 +24,8 @@ BLOCK_BYTES = 2**22  # of a CSV file that are looked at at once
 TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
 LONGEST_LINE = 2**16  # bytes
 MOST_COLUMNS = 1000
+MAX_NAMES = 100_000  # rows of a table up to which its column of names is read
+MAX_NAME_LENGTH = 100  # characters of a name; the rest is cut
 SMALL = 2**26  # bytes that a table may swell to,
 MOST_SWOLLEN = 100  # or so many times its file's
 SECONDS_PER_BYTE = 2.0**-20  # of processor, beside `sandbox.SECONDS`
@@ -68,6 +70,31 @@ class Source:
         """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
         raise NotImplementedError
 
+    def names(self, place: int) -> list[str] | None:
+        """Return the texts of a column, printable and of bounded length; None for a table of too many rows.
+
+        Raises:
+            UnreadableError: if the column cannot be read.
+        """
+        answer = sandbox.run_in_child(partial(self._names_as_answer, place), self._file.size)
+        if answer is None:
+            raise refusal(self.headings[place][0], display(self.name), "cannot be read as text", "a text in every row")
+        texts = answer["names"]
+        return None if len(texts) > MAX_NAMES else [_printable(text)[:MAX_NAME_LENGTH] for text in texts]
+
+    def _names_as_answer(self, place: int) -> dict:
+        """Return the first texts of a column, one more than `MAX_NAMES` at most; runs in the child."""
+        texts = []
+        for part in self.read_texts(place):
+            texts += part
+            if len(texts) > MAX_NAMES:
+                break
+        return {"names": texts[: MAX_NAMES + 1]}
+
+    def read_texts(self, place: int) -> Iterator[list[str]]:
+        """Yield the texts of a column, part by part, in the child."""
+        raise NotImplementedError
+
     def _refuse_swollen(self, values: int) -> None:
         """Refuse a table of more values than a file of its size holds."""
         if 8 * values > max(SMALL, MOST_SWOLLEN * self._file.size):
@@ -106,8 +133,8 @@ def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
         yield b"r" + json.dumps([("table",), display(source.name), wrong, "a whole table"]).encode()
 
 
-def _printable(error: Exception) -> str:
-    return shortened("".join(c if c.isprintable() else " " for c in str(error)[:200]))
+def _printable(value: object) -> str:
+    return shortened("".join(c if c.isprintable() else " " for c in str(value)[:200]))
 
 
 # -- CSV
@@ -218,6 +245,11 @@ class _Csv(Source):
             yield values.astype("f8").to_numpy()
             first += len(part)
 
+    def read_texts(self, place: int) -> Iterator[list[str]]:
+        """Yield the texts of a column, part by part, in the child."""
+        for part in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False):
+            yield part[str(place)].fillna("").tolist()
+
     def _stream(self) -> FileBytes:
         self._file.seek(0)
         return self._file
@@ -301,6 +333,13 @@ class _Parquet(Source):
         for batch in opened.iter_batches(PART_ROWS, columns=names, use_threads=False):
             columns = [batch.column(name).to_numpy(zero_copy_only=False) for name in names]
             yield np.column_stack([column.astype("f8") for column in columns])
+
+    def read_texts(self, place: int) -> Iterator[list[str]]:
+        """Yield the texts of a column, part by part, in the child."""
+        opened = self._opened()
+        name = opened.schema_arrow.names[place]
+        for batch in opened.iter_batches(PART_ROWS, columns=[name], use_threads=False):
+            yield [value or "" for value in batch.column(name).to_pylist()]
 
 
 # -- netCDF-4

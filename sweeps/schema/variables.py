@@ -107,6 +107,7 @@ def of_role(variables: Mapping[str, Variable], role: Role) -> str:
 
 
 POINT = Variable("point", "1", "number of the point, from 1; of a table, its row", "i8")  # of what is no grid
+POINT_NAME = Variable("name", None, "name of the point, from the column `name` of its table", "str")
 
 
 # -- parameters

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.variables import CONTRACT_VERSION, POINT
+from sweeps.schema.variables import CONTRACT_VERSION, POINT, POINT_NAME
 
 if TYPE_CHECKING:
     from sweeps.points.scattered import OnDemand
@@ -17,7 +17,10 @@ CONVENTIONS = "CF-1.11"
 
 def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray | OnDemand, dict]]":
     """Return name → (dimensions, values, CF attributes) of each coordinate of a map, the dimensions first."""
-    grid, table = sweep.grid, {POINT.name: POINT} | sweep.system.coordinates(sweep.definition)
+    grid, table = (
+        sweep.grid,
+        {POINT.name: POINT, POINT_NAME.name: POINT_NAME} | sweep.system.coordinates(sweep.definition),
+    )
     held = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)

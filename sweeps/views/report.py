@@ -319,7 +319,7 @@ def paragraphs(definition: str) -> list[str]:
 
 
 def _where(ds, at: Mapping[str, int]) -> list[tuple]:
-    return [(dim, value) for dim, value in place(ds, at).items() if ds.sizes[dim] > 1]
+    return [(dim, value) for dim, value in place(ds, at).items() if ds.sizes.get(dim) != 1]
 
 
 def _confusion(summary: Summary, pair, table: np.ndarray) -> dict:

@@ -88,7 +88,11 @@ def _worst(ds: "xr.Dataset", totals: Summary, dims: set[str]) -> "Table":
     at_zero = [(f"{d.name} over its error, {d.reference} 0", d.worst_at_zero) for d in totals.deviations.values()]
     for name, worst in (*rows, *at_zero, *totals.checks.items()):
         if worst.points:
-            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in place(ds, worst.at).items() if dim in dims)
+            where = ", ".join(
+                f"{dim} {in_words(value)}"
+                for dim, value in place(ds, worst.at).items()
+                if dim in dims or dim not in ds.sizes
+            )
             made.add_row(name, f"{worst.value:.2g}", where)
     return made
 

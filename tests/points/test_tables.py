@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import sweeps
+from sweeps.__main__ import main
 from sweeps.points import tables
 from sweeps.points.loading import read
 from sweeps.points.sources import sweep_of
@@ -327,6 +328,12 @@ TEXTS = {
     "semicolons": "name;I1;omega0;I2\nRacket;1.5;2;1\nBook;0.5;-3;1.25\n",
     "missing names": "I1,omega0,I2,name\n1.5,2,1,\n0.5,-3,1.25,\n",
 }
+TEXTS_READ = {
+    "names of numbers": ("433", "99942"),
+    "commas in quotes": ("Racket, wooden", 'Book, "thin"'),
+    "other words": (),
+    "missing names": (),
+}
 
 
 @pytest.mark.parametrize("name", TEXTS)
@@ -340,18 +347,22 @@ def test_columns_of_text_are_ignored(tmp_path, name, capsys):
         "omega0": [2.0, -3.0],
     }
     heading = TEXTS[name].splitlines()[0].replace(";", ",").split(",")
-    assert table.ignored == tuple(word for word in heading if word not in NAMES)
+    assert table.point_names == TEXTS_READ.get(name, ("Racket", "Book"))
+    others = [word for word in heading if word not in NAMES]
+    assert table.ignored == tuple(word for word in others if word.lower() != "name" or not table.point_names)
 
 
 def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
+    pytest.importorskip("pyarrow")
     frame = pd.DataFrame({"name": ["a", "b"], "I1": [1.5, 0.5], "I2": [1.0, 1.25], "omega0": [2.0, -3.0]})
     write(tmp_path, "", "rows.parquet")
     frame.to_parquet(tmp_path / "rows.parquet")
     table = read(tmp_path / "my.yaml").definition.rows
-    assert table.ignored == ("name",)
+    assert table.ignored == ()
+    assert table.point_names == ("a", "b")
     assert table.rows(0, 2)["I1"].tolist() == [1.5, 0.5]
     sweep = sweep_of(frame, {"I3": 1.5})
-    assert sweep.definition.rows.ignored == ("name",)
+    assert sweep.definition.rows.point_names == ("a", "b")
 
 
 @pytest.mark.parametrize(
@@ -379,3 +390,66 @@ def test_impossible_bodies_of_a_table_are_flagged_as_in_a_grid():
         for name in ("triangle_margin", "status", "omega_squared", "regime"):
             here, there = ds[name].isel(point=row).values.ravel(), grid[name].values.ravel()
             assert np.array_equal(here, there, equal_nan=True)
+
+
+# The column `name`
+
+NAMED = ["Explorer 1", "Vesta", "Ceres, the largest", "Ω 3", "Vesta B"]
+FRAME = pd.DataFrame(
+    {"name": NAMED, "I1": [1.0, 1.0, 1.1, 0.9, 1.2], "I2": [2.0, 1.5, 1.2, 1.9, 1.4], "kind": list("abcde")}
+)
+
+
+@pytest.fixture(scope="module")
+def named_map(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("named")
+    FRAME.to_csv(folder / "bodies.csv", index=False)
+    (folder / "my.yaml").write_text("table: bodies.csv\ngrid: {I3: 2.5, omega0: 1.0}\n")
+    from sweeps.shards import merging
+
+    merging.measure_whole(read(folder / "my.yaml"), folder / "map.nc", 1, lambda _: None)
+    return folder / "map.nc"
+
+
+def test_names_are_a_coordinate_of_survey_and_file_alike(named_map):
+    with sweeps.open_map(named_map) as ds:
+        assert ds["name"].dims == ("point",)
+        assert ds["name"].values.tolist() == NAMED
+        assert ds.content_hash == sweeps.survey(FRAME, I3=2.5, omega0=1.0).content_hash
+        assert ds.isel(point=3)["name"].item() == "Ω 3"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("explorer", 1), ("Vesta", 2), ("largest", 3), ("Ω", 4), ("Vesta B", 5), ("VESTA", 2)]
+)
+def test_a_point_is_chosen_by_its_name(named_map, text, number):
+    row = sweeps.point(named_map, name=text, axis=2)
+    assert (row["point"].item(), row["name"].item()) == (number, NAMED[number - 1])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("e", "may be several"), ("Pallas", "name: 'Pallas' is not among the names")]
+)
+def test_no_or_several_points_of_a_name_are_refused(named_map, text, words):
+    with pytest.raises(sweeps.MapError, match=words):
+        sweeps.point(named_map, name=text, axis=2)
+
+
+def test_every_command_shows_the_names(named_map, tmp_path, capsys):
+    for command, words in (
+        (["show", named_map], "Vesta"),
+        (["point", named_map, "--name", "Vesta B", "--axis", "2"], "name = Vesta B"),
+        (["verify", named_map, "--definition", named_map.with_name("my.yaml"), "--points", "0"], "holds"),
+        (["slice", named_map, "--point", "2", "-o", tmp_path / "slice.nc"], "slice.nc"),
+        (["report", named_map, "-o", tmp_path / "report.html"], "report.html"),
+        (["figures", named_map, "-o", tmp_path / "figures", "--only", "points"], "points.png"),
+    ):
+        status = main(list(map(str, command)))
+        said = capsys.readouterr().out
+        assert (status, words in said) == ((0, True) if command[0] != "slice" else (2, False)), command
+    assert "Ceres, the largest" in (tmp_path / "report.html").read_text()
+
+
+def test_a_map_without_names_has_no_such_coordinate():
+    ds = sweeps.survey(FRAME[["I1", "I2"]], I3=2.5, omega0=1.0)
+    assert "name" not in ds.coords

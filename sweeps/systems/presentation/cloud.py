@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MOST_DRAWN = 20_000  # points of a panel
 MOST_PANELS = 4
+MAX_NAMED = 20  # points up to which their names are drawn next to them
 BINS = 60
 
 
@@ -67,6 +68,9 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look
     tints = np.array([colored.get(int(value), colors.GREY) for value in panel[flag].values])
     size = float(np.clip(30_000 / max(x.size, 1), 1.0, 16.0))
     ax.scatter(x, y, s=size, c=tints, linewidths=0, alpha=0.8, rasterized=True, gid="points")
+    if "name" in panel.coords and x.size <= MAX_NAMED:
+        for text, *place in zip(panel["name"].values, x, y, strict=True):
+            ax.annotate(str(text), place, (3, 3), textcoords="offset points", fontsize="x-small", gid="name")
     for side, values, name in zip("xy", (x, y), names, strict=False):
         label = style.with_unit(look.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
         ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})

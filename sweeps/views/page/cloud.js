@@ -97,7 +97,7 @@ function numberBars(values) {
 
 function cloudTable(column, dots) {
   const names = [state.x, state.y].filter(Boolean);
-  const row = ({ place, value }) => [coordinateAt("point", place), ...names.map((name) => numberText(coordinateAt(name, place), 4)), column.text(value)];
+  const row = ({ place, value }) => [pointText(place), ...names.map((name) => numberText(coordinateAt(name, place), 4)), column.text(value)];
   return [["point", ...names.map(dimensionLabel), column.longName], dots.slice(0, MOST_TABLE).map(row)];
 }
 

@@ -89,7 +89,7 @@ function dimensionSlider(name, coordinate) {
   const control = element("label", { className: "control slider" }, head, input);
   control.show = (i) => {
     input.value = i;
-    const text = coordinateText(name, coordinate.values[i]);
+    const text = name === "point" ? pointText(state.place) : coordinateText(name, coordinate.values[i]);
     output.textContent = text;
     input.setAttribute("aria-valuetext", text);
   };

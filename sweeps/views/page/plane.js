@@ -316,7 +316,7 @@ function tipLines(column, { value, exists, place }, at = null) {
   });
   const [measured] = theMap.columns[column.name] ? headlineTexts(column, place) : [column.text(value)];
   const flag = headlines().find((one) => one.isFlag && one.name !== column.name);
-  const lines = [...sides, `${column.longName.split(/ ?[,(;]/)[0]}: ${measured}`, flag ? flag.text(flag.at(place)) : null].filter(Boolean);
+  const lines = [...(place && theMap.coordinates.name?.dim === "point" ? [coordinateAt("name", place)] : []), ...sides, `${column.longName.split(/ ?[,(;]/)[0]}: ${measured}`, flag ? flag.text(flag.at(place)) : null].filter(Boolean);
   return exists ? lines : [...lines.slice(0, 2), "physically impossible"];
 }
 

@@ -96,7 +96,13 @@ function showRow(place) {
   document.querySelector("#row tbody").replaceChildren(...lines);
 }
 
+/** The number of a point, with its name if it has one: "3 (Vesta)". */
+function pointText(place) {
+  const number = coordinateText("point", coordinateAt("point", place));
+  return theMap.coordinates.name?.dim === "point" ? `${number} (${coordinateAt("name", place)})` : number;
+}
+
 /** The values of all dimensions but some at a place. */
 function placeText(place, without = []) {
-  return theMap.dims.filter(({ name, size }) => size > 1 && !without.includes(name)).map(({ name }) => `${symbolText(name)} = ${coordinateText(name, coordinateAt(name, place))}`).join(", ");
+  return theMap.dims.filter(({ name, size }) => size > 1 && !without.includes(name)).map(({ name }) => `${symbolText(name)} = ${name === "point" ? pointText(place) : coordinateText(name, coordinateAt(name, place))}`).join(", ");
 }
