@@ -33,7 +33,9 @@ from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
 MOST_COORDINATES, MOST_STATES, MOST_EQUILIBRIA, MOST_BRANCHES = 10, 12, 10_000, 99
-MOST_OPERATIONS = 5_000  # of an expression: one of 2,000 takes minutes to derive and compile, by the square of them
+MAX_OPERATIONS = (
+    5_000  # operations of one expression: with 2,000 deriving and compiling takes minutes, and grows with their square
+)
 
 UNIT = (  # SI units with their prefixes, and those that are used with them
     "(da|[yzafpnuµmcdhkMGTPEZY])?(m|g|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|L|l|eV|bar)"
@@ -362,9 +364,9 @@ class System:
         infinite = not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
         if infinite or any(abs(number) > sys.float_info.max for number in e.atoms(sp.Number)):
             raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
-        if (count := e.count_ops()) > MOST_OPERATIONS and e.free_symbols & moving:
+        if (count := e.count_ops()) > MAX_OPERATIONS and e.free_symbols & moving:
             wrong = f"an expression of {count:,} operations"
-            raise DescriptionError(f"{where}: {wrong}; allowed: at most {MOST_OPERATIONS:,}")
+            raise DescriptionError(f"{where}: {wrong}; allowed: at most {MAX_OPERATIONS:,}")
         bound = {p.symbol for p in self.parameters.values()} | moving
         if unbound := sorted(map(str, e.free_symbols - bound)):
             names = ", ".join(sorted(map(str, bound))) or "numbers"

@@ -38,7 +38,11 @@ from sweeps.schema.refusals import DescriptionError
 CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
 MOST_POWER = 16  # whole powers up to this one are products
-MODULES = [{"erf": special.erf}, "scipy", "numpy"]  # in which SymPy's functions have values, the first that has them
+MODULES = [
+    {"erf": special.erf},
+    "scipy",
+    "numpy",
+]  # modules that evaluate SymPy's functions; the first that knows a function is used
 TINY = sp.Float(1e-290)  # changes no number but 0, to sixteen digits
 
 

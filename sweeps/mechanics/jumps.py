@@ -12,9 +12,13 @@ import sympy as sp
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape
 
-GRIDS = 127, 1021, 16381  # intervals of a piece in which a root is enclosed: prime, so that few zeros lie on the grid
-BISECTIONS = 60
-SAME = 1e-12  # of the whole time: jumps that are nearer to each other are one
+GRID_SIZES = (
+    127,
+    1021,
+    16381,
+)  # intervals that enclose the roots in a piece; prime numbers, so that few zeros lie on the grid
+MAX_BISECTIONS = 60
+MIN_JUMP_DISTANCE = 1e-12  # jumps closer to each other than this fraction of the whole time count as one
 
 
 class Jumps:
@@ -80,7 +84,7 @@ class Jumps:
 
     def _zeros(self, k, at, edges):
         """Return the zeros of a root within all pieces; None if it is not proved that these are all."""
-        for count in GRIDS:
+        for count in GRID_SIZES:
             grid = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, count + 1)
             low, high = (times.reshape(-1, 1) for times in (grid[:, :-1], grid[:, 1:]))
             owner = np.repeat(np.arange(len(grid)), count)
@@ -92,7 +96,7 @@ class Jumps:
         is_up = self._roots[k](*at[:, :, None], grid)[0] >= 0.0
         changed = np.flatnonzero((is_up[:, 1:] != is_up[:, :-1]).ravel())
         at, a, b, up = at[:, owner[changed]], low[changed, 0], high[changed, 0], is_up[:, 1:].ravel()[changed]
-        for _ in range(BISECTIONS):
+        for _ in range(MAX_BISECTIONS):
             middle = 0.5 * (a + b)
             later = (self._roots[k](*at, middle)[0] >= 0.0) != up
             a, b = np.where(later, middle, a), np.where(later, b, middle)
@@ -102,6 +106,6 @@ class Jumps:
 def _joined(edges, times):
     """Return ascending edges and the times between them, those that are equal once."""
     for time in sorted(times):
-        if edges[0] < time < edges[-1] and np.abs(edges - time).min() > SAME * np.ptp(edges):
+        if edges[0] < time < edges[-1] and np.abs(edges - time).min() > MIN_JUMP_DISTANCE * np.ptp(edges):
             edges = np.sort(np.append(edges, time))
     return edges

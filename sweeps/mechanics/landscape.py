@@ -14,8 +14,13 @@ from sweeps.schema.refusals import DescriptionError
 MOST_FACTORED = 60  # operations
 SINGULAR = 1e-9  # singular values below it, relative, are a family's
 APART = 1024.0  # errors of a place, over which a matrix is taken to change evenly
-MOST_CUTS, MOST_PARTS = 64, 64  # of a box over a name's free coordinates, and of its parts that are left, per point
-ROUNDED = 1e-12  # of a mean value form: more than its sums and products round
+MAX_BOX_CUTS, MAX_REMAINING_PARTS = (
+    64,
+    64,
+)  # bisections of a box over a name's free coordinates, and parts of it that may remain, per point
+MEAN_VALUE_ROUNDING = (
+    1e-12  # relative error of a mean value form: an upper bound on the rounding of its sums and products
+)
 FLAT = 1e-9  # of what a conserved quantity changes in second order: less is no slope
 
 
@@ -163,15 +168,17 @@ class Landscape:
         given = (self.gives[name] & np.isfinite(place))[..., None]
         boxes = np.where(given, place[..., None], self.bounds(parameters))
         owner, full, possible = np.arange(len(place)), np.ptp(boxes, axis=-1), np.zeros(len(place), dtype=bool)
-        for _ in range(MOST_CUTS):
+        for _ in range(MAX_BOX_CUTS):
             chosen, middle = [p[owner] for p in parameters], boxes.mean(axis=-1)
             values, states = self.enclosed(chosen, boxes[..., 0], boxes[..., 1])
             F = self.enclosed(chosen, middle, middle)[0][:, :, 0]
-            reach = np.abs(values[:, :, 1:]).max(axis=-1) @ np.ptp(boxes, axis=-1)[..., None] * (0.5 + ROUNDED)
+            reach = (
+                np.abs(values[:, :, 1:]).max(axis=-1) @ np.ptp(boxes, axis=-1)[..., None] * (0.5 + MEAN_VALUE_ROUNDING)
+            )
             F = F + reach * np.array([-1.0, 1.0])
             low, high = np.fmax(F[..., 0], values[:, :, 0, 0]), np.fmin(F[..., 1], values[:, :, 0, 1])
             kept = ~((low > 0.0) | (high < 0.0)).any(axis=1) | (states != SOUND)
-            possible |= np.bincount(owner[kept], minlength=possible.size) > MOST_PARTS
+            possible |= np.bincount(owner[kept], minlength=possible.size) > MAX_REMAINING_PARTS
             kept &= ~possible[owner]
             owner, boxes = owner[kept].repeat(2), boxes[kept].repeat(2, axis=0)
             if not owner.size:

@@ -58,8 +58,10 @@ COARSER = 0.1  # of the difference of both flows: the error of the finer, of ord
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 GROWTH, MOST_HALVINGS = 4.0, 5  # bound on a perturbation's growth exponent in a segment of Newton's method; halvings
-POLISHED = 1e-2  # sizes from the collocated motion: Newton's method has gone to another one
-SLACK = 1e-9  # of a piece between jumps: phases so near its end are at it
+MAX_POLISHING = (
+    1e-2  # distance from the collocated motion, in state sizes, beyond which Newton's method has found another one
+)
+JUMP_MARGIN = 1e-9  # phases closer to the end of a piece than this fraction of it are taken as the end
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
 OF_POINTS = (  # of motions
     *("period", "start", "nodes", "count", "branch", "status", "closed", "error", "still", "even", "mirrored", "scale"),
@@ -314,7 +316,7 @@ class Base:
         if not self.model.variation.has_jumps:
             return phases, 1.0, self.parameters
         share = phases[:, None] % 1.0 * self.pieces
-        piece = np.minimum((share + SLACK).astype(int), self.pieces - 1)
+        piece = np.minimum((share + JUMP_MARGIN).astype(int), self.pieces - 1)
         each = np.arange(self.pieces.size)
         begin, end = self.edges[each, piece], self.edges[each, piece + 1]
         first = len(self.parameters) - self.switched.shape[2]
@@ -406,7 +408,7 @@ class Base:
             bent, J = np.abs(plus + minus).sum(axis=3).max(axis=(1, 2)), np.zeros((which.size, K, n, K, n))
             J[:, each, :, each] = 0.5 * np.swapaxes(plus - minus, 0, 1)
             J[:, each, :, np.roll(each, -1)] -= np.eye(n)
-            J, limit = J.reshape(-1, K * n, K * n), np.inf if linear else POLISHED
+            J, limit = J.reshape(-1, K * n, K * n), np.inf if linear else MAX_POLISHING
             bad = ~np.isfinite(J).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < limit * sizes).all(axis=(1, 2))
             J[bad] = np.eye(K * n)
             U, singular, V = np.linalg.svd(J)

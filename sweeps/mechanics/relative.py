@@ -26,7 +26,9 @@ ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own ei
 INVARIANTS = ("sum_of_squares", "product_of_squares", "discriminant")  # S, D, S² - 4D of four eigenvalues
 MOVED = ((4.0, 2), (4.0, 4), (48.0, 4))  # changes of S, D, S² - 4D where a matrix of norm S changes, and their units
 SLOW = 1 / 64  # of the scale
-DEFECTIVE = 1e4  # condition of an eigenvalue, from which on that of all eigenvectors together is found, too
+MIN_DEFECTIVE_CONDITION = (
+    1e4  # condition number of an eigenvalue from which on the joint one of all eigenvectors is computed as well
+)
 EXACT = 1e-12  # of their terms: what slopes and curvatures of conserved quantities are known to, with room
 
 
@@ -365,7 +367,7 @@ def _eigen(matrix, S):
     """Return eigenvalues in order, and their condition numbers."""
     values, _ = _ordered(matrices.eigenvalues(matrix), S)
     condition = jacobians.conditions(matrix, values, S)
-    joint, rows = np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < DEFECTIVE))
+    joint, rows = np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION))
     joint[rows] = matrices.eigenvector_conditions(matrix[rows])
     return {"eigenvalues": values, "condition": condition, "joint_condition": joint}
 

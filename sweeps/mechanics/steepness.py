@@ -16,7 +16,7 @@ from sweeps.mechanics.tape import Tape
 INTERVALS = 64, 4096  # of a period; the second where a function changes by more than a SHARE of its range in the first
 SHARE, MOST = 0.3, 0.9  # of the range: by more than MOST in the shortest interval, and it may jump there
 ROUNDING = 1e-12  # of the values: no change
-HALF = 0.5 + 1e-9  # of an interval, and what rounding may add
+HALF_WIDTH = 0.5 + 1e-9  # half width of an interval, with an allowance for rounding
 TOGETHER = 1 << 17  # intervals
 
 
@@ -57,7 +57,7 @@ class Steepness:
         values = self.tape.slopes(constants, owner, low, low + width, int(is_centred))[0]
         if is_centred:
             middle = self.tape.slopes(constants, owner, low + width / 2, low + width / 2, 0)[0][:, :, 0]
-            change = np.abs(values[:, :, 1]).max(axis=-1) * width * HALF
+            change = np.abs(values[:, :, 1]).max(axis=-1) * width * HALF_WIDTH
             values[:, :, 0, 0] = np.fmax(values[:, :, 0, 0], middle[..., 0] - change)
             values[:, :, 0, 1] = np.fmin(values[:, :, 0, 1], middle[..., 1] + change)
         return values[:, :, 0]
