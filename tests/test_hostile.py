@@ -300,7 +300,7 @@ ATTRIBUTES = {
     "a file": ({"system": "evil.py"}, REFUSED),  # whose maps have no axis
     "two lines": ({"system": "rigid_body\n<b>"}, REFUSED),
     "version": ({"contract_version": 3.0}, FINE),
-    "conventions": ({"Conventions": [9]}, FINE),
+    "conventions": ({"Conventions": [9]}, UNLIKE),
 }
 DRAWN = (
     "script",

@@ -107,7 +107,7 @@ def refusal(problem: Landscape, equilibria: Found, parameters) -> str:
             f"none is found and none excluded at {open_.size} of {points} points of the grid: {reason}; allowed: "
             + ("narrower bounds, or a name near one")
         )
-    return f"none within the bounds, at {points} points of the grid; allowed: bounds that hold one"
+    return f"none within the bounds, at {points} points of the grid; allowed: parameters and bounds with one"
 
 
 def _symmetry(problem, direction):

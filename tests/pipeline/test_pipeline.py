@@ -65,7 +65,10 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert "24 of 36 points" in said.err or "36 of 36 points" in said.err
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
-    assert {path.name for path in folder.iterdir()} == {claims.CLAIM, finished.NOTE, *finished.MADE}
+    assert {path.name for path in folder.iterdir()} == {
+        *(claims.CLAIM, claims.DEFINITION, finished.NOTE, finished.SIZES),
+        *finished.MADE,
+    }
     assert list(folder.glob("figures/*.png"))
 
 

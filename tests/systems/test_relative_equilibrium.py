@@ -82,8 +82,9 @@ system.equilibrium("rest", {x: 0})
     assert type(again) is relative.RelativeEquilibrium
 
 
-def test_a_search_that_found_none_and_could_not_exclude_any_says_so():
-    with pytest.raises(DefinitionError, match="none is found and none excluded"):
+def test_tops_that_spin_too_slowly_for_steady_precession_are_refused():
+    """I3² w² < 4 I1 P cos θ."""
+    with pytest.raises(DefinitionError, match="none within the bounds, at 2 points of the grid; allowed: parameters"):
         load({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
 
 
