@@ -21,6 +21,7 @@ import test_faults
 from houses import assert_whole, wait_for
 
 import sweeps
+from sweeps.pipeline import claims, finished
 
 pytestmark = [pytest.mark.slow, pytest.mark.faults]
 cleared = test_faults.cleared
@@ -49,7 +50,8 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "report": "broken/report.html",
 }
 PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compiler"]}  # below a shard
-MADE = {".running", ".finished", "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
+NOTES = {claims.CLAIM, claims.DEFINITION, finished.NOTE, finished.SIZES}
+MADE = {*NOTES, "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 
 
 def victim(run, kind):
