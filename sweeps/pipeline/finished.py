@@ -71,10 +71,16 @@ def note_sizes(folder: Path) -> None:
 
 
 def incomplete(folder: Path) -> set[Path]:
-    """Return the folder of figures, or the report, of which a file is missing or has another size than when made."""
+    """Return the folder of figures, or the report, of which a file is missing or has another size than when made.
+
+    Sizes that were stored before the map was made tell nothing: a later run, cut short, may have drawn files again.
+    """
     try:
         sizes = json.loads((folder / SIZES).read_text())
+        is_older = (folder / SIZES).stat().st_mtime_ns < (folder / MADE[0]).stat().st_mtime_ns
     except (OSError, ValueError):  # never finished
+        return set()
+    if is_older:
         return set()
     changed = [name for name, size in sizes.items() if _weight(folder / name)[2:3] != (size,)]
     return {folder / Path(name).parts[0] for name in changed}

@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -143,12 +144,14 @@ def test_nothing_is_loaded_for_what_is_finished(mine):
 
 # Figures and the report: each file counts
 
+MAP = finished.MADE[0]
+
 
 @pytest.fixture
 def drawn(tmp_path):
     """A sweep's folder with figures and a report, whose sizes are noted."""
     (tmp_path / "figures").mkdir()
-    for name in ("figures/a.png", "figures/b.png", "figures/flip.gif", "report.html"):
+    for name in (MAP, "figures/a.png", "figures/b.png", "figures/flip.gif", "report.html"):
         (tmp_path / name).write_bytes(bytes(100))
     finished.note_sizes(tmp_path)
     return tmp_path
@@ -178,3 +181,10 @@ def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(drawn):
     (drawn / "figures/mine.txt").write_text("a note of the user")
     finished.remove_incomplete(drawn)
     assert len(list((drawn / "figures").iterdir())) == 4
+
+
+def test_files_that_an_interrupted_run_has_drawn_again_are_no_damage(drawn):
+    (drawn / MAP).write_bytes(b"another map")  # a run begins, replaces a file, and is killed
+    os.utime(drawn / MAP, ns=(time.time_ns() + 10**9,) * 2)
+    (drawn / "report.html").write_bytes(bytes(50))
+    assert finished.incomplete(drawn) == set()
