@@ -14,13 +14,9 @@ from sweeps.schema.refusals import DescriptionError
 MOST_FACTORED = 60  # operations
 SINGULAR = 1e-9  # singular values below it, relative, are a family's
 APART = 1024.0  # errors of a place, over which a matrix is taken to change evenly
-MAX_BOX_CUTS, MAX_REMAINING_PARTS = (
-    64,
-    64,
-)  # bisections of a box over a name's free coordinates, and parts of it that may remain, per point
-MEAN_VALUE_ROUNDING = (
-    1e-12  # relative error of a mean value form: an upper bound on the rounding of its sums and products
-)
+MAX_BOX_CUTS = 64  # bisections of a box over the coordinates that a name leaves open
+MAX_REMAINING_PARTS = 64  # parts of that box, per point, beyond which the search is given up as undecided
+MEAN_VALUE_ROUNDING = 1e-12  # relative error of a mean value form: a bound on the rounding of its sums and products
 FLAT = 1e-9  # of what a conserved quantity changes in second order: less is no slope
 
 
