@@ -25,10 +25,10 @@ def add_show(commands) -> None:
 
 
 def _show(args):
-    from sweeps.maps import admission, selection, summary
+    from sweeps.maps import selection, storage, summary
     from sweeps.views import textmap
 
-    with admission.opened(args.map) as whole:
+    with storage.open_map(args.map) as whole:
         ds = summary.pointwise(whole)
         places = selection.nearest(ds, args.coordinates, "--")
         totals = summary.summarise(ds)
@@ -155,10 +155,10 @@ def add_slice(commands) -> None:
 
 
 def _slice(args):
-    from sweeps.maps import admission, selection, summary
+    from sweeps.maps import selection, storage, summary
     from sweeps.shards.mapfile import write_part
 
-    with admission.opened(args.map) as ds:
+    with storage.open_map(args.map) as ds:
         places = selection.nearest(ds, args.coordinates, "--")
         remaining, further = selection.left(ds, places), summary.further_dimensions(ds)
         plane = [dim for dim in remaining if dim not in further]
@@ -232,7 +232,7 @@ def _draw(args, sheet, worker):
     from sweeps.maps import selection
     from sweeps.views import drawing, figures
 
-    with figures.opened(args.map) as ds:
+    with figures.open_to_draw(args.map) as ds:
         requested = args.coordinates | dict(selection.assigned(text) for text in args.at)
         places = selection.nearest(ds, requested, "--")
         chosen = [places[name] for name in requested]
@@ -271,7 +271,7 @@ def add_report(commands) -> None:
 def _report(args):
     from sweeps.views import figures, report
 
-    with figures.opened(args.map) as ds:
+    with figures.open_to_draw(args.map) as ds:
         report.write(ds, args.output)
     print(args.output)
 

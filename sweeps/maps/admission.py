@@ -5,12 +5,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from xarray.core import indexing
 
 from sweeps import systems
-from sweeps.maps.plain import PlainMap, PlainVariable
 from sweeps.reading.definitions import definition_of
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, read_structure
@@ -19,10 +20,6 @@ from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
 from sweeps.schema.refusals import MapError, display, shortened
 from sweeps.schema.variables import CONTRACT_VERSION, POINT, POINT_NAME, Layout, Variable, extremes, is_readable, wrong
-from sweeps.shards import contract
-
-if TYPE_CHECKING:
-    from sweeps.points.sweep import Sweep
 
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
@@ -50,8 +47,8 @@ def map_of(path: str | Path) -> Path:
     return path / MAP
 
 
-def read(path: str | Path, any_flags: bool = False) -> PlainMap:
-    """Return what a file holds that is a map, complete or not; see `admitted`."""
+def read(path: str | Path, any_flags: bool = False) -> xr.Dataset:
+    """Return the content of a file that is a map, complete or not; see `admitted`."""
     try:
         file = FileBytes(path)
     except (OSError, ValueError) as error:
@@ -61,22 +58,7 @@ def read(path: str | Path, any_flags: bool = False) -> PlainMap:
     return admitted(path, file, read_structure(file), any_flags)
 
 
-def opened(path: str | Path) -> PlainMap:
-    """Return a map, for what needs no Dataset and should not wait for one; checked as by `sweeps.open_map`."""
-    path = map_of(path)
-    return whole(path, read(path))
-
-
-def holds_map(path: str | Path, sweep: "Sweep") -> bool:
-    """Return True if a file holds the map of a sweep, as these kernels measure it."""
-    try:
-        with opened(path) as ds:
-            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
-    except MapError:
-        return False
-
-
-def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> PlainMap:
+def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> xr.Dataset:
     """Return the content of a file that is a map; numbers are read on their first use.
 
     With `any_flags`, flags without a meaning are read as they are, else refused as they are read.
@@ -85,12 +67,12 @@ def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags:
         attributes = _global(structure.attributes)
         parts = _Parts(_layout(attributes, structure.variables), structure.variables)
         _check(parts)
-        return _plain(parts, file, attributes, any_flags)
+        return _dataset(parts, file, attributes, any_flags)
     except _UnlikeError as unlike:
         raise MapError(f"{path}: {unlike}") from None
 
 
-def whole(path: str | Path, ds: Any) -> Any:
+def whole(path: str | Path, ds: xr.Dataset) -> xr.Dataset:
     """Return a map; close and refuse one without a variable that its definition chose, or that its system names."""
     missing = sorted((_promised(ds.attrs) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
     if missing:
@@ -289,7 +271,22 @@ def _check_variable(parts: _Parts, name: str, held: StoredVariable) -> None:
 # -- the map
 
 
-def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> PlainMap:
+class _FileArray(xr.backends.BackendArray):
+    """Values of a file for `xarray`, read on their first use."""
+
+    def __init__(self, values: StoredValues):
+        self._values, self.shape, self.dtype = values, values.shape, values.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer):
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._values.read)
+
+
+def _lazy(values: StoredValues) -> indexing.LazilyIndexedArray:
+    return indexing.LazilyIndexedArray(_FileArray(values))
+
+
+def _dataset(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> xr.Dataset:
+    """Return the map; its `encoding["ignored"]` names the file's variables that are no part of it."""
     coordinates = {name: _coordinate(parts, file, name, held) for name, held in parts.coordinates.items()}
     variables = {}
     for name, held in parts.variables.items():
@@ -297,21 +294,24 @@ def _plain(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
         values = StoredValues(file, name, held, ends)
         attrs = spec.attributes_among(parts.variables)
-        variables[name] = PlainVariable(held.dims, values, attrs, encoding=_encoding(name, held))
-    return PlainMap(variables, coordinates, attributes, parts.others, file.close)
+        variables[name] = xr.Variable(held.dims, _lazy(values), attrs, _encoding(name, held))
+    ds = xr.Dataset(variables, coordinates, attributes)
+    ds.encoding["ignored"] = parts.others
+    ds.set_close(file.close)
+    return ds
 
 
-def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable) -> PlainVariable:
+def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable) -> xr.Variable:
     """Return a checked coordinate: read at once, or one of many values read on demand and checked a part at a time."""
     raw, dims = StoredValues(file, name, held), _own_dims(parts, name)
     attributes, encoding = parts.specs[name].attributes, _encoding(name, held)
     if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
         for box in runs(held.shape, MOST_WHOLE):
             _check_values(parts, name, raw.read(box))
-        return PlainVariable(dims, raw, attributes, encoding=encoding)
+        return xr.Variable(dims, _lazy(raw), attributes, encoding)
     values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.whole()
     _check_values(parts, name, values)
-    return PlainVariable(dims, values, attributes, encoding=encoding)
+    return xr.Variable(dims, values, attributes, encoding)
 
 
 def _encoding(name: str, held: StoredVariable) -> dict[str, str]:

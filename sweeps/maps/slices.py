@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweeps import systems
-from sweeps.maps.plain import PlainMap
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.refusals import RefusedError, shortened
 from sweeps.schema.variables import POINT, POINT_NAME, Layout, is_readable
@@ -33,7 +32,7 @@ def check_is_map(ds: Any) -> None:
         raise RefusedError(f"ds: holds no variable; allowed: {ALLOWED}")
 
 
-def with_all_dimensions(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
+def with_all_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     """Return a slice of a map with all dimensions of the map, in storage order; a whole map is returned as it is.
 
     Where `isel` or `sel` took a dimension, its scalar coordinate becomes a dimension of length one again. Values along
@@ -45,8 +44,6 @@ def with_all_dimensions(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
         raise RefusedError(f"ds: the coordinate {missing[0]} is missing; allowed: {allowed}")
     if empty := [dim for dim, size in ds.sizes.items() if not size]:
         raise RefusedError(f"ds: has no points along {empty[0]}; allowed: a slice with one point or more")
-    if isinstance(ds, PlainMap):
-        return ds
     return _in_order(ds if all(one.ndim for one in ds.coords.values()) else _widened(ds, layout), layout)
 
 

@@ -3,21 +3,23 @@
 from contextlib import suppress
 from itertools import accumulate, islice, product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import netCDF4
 import numpy as np
 import xarray as xr
-from xarray.core import indexing
 
 from sweeps import systems
 from sweeps.maps import admission
-from sweeps.maps.plain import PlainMap
 from sweeps.process.files import replaced
 from sweeps.process.machine import cores
-from sweeps.reading.stored_values import StoredValues
+from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
 from sweeps.shards.content import ContentHash, chunk_shape, hashed
+
+if TYPE_CHECKING:
+    from sweeps.points.sweep import Sweep
 
 AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
 
@@ -88,31 +90,7 @@ class _Backend(xr.backends.BackendEntrypoint):
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """Return the map at a path; see `open_map`."""
-        return as_dataset(admission.read(filename_or_obj, any_flags)).drop_vars(drop_variables or ())
-
-
-class _Lazy(xr.backends.BackendArray):
-    """Values of a file for `xarray`, read when they are asked for."""
-
-    def __init__(self, raw: StoredValues):
-        self._raw, self.shape, self.dtype = raw, raw.shape, raw.dtype
-
-    def __getitem__(self, key: indexing.ExplicitIndexer):
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._raw.read)
-
-
-def as_dataset(plain: PlainMap) -> xr.Dataset:
-    """Return a plain map as a Dataset."""
-
-    def variable(one):
-        data = indexing.LazilyIndexedArray(_Lazy(one.data)) if isinstance(one.data, StoredValues) else one.data
-        return xr.Variable(one.dims, data, one.attrs, one.encoding)
-
-    variables, coordinates = ({name: variable(v) for name, v in of.items()} for of in (plain.data_vars, plain.coords))
-    ds = xr.Dataset(variables, coordinates, plain.attrs)
-    ds.encoding["ignored"] = plain.others
-    ds.set_close(plain.close)
-    return ds
+        return admission.read(filename_or_obj, any_flags).drop_vars(drop_variables or ())
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -128,3 +106,12 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     """
     path = admission.map_of(path)
     return admission.whole(path, xr.open_dataset(path, engine=_Backend, **options))
+
+
+def holds_map(path: str | Path, sweep: "Sweep") -> bool:
+    """Return True if a file holds the map of a sweep, as these kernels measure it."""
+    try:
+        with open_map(path) as ds:
+            return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())
+    except MapError:
+        return False

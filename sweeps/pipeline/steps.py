@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 
-from sweeps.maps import admission
+from sweeps.maps import storage
 from sweeps.pipeline import claims, finished
 from sweeps.points import compile
 from sweeps.points.catalogue import Plan
@@ -40,7 +40,7 @@ def make(
     with claims.claimed([sweep.name], results):
         claims.assign_to_definition(folder, planned.path, replace)
         finished.remove_incomplete(folder)
-        is_old = again or not admission.holds_map(path, sweep)
+        is_old = again or not storage.holds_map(path, sweep)
         if is_old:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
@@ -78,7 +78,7 @@ def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable
 
     progress.say(f"writing {folder}")
     shutil.rmtree(folder, ignore_errors=True)
-    with figures.opened(path) as ds:
+    with figures.open_to_draw(path) as ds:
         submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
         list(figures.draw_all(ds, folder, submit=submit, meanwhile=meanwhile))
     os.utime(folder)
@@ -88,7 +88,7 @@ def _report(path: Path, file: Path) -> None:
     from sweeps.views import figures, report
 
     progress.say(f"writing {file}")
-    with figures.opened(path) as ds:
+    with figures.open_to_draw(path) as ds:
         report.write(ds, file)
 
 

@@ -25,7 +25,7 @@ def draw(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
     """Draw one picture or animation of the map at `path`, cut by dimension → slice; see `figures.draw_one`."""
     from sweeps.views import figures
 
-    with figures.opened(path) as ds:
+    with figures.open_to_draw(path) as ds:
         return figures.draw_one(figures.literal(ds.isel(cut)), *what)
 
 

@@ -15,8 +15,7 @@ from PIL import Image
 
 from sweeps import systems
 from sweeps.figure import style
-from sweeps.maps import admission, slices
-from sweeps.maps.plain import PlainMap
+from sweeps.maps import slices, storage
 from sweeps.maps.summary import read
 from sweeps.process import startup
 from sweeps.process.files import replaced, replaced_folder
@@ -34,20 +33,16 @@ LARGEST = 1e150  # size of numbers, and of their inverses, of which Matplotlib m
 BLOCK_POINTS = 2**20
 
 
-def opened(path: str | Path) -> "xr.Dataset | PlainMap":
-    """Open a map for drawing, without loading a library where its figures need none."""
-    plain_map = admission.opened(path)
-    is_slice = not all(coordinate.ndim for coordinate in plain_map.coords.values())
-    if not is_slice and systems.presentation_of(plain_map).draws_plainly(plain_map):
+def open_to_draw(path: str | Path) -> "xr.Dataset":
+    """Open a map for drawing, and leave out the compiler if its figures call few kernels."""
+    ds = storage.open_map(path)
+    is_slice = not all(coordinate.ndim for coordinate in ds.coords.values())
+    if not is_slice and not systems.presentation_of(ds).needs_compiler(ds):
         startup.leave_out_the_compiler()
-        return plain_map
-    plain_map.close()
-    from sweeps.maps import storage
-
-    return storage.open_map(path)
+    return ds
 
 
-def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | None]]:
+def pictures(ds: "xr.Dataset") -> dict[str, Callable[[], Figure | None]]:
     """Return name → drawing function of each figure of a map (which returns None where there is nothing to show)."""
     ds = slices.with_all_dimensions(ds)
     presentation = systems.presentation_of(ds)
@@ -55,7 +50,7 @@ def pictures(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Figure | Non
     return {name: _without(ds, draw, None) for name, draw in draw_of(ds).items()}
 
 
-def animations(ds: "xr.Dataset | PlainMap") -> dict[str, Callable[[], Iterator[np.ndarray]]]:
+def animations(ds: "xr.Dataset") -> dict[str, Callable[[], Iterator[np.ndarray]]]:
     """Return name → function that draws the frames of each animation of a map."""
     ds = slices.with_all_dimensions(ds)
     if "point" in ds.dims:  # whose motion `point` writes
@@ -70,7 +65,7 @@ def _begun(frames: Callable[[], Iterator[np.ndarray]]) -> Iterator[np.ndarray]:
     return chain(list(islice(drawn, 1)), drawn)
 
 
-def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: Iterator | None) -> Callable:
+def _without(ds: "xr.Dataset", draw: Callable, nothing: Iterator | None) -> Callable:
     """Return a drawing function that draws nothing where it needs a variable that the map leaves out."""
 
     def drawn(*place):
@@ -86,7 +81,7 @@ def _without(ds: "xr.Dataset | PlainMap", draw: Callable, nothing: Iterator | No
 
 
 def draw_all(
-    ds: "xr.Dataset | PlainMap",
+    ds: "xr.Dataset",
     folder: str | Path,
     kind: str = "png",
     only: Sequence[str] = (),
@@ -132,7 +127,7 @@ def draw_all(
 
 
 def draw_one(
-    ds: "xr.Dataset | PlainMap",
+    ds: "xr.Dataset",
     name: str,
     folder: Path,
     kind: str = "png",
@@ -150,7 +145,7 @@ def draw_one(
 
 
 @contextmanager
-def _refusing_what_cannot_be_drawn(ds: "xr.Dataset | PlainMap", picture: str) -> Iterator[None]:
+def _refusing_what_cannot_be_drawn(ds: "xr.Dataset", picture: str) -> Iterator[None]:
     """Refuse a map that has numbers beyond `LARGEST`, where its picture could not be drawn."""
     try:
         yield
@@ -175,11 +170,9 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
     return [name for name in names if not only or name.startswith(tuple(only))]
 
 
-def literal(ds: "xr.Dataset | PlainMap") -> "xr.Dataset | PlainMap":
+def literal(ds: "xr.Dataset") -> "xr.Dataset":
     """Return the map with dollar signs escaped, so that Matplotlib draws its text literally."""
     title = _plain(shortened(" ".join(str(ds.attrs.get("title", "")).split()), MAX_TITLE))  # on one line
-    if isinstance(ds, PlainMap):
-        return ds.reworded(ds.attrs | {"title": title}, _plain)
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
     ds = ds.assign_coords(names).assign_attrs(title=title)
     for variable in ds.variables.values():

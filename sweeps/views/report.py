@@ -44,8 +44,6 @@ from sweeps.views.report_columns import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.maps.plain import PlainMap, PlainVariable
-
 LIMIT = 8_000_000  # bytes of a page
 JSON = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
 # before those of a map's own system; main.js is the last
@@ -62,11 +60,11 @@ SCRIPTS = (
 )
 
 
-def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> None:
+def write(ds: "xr.Dataset", path: str | Path, limit: int = LIMIT) -> None:
     """Write the report of a map, which is read once, box by box, so that it may exceed the memory.
 
     Args:
-        ds: a map, from `sweeps.open_map`, `sweeps.survey` or `sweeps.views.figures.opened`.
+        ds: a map, from `sweeps.open_map` or `sweeps.survey`.
         path: the HTML file, replaced once the new one is whole.
         limit: bytes that the file may have; a map that does not fit is thinned, and the page says so.
 
@@ -85,7 +83,7 @@ def write(ds: "xr.Dataset | PlainMap", path: str | Path, limit: int = LIMIT) -> 
 # -- reading
 
 
-def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
+def _gather(ds: "xr.Dataset") -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Read a map once: return its totals, and the columns at the points that a page can hold at most."""
     sizes = dimensions(ds)
     kept = thinned(sizes, _numeric(ds, sizes), MOST_POINTS)
@@ -100,7 +98,7 @@ def _gather(ds: "xr.Dataset | PlainMap") -> tuple[Summary, dict[str, np.ndarray]
     return summary, gatherer.columns, kept
 
 
-def _numeric(ds: "xr.Dataset | PlainMap", dims) -> set[str]:
+def _numeric(ds: "xr.Dataset", dims) -> set[str]:
     """Return dimensions along which values of a real parameter stand."""
     return {dim for dim in dims if dim in ds.coords and ds[dim].dtype.kind == "f"}
 
@@ -155,7 +153,7 @@ def _fewer(ds, columns, kept, points: int):
 # -- what the page's scripts get
 
 
-def payload(ds: "xr.Dataset | PlainMap", page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
+def payload(ds: "xr.Dataset", page: Page, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
     """Return the map as JSON for the page's scripts, without the packed bytes."""
     return {
         "title": str(ds.attrs.get("title", "")),
@@ -222,7 +220,7 @@ def _words(attributes: Mapping, name: str) -> dict:
     }
 
 
-def _flag_list(variable: "xr.DataArray | PlainVariable") -> list[dict]:
+def _flag_list(variable: "xr.DataArray") -> list[dict]:
     return [{"value": value, "meaning": meaning} for value, meaning in flags(variable).items()]
 
 

@@ -12,8 +12,6 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.maps.plain import PlainMap, PlainVariable
-
 BLOCK_POINTS = 2**17  # some 25 MB of columns at a time, whatever the map's size
 MOST_POINTS = 400_000  # more never fit into a page, so no more are kept in memory
 POWERS = (0, 1, -1, 2, -2)  # of a parameter, tried as scaling laws
@@ -37,7 +35,7 @@ class PageColumn:
     exact: bool = False  #: whether the page has its numbers as they are, because it works with them
 
 
-def is_number(variable: "xr.DataArray | PlainVariable") -> bool:
+def is_number(variable: "xr.DataArray") -> bool:
     """Return True if a variable is a column of real numbers, flags or booleans."""
     return variable.dtype.kind in "fiub"
 
@@ -67,7 +65,7 @@ def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
 class Gatherer:
     """Gathers the kept points of each column while a map is read box by box."""
 
-    def __init__(self, ds: "xr.Dataset | PlainMap", names, kept: Mapping[str, np.ndarray]):
+    def __init__(self, ds: "xr.Dataset", names, kept: Mapping[str, np.ndarray]):
         self.kept = kept
         self.columns = {}
         for name in names:

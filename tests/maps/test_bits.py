@@ -15,7 +15,7 @@ import pytest
 from maps import DEFINITION, write
 
 import sweeps
-from sweeps.maps import admission, storage
+from sweeps.maps import admission
 from sweeps.points.loading import read
 from sweeps.reading import hdf5
 from sweeps.reading.files import FileBytes
@@ -65,9 +65,7 @@ def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, fli
         bit = 8 * address + rng.randrange(8 * size)
         flipped(path, bit)
         # what is told and not found is the same as before: definitions, names and attributes were not touched
-        end = outcome(
-            lambda: storage.as_dataset(admission.admitted(path, FileBytes(path), told, any_flags=True)), lambda: True
-        )
+        end = outcome(lambda: admission.admitted(path, FileBytes(path), told, any_flags=True), lambda: True)
         ends[end, "deflated" if filters else "plain"] += 1
         flipped(path, bit)
     print(dict(ends))

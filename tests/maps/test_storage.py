@@ -15,7 +15,7 @@ import xarray as xr
 from maps import assert_same_bits
 
 import sweeps
-from sweeps.maps import admission, dataset, storage
+from sweeps.maps import dataset, storage
 from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns, estimate
 from sweeps.points.loading import read
@@ -367,12 +367,37 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_pa
     sizes = []
     box = stored_values.StoredValues._box
     monkeypatch.setattr(stored_values.StoredValues, "_box", lambda *args: sizes.append(box(*args).size) or box(*args))
-    with admission.opened(tmp_path / "map.nc") as plain:
+    with open_map(tmp_path / "map.nc") as ds:
         sizes.clear()
-        told = mapfile.write_part(plain, tmp_path / "part.nc", "slice")
+        told = mapfile.write_part(ds, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
         assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(tiny)
+
+
+def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):
+    chunks = {name: {"chunksizes": [max(1, n // 2) for n in v.shape]} for name, v in tiny.items()}
+    tiny.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding=chunks)
+    for part in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
+        box = {dim: part for dim, size in tiny.sizes.items() if size > 2}
+        with open_map(tmp_path / "map.nc") as ds:
+            for name in ("omega_squared", "status", *tiny.coords):
+                np.testing.assert_array_equal(
+                    ds[name].isel(box, missing_dims="ignore"), tiny[name].isel(box, missing_dims="ignore")
+                )
+
+
+@pytest.mark.parametrize("written_by", ["polhode", "xarray"])
+def test_a_part_is_opened_as_it_was_written(written_by, tmp_path):
+    """Text is written of any length by xarray, character by character by Polhode."""
+    part = dataset.survey_grid(BODIES).isel(axis=0)
+    if written_by == "polhode":
+        mapfile.write_part(part, tmp_path / "part.nc", "part")
+    else:
+        part.to_netcdf(tmp_path / "part.nc")
+    with open_map(tmp_path / "part.nc") as ds:
+        assert_same_bits(ds, part)
+        assert ds.equals(part)
 
 
 # The content hash

@@ -84,12 +84,9 @@ class Presentation:
         """Return name → function that draws the frames of each animation of a map."""
         return {}
 
-    def draws_plainly(self, ds: Dataset) -> bool:
-        """Return True if all figures of a map can be drawn from a plain map, without loading xarray or Numba.
-
-        Then a process that draws loads neither xarray nor Numba (see `sweeps.maps.plain` and `kernels.jit`).
-        """
-        return False
+    def needs_compiler(self, ds: Dataset) -> bool:
+        """Return False if the figures of a map call few kernels: plain Python is then faster than loading Numba."""
+        return True
 
     def opening(self, ds: Dataset) -> Opening:
         """Return the initial view of the page of a map."""

@@ -50,9 +50,9 @@ class RigidBodyPresentation(Presentation):
             drawings["breakdown"] = self.drawing("figure_breakdown.draw", ds)
         return drawings | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
 
-    def draws_plainly(self, ds: Dataset) -> bool:
-        """Return True for all figures of a grid except the breakdown."""
-        return is_grid(ds) and ds.sizes.get("epsilon", 0) < LEAST_NUDGES
+    def needs_compiler(self, ds: Dataset) -> bool:
+        """Return False for a grid without the figure of the breakdown."""
+        return not is_grid(ds) or ds.sizes.get("epsilon", 0) >= LEAST_NUDGES
 
     def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
