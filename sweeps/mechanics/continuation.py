@@ -12,6 +12,8 @@ motion (at rest at the time 0), which is followed for a period; y_0 is that moti
 *Collocation.* y is a trigonometric polynomial through an odd number of phases. No motion is integrated, so large
 multipliers do no harm; the number of phases is doubled until the last third of the harmonics is small all along.
 
+Where the rates jump in time, each phase has the mean of the rates over its cell, so that no jump is missed or shifted.
+
 *Curve.* Pseudo-arclength steps, each point by itself. A step is accepted if the correction is small and the tangent
 rotates little, and if the cubic through both ends has no fold that the ends do not show. A motion with the number k
 (`branch`) lies on the curve behind k - 1 folds: where the curve has had k folds and was not at s = 1 in between, the
@@ -29,6 +31,7 @@ from kernels.matrices import by_matrix
 PHASE_COUNTS = 31, 63, 127, 255  # numbers of collocation phases; odd, so that every harmonic has a derivative
 MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the state sizes
 MAX_LAST_TAIL = 1e-2  # the same with the most phases: Newton's method on the integrated motion still decides
+MAX_JUMP_TAIL = 1e-4  # the same as MAX_TAIL for rates that jump: harmonics fall off slowly, and Newton's method decides
 MAX_ALIASING = 1e-3  # largest relative error of the rates between the phases: a coarser grid may overlook a pulse
 MAX_DERIVATIVE_ENTRIES = 1 << 20  # entries of all points' derivatives that are computed together: 8 MiB
 MAX_STEPS = 600  # steps along one curve; beyond, the status is not_found
@@ -65,10 +68,9 @@ def values_at(places: np.ndarray, phases: np.ndarray) -> np.ndarray:
 class Collocation:
     """The equations G(y) = 0 of points; y has the shape (points, places, phases)."""
 
-    def __init__(self, variation, parameters, period, sizes, count: int):
-        self.variation, self.parameters, self.period, self.sizes = variation, parameters, period, sizes
+    def __init__(self, rates, period, sizes, order: int, count: int):
+        self.rates, self.period, self.sizes, self.order = rates, period, sizes, order
         self.phases, self.D = np.arange(count) / count, differentiation(count)
-        self.order = 2 if variation.second else 1
         self.main = np.linalg.matrix_power(self.D, self.order)
 
     def states(self, y, which) -> np.ndarray:
@@ -80,8 +82,7 @@ class Collocation:
     def __call__(self, y, which) -> tuple[np.ndarray, np.ndarray]:
         """Return G(y) and its derivative, flattened to (points, unknowns) and (points, unknowns, unknowns)."""
         points, m, count = y.shape
-        given, x = [p[which] for p in self.parameters], self.states(y, which)
-        rates, slopes = self.variation.linearized(given, x, self.phases)
+        rates, slopes = self.rates(which, self.states(y, which), self.phases)
         T, s, G, each = self.period[which], self.sizes[which].T, y @ self.main.T, np.arange(count)
         A = np.zeros((points, m, count, m, count))
         for a in range(m):
@@ -98,20 +99,20 @@ class Collocation:
         """Return True if the rates of y between the phases are not those of the polynomial through the phases."""
         each, between = np.arange(len(y)), self.phases + 0.5 / self.phases.size
         x = self.states(y, each)
-        rates, _ = self.variation.linearized(self.parameters, x, self.phases)
+        rates, _ = self.rates(each, x, self.phases)
         x = np.moveaxis(values_at(np.moveaxis(x, 1, 2), between), 2, 1)
-        there, _ = self.variation.linearized(self.parameters, x, between)
+        there, _ = self.rates(each, x, between)
         rates, there = np.moveaxis(rates, 1, 2), np.moveaxis(there, 1, 2)
         apart = np.abs(values_at(rates, between) - there).max(axis=2)
         return (apart > MAX_ALIASING * np.abs(there).max(axis=2)).any(axis=0)
 
 
-def is_equilibrium(variation, parameters, period, sizes, place) -> np.ndarray:
+def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     """Return True for places at which, without the drive, points would stay at rest, or near which they would."""
     points, m = place.shape
-    x = np.zeros((variation.equations.n, 1, points))
+    x = np.zeros((sizes.shape[1], 1, points))
     x[:m, 0] = place.T
-    rates, slopes = variation.linearized(parameters, x, np.arange(64) / 64)
+    rates, slopes = rates_at(np.arange(points), x, np.arange(64) / 64)
     force, s = np.array(rates) / sizes.T[:m, None], sizes.T
     mean = force.mean(axis=1)
     J = np.array([[slopes[a][b].mean(axis=0) * s[b] / s[a] for b in range(m)] for a in range(m)])
@@ -120,12 +121,12 @@ def is_equilibrium(variation, parameters, period, sizes, place) -> np.ndarray:
     return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * varying)
 
 
-def follow(variation, parameters, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
+def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
     """Follow the motions of points until the drive has its full amplitude.
 
     Args:
-        variation: the slopes of the rates (`sweeps.mechanics.periodic.Variation`).
-        parameters: a list of arrays (points,).
+        rates: (points' numbers, states, phases) → rates and their slopes (`sweeps.mechanics.periodic.Base.mean_rates`).
+        has_jumps: the rates may jump in time, so that the harmonics fall off as a power of their order.
         period: s, shape (points,).
         sizes: of the states, shape (points, n).
         curves: (points' numbers, phases) → y_0, shape (points, places, phases).
@@ -136,15 +137,20 @@ def follow(variation, parameters, period, sizes, curves, branch) -> tuple[list, 
         the name has ended at a fold, NOT_FOUND where the search has ended. The states of others are NaN.
     """
     status, left = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
-    states = [np.full((sizes.shape[1], 1), np.nan)] * period.size
+    n, m = sizes.shape[1], curves(left[:1], np.zeros(1)).shape[1]
+    states = [np.full((n, 1), np.nan)] * period.size
     for count in PHASE_COUNTS:
-        size, unresolved = max(1, MAX_DERIVATIVE_ENTRIES // (variation.m * count) ** 2), []
+        size, unresolved = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []
         for part in np.split(left, range(size, left.size, size)):
-            collocation = Collocation(variation, [p[part] for p in parameters], period[part], sizes[part], count)
+
+            def rates_of_part(which, x, phases, part=part):
+                return rates(part[which], x, phases)
+
+            collocation = Collocation(rates_of_part, period[part], sizes[part], n // m, count)
             start, last = curves(part, collocation.phases), count == PHASE_COUNTS[-1]
             y, found, tail = _follow(collocation, start, branch[part])
-            resolved = tail <= (MAX_LAST_TAIL if last else MAX_TAIL)
-            resolved &= (found != statuses.NOT_FOUND) & (last | ~collocation.is_aliased(start))
+            resolved = tail <= (MAX_LAST_TAIL if last else MAX_JUMP_TAIL if has_jumps else MAX_TAIL)
+            resolved &= (found != statuses.NOT_FOUND) & (last | has_jumps | ~collocation.is_aliased(start))
             status[part[resolved]] = found[resolved]
             x = collocation.states(y, np.arange(part.size))
             for k in np.flatnonzero(resolved & (found == statuses.OK)):
@@ -208,11 +214,11 @@ def _corrected(collocation, u, row, G0, which):
 
     That is the length of the first correction, and whether the last one is short enough.
     """
-    m, count = collocation.variation.m, collocation.phases.size
-    u, A, left = u.copy(), np.zeros((len(u), count * m, count * m)), np.arange(len(u))
+    count, unknowns = collocation.phases.size, u.shape[1] - 1
+    u, A, left = u.copy(), np.zeros((len(u), unknowns, unknowns)), np.arange(len(u))
     first, last = np.full(len(u), np.nan), np.full(len(u), np.inf)
     for turn in range(MAX_CORRECTIONS):
-        G, A[left] = collocation(u[left, :-1].reshape(-1, m, count), which[left])
+        G, A[left] = collocation(u[left, :-1].reshape(left.size, -1, count), which[left])
         G = G - (1.0 - u[left, -1:]) * G0[left]
         change = _bordered(A[left], G0[left], row[left], G)
         u[left] -= change

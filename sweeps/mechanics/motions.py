@@ -129,27 +129,27 @@ def solved(
     return states, error, status.astype(np.int8)
 
 
-def solved_between_jumps(model, parameters, start, times, tolerance: float) -> tuple | None:
+def solved_between_jumps(model, parameters, start, times, tolerance: float, least=None) -> tuple | None:
     """Return the same of equations that may jump in time, run by run from jump to jump; None if these are not known."""
-    outcomes = []
+    outcomes, smallest = [], np.abs(start) if least is None else least
     for run in range(len(start) if model.equations.switches else 0):
         given, wanted = [p[run : run + 1] for p in parameters], times[run]
         pieces = model.jumps.of_point([p[run] for p in model.with_switches(parameters)], wanted[0], wanted[-1])
         if pieces is None:
             return None
-        x, error, least, status, parts = start[run], np.zeros(start.shape[1]), np.abs(start[run]), OK, []
+        x, error, size, status, parts = start[run], np.zeros(start.shape[1]), smallest[run], OK, []
         for (begin, end), switches in zip(pairwise(pieces[0]), pieces[1], strict=True):
             within = np.r_[begin, wanted[(wanted > begin) & (wanted <= end)], end]
             at = [*given, *switches[:, None]]
-            piece = solved(model.moving, at, x[None], within[None], tolerance, least[None], error / SAFE)
+            piece = solved(model.moving, at, x[None], within[None], tolerance, size[None], error / SAFE)
             states, errors, status = piece[0][0], piece[1][0], max(status, int(piece[2][0]))
-            x, error, least = states[-1], errors[-1], np.maximum(least, np.abs(states).max(axis=0))
+            x, error, size = states[-1], errors[-1], np.maximum(size, np.abs(states).max(axis=0))
             parts.append(np.stack([states[1:-1], errors[1:-1]]))
         begun = np.stack([start[run], np.zeros(start.shape[1])])[:, None]
         states, errors = np.concatenate([begun, *parts], axis=1)
         outcomes.append((states, errors, status))
     if not outcomes:
-        return solved(model.moving, parameters, start, times, tolerance)
+        return solved(model.moving, parameters, start, times, tolerance, least)
     return tuple(np.array(column) for column in zip(*outcomes, strict=True))
 
 

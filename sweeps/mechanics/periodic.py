@@ -58,9 +58,8 @@ COARSER = 0.1  # of the difference of both flows: the error of the finer, of ord
 ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the certificate
 DIFFERENCE, NEWTONS = 1e-6, 16  # of the sizes: what differentiates the period map; steps
 GROWTH, MOST_HALVINGS = 4.0, 5  # bound on a perturbation's growth exponent in a segment of Newton's method; halvings
-MAX_POLISHING = (
-    1e-2  # distance from the collocated motion, in state sizes, beyond which Newton's method has found another one
-)
+MAX_POLISHING = 1e-2  # largest distance of a motion from the collocated one, in state sizes; beyond, it is another one
+MAX_JUMP_POLISHING = 0.05  # the same beside jumps, where a polynomial's slopes are off by its phases' distance
 JUMP_MARGIN = 1e-9  # phases closer to the end of a piece than this fraction of it are taken as the end
 EXAMINED, FOURIER, FALLEN = 8, 4096, 1e-9  # points; times in a period; of the largest term: what the last may be
 OF_POINTS = (  # of motions
@@ -285,11 +284,10 @@ class Base:
         self.finite = np.isfinite(self.scale)  # at the start, before another is looked for
         self.even &= self.still & (self.pieces == 1)
         self.mirrored = self.still & model.variation.odd & ~self.start.any(axis=1)
-        if model.variation.has_jumps:
-            self.closed[~self.still], self.status[~self.still] = np.inf, statuses.NOT_FOUND
-        elif not self.still.all():
+        if not self.still.all():
             model.perturbed(False)
-            self._close(np.flatnonzero(~self.still))
+            self.closed[~self.known], self.status[~self.known] = np.inf, statuses.NOT_FOUND
+            self._close(np.flatnonzero(~self.still & self.known))
             self._measure_sizes(places)
         sides = [[*parameters[: len(parameters) - side.shape[1]], *side.T] for side in np.swapaxes(self.switched, 0, 1)]
         self.steepness = np.max([model.steepness([*side, *self.start.T]) for side in sides], axis=0)
@@ -307,22 +305,22 @@ class Base:
             edges, self.switched, pieces = self.model.jumps.pieces(self.parameters, self.period)
             self.edges, self.pieces, self.known = edges / self.period[:, None], np.maximum(pieces, 1), pieces > 0
 
-    def between_jumps(self, phases) -> tuple[np.ndarray, np.ndarray | float, list]:
-        """Return times over the period, their rate by the phase, and parameters, at phases; of no jumps these alone.
+    def between_jumps(self, phases, which=None) -> tuple[np.ndarray, np.ndarray | float, list]:
+        """Return times over the period, their rate by the phase, and parameters, at phases, of points (default: all).
 
-        Each has the shape (phases, points) where there are jumps. Phases are shared evenly between the pieces, and
-        those at a jump belong to the later one.
+        If there are jumps, times, rates and switches have the shape (phases, points), else times are the phases.
+        Phases are shared evenly between the pieces, and those at a jump belong to the later one.
         """
+        which = np.arange(self.pieces.size) if which is None else np.asarray(which)
+        given = [p[which] for p in self.parameters]
         if not self.model.variation.has_jumps:
-            return phases, 1.0, self.parameters
-        share = phases[:, None] % 1.0 * self.pieces
-        piece = np.minimum((share + JUMP_MARGIN).astype(int), self.pieces - 1)
-        each = np.arange(self.pieces.size)
-        begin, end = self.edges[each, piece], self.edges[each, piece + 1]
-        first = len(self.parameters) - self.switched.shape[2]
-        switches = np.moveaxis(self.switched[each, piece], 2, 0)
+            return phases, 1.0, given
+        share = phases[:, None] % 1.0 * self.pieces[which]
+        piece = np.minimum((share + JUMP_MARGIN).astype(int), self.pieces[which] - 1)
+        begin, end = self.edges[which, piece], self.edges[which, piece + 1]
+        switches = np.moveaxis(self.switched[which, piece], 2, 0)
         times = begin + (end - begin) * (share - piece)
-        return times, (end - begin) * self.pieces, [*self.parameters[:first], *switches]
+        return times, (end - begin) * self.pieces[which], [*given[: len(given) - len(switches)], *switches]
 
     def _measure_sizes(self, places):
         """Set the states' sizes and the bound S on every rate along the motion; return whether it stays at rest."""
@@ -342,39 +340,64 @@ class Base:
 
         Linear equations have the same matrix beside all their motions, so that Newton's method alone suffices.
         """
-        parameters, period, sizes = [p[which] for p in self.parameters], self.period[which], self.sizes[which]
-        growth = np.log2(np.maximum(period * self.scale[which] / GROWTH, 1.0))
-        self.count[which] = 2 ** np.minimum(np.ceil(np.nan_to_num(growth)), MOST_HALVINGS).astype(int)
+        period, sizes = self.period[which], self.sizes[which]
+        longest = np.diff(self.edges[which], axis=1).max(axis=1)
+        growth = np.log2(np.maximum(longest * period * self.scale[which] / GROWTH, 1.0))
+        halvings = np.minimum(np.ceil(np.nan_to_num(growth)), MOST_HALVINGS).astype(int)
+        self.count[which] = self.pieces[which] * 2**halvings
         self.nodes = np.repeat(self.start[:, None], self.count.max(), axis=1)
         if not self.model.perturbed_code(False).linear:
-            given = self.model.variation, parameters, period, sizes
-            curves, self.status[which] = continuation.follow(*given, self._named_curves(which), self.branch[which])
-            for k in np.flatnonzero(self.status[which] == statuses.OK):
-                K = self.count[which[k]]
-                self.nodes[which[k], :K] = continuation.values_at(curves[k], np.arange(K) / K).T
-        self.closed[self.status != statuses.OK], self.nodes[self.status != statuses.OK] = np.inf, np.nan
+
+            def rates(numbers, x, phases):
+                return self.mean_rates(which[numbers], x, phases)
+
+            named, has_jumps = self._named_curves(which, rates), self.model.variation.has_jumps
+            curves, self.status[which] = continuation.follow(rates, has_jumps, period, sizes, named, self.branch[which])
+            for point, curve in zip(which, curves, strict=True):
+                if self.status[point] == statuses.OK:
+                    K = self.count[point]
+                    times, *_ = self.between_jumps(np.arange(K) / K, [point])
+                    self.nodes[point, :K] = continuation.values_at(curve, np.ravel(times)).T
+        missing = self.status != statuses.OK
+        self.closed[missing], self.nodes[missing] = np.inf, np.nan
         for K in np.unique(self.count[which]):
             part = which[(self.count[which] == K) & (self.status[which] == statuses.OK)]
             self._polish(part, self.nodes[:, :K])
         self.start = self.nodes[:, 0].copy()
 
-    def _named_curves(self, which):
+    def mean_rates(self, which, x, phases) -> tuple:
+        """Return `Variation.linearized` of points at equal phases of time; beside jumps, the means over their cells."""
+        parameters = [p[which] for p in self.parameters]
+        if not self.model.variation.has_jumps:
+            return self.model.variation.linearized(parameters, x, phases)
+        first, half, means = len(parameters) - self.switched.shape[2], 0.5 / phases.size, []
+        for turn, k in np.ndindex(2, self.switched.shape[1]):  # the cell of the phase 0 begins in the last period
+            times, begin, end = phases[:, None] + turn, self.edges[which, k], self.edges[which, k + 1]
+            share = (np.minimum(times + half, end) - np.maximum(times - half, begin)) / (2.0 * half)
+            if (share > 0.0).any():
+                given = [*parameters[:first], *self.switched[which, k].T]
+                rates, slopes = self.model.variation.linearized(given, x, times)
+                slopes = slopes[-len(rates) :]  # those of velocities, which are states beside jumps, are left out
+                share = np.maximum(share, 0.0)
+                means.append((share * np.array(rates), share * np.array(slopes)))
+        return tuple(np.sum(terms, axis=0) for terms in zip(*means, strict=True))
+
+    def _named_curves(self, which, rates):
         """Return a function of points of these and phases: the places that the names give, relative to the sizes.
 
         They are at rest, or, if no equilibrium without the drive is near, move from there as the system does for a
         period, less a ramp that closes the motion.
         """
         places, sizes = self.start[which, : self.model.equations.m], self.sizes[which, : self.model.equations.m]
-        given = [p[which] for p in self.parameters], self.period[which], self.sizes[which]
-        moves = ~continuation.is_equilibrium(self.model.variation, *given, places)
+        moves = ~continuation.is_equilibrium(rates, self.sizes[which], places)
 
         def curves(numbers, phases):
             y, moving = np.repeat(places[numbers, :, None], phases.size, axis=2), np.flatnonzero(moves[numbers])
             some = which[numbers[moving]]
             if some.size:
                 times = self.period[some, None] * np.append(phases, 1.0)
-                at = [p[some] for p in self.parameters]
-                x = motions.solved(self.model.moving, at, self.start[some], times, 1e-10, self.sizes[some])[0]
+                at = [p[some] for p in self.parameters[: len(self.parameters) - self.switched.shape[2]]]
+                x = motions.solved_between_jumps(self.model, at, self.start[some], times, 1e-10, self.sizes[some])[0]
                 x = np.swapaxes(x[:, :, : y.shape[1]], 1, 2)
                 y[moving] = x[:, :, :-1] - phases * (x[:, :, -1:] - x[:, :, :1])
             return y / sizes[numbers, :, None]
@@ -390,17 +413,18 @@ class Base:
         n, K, linear = self.model.equations.n, nodes.shape[1], self.model.perturbed_code(False).linear
         nudges, first = DIFFERENCE * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)]), nodes.copy()
         self.status[which] = statuses.NOT_FOUND  # unless it closes
-        begin, each = np.repeat(np.arange(K), len(nudges))[:, None] / K, np.arange(K)
+        each, count = np.arange(K), len(nudges)
         for _ in range(NEWTONS):
             if not which.size:
                 break
             sizes, x = self.sizes[which, None], nodes[which]
             starts = (x[:, :, None] + nudges * sizes[:, :, None]).reshape(-1, n)
-            times = (self.period[which, None, None] * (begin + np.array([0.0, 1.0 / K]))).reshape(-1, 2)
-            given, least = (
-                [np.repeat(p[which], begin.size, axis=0) for p in y] for y in (self.parameters, [self.sizes])
-            )
-            ends, error, _ = motions.solved(self.model.moving, given, starts, times, 1e-13, *least)
+            begin, pace, given = self.between_jumps(each / K, which)
+            begin, pace, *given = (np.broadcast_to(y, (K, which.size)).T for y in (begin.reshape(K, -1), pace, *given))
+            times = self.period[which, None, None] * (begin[..., None] + pace[..., None] * np.array([0.0, 1.0 / K]))
+            times, given = np.repeat(times.reshape(-1, 2), count, axis=0), [np.repeat(p, count) for p in given]
+            least = np.repeat(self.sizes[which], K * count, axis=0)
+            ends, error, _ = motions.solved(self.model.moving, given, starts, times, 1e-13, least)
             ends, error = (y[:, 1].reshape(-1, K, len(nudges), n) / sizes[:, :, None] for y in (ends, error))
             off, rounding = ends[:, :, 0] - np.roll(x, -1, axis=1) / sizes, error[:, :, 0]
             slopes = np.swapaxes(ends[:, :, 1:] - ends[:, :, :1], 2, 3) / DIFFERENCE
@@ -408,7 +432,8 @@ class Base:
             bent, J = np.abs(plus + minus).sum(axis=3).max(axis=(1, 2)), np.zeros((which.size, K, n, K, n))
             J[:, each, :, each] = 0.5 * np.swapaxes(plus - minus, 0, 1)
             J[:, each, :, np.roll(each, -1)] -= np.eye(n)
-            J, limit = J.reshape(-1, K * n, K * n), np.inf if linear else MAX_POLISHING
+            J = J.reshape(-1, K * n, K * n)
+            limit = np.inf if linear else MAX_JUMP_POLISHING if self.model.variation.has_jumps else MAX_POLISHING
             bad = ~np.isfinite(J).all(axis=(1, 2)) | ~(np.abs(x - first[which]) < limit * sizes).all(axis=(1, 2))
             J[bad] = np.eye(K * n)
             U, singular, V = np.linalg.svd(J)
@@ -435,9 +460,10 @@ class Base:
         ordered, number = np.unique(phases % 1.0, return_inverse=True)
         for K in np.unique(self.count[which]):
             part, states = which[self.count[which] == K], []
-            given = [p[part] for p in self.parameters]
             for k, some in enumerate(np.split(ordered, np.searchsorted(ordered, np.arange(1, K) / K))):
-                times = self.period[part, None] * np.insert(some, 0, k / K)
+                times = self.period[part, None] * self.between_jumps(np.insert(some, 0, k / K), part)[0].T
+                *_, given = self.between_jumps(np.array([k / K]), part)
+                given = [np.ravel(p) for p in given]
                 ends = motions.solved(self.model.moving, given, self.nodes[part, k], times, 1e-13, self.sizes[part])[0]
                 states.append(ends[:, 1:])
             states_at[:, :, part] = np.moveaxis(np.concatenate(states, axis=1)[:, number], 0, 2).swapaxes(0, 1)
@@ -615,7 +641,6 @@ def refusal(model, parameters) -> str:
             f"base motion: none of the system's period begins near {', '.join(labels)} (it ends at a fold while the "
             "drive is switched on, is not found, or others beside it close as well); allowed: an equilibrium at all "
             "times, one without the drive, or a start near a periodic motion"
-            + (" (beside jumps of the time, an equilibrium)" if base.model.variation.has_jumps else "")
         )
     if not bounded or is_jagged(base):
         return (

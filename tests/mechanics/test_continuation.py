@@ -1,5 +1,7 @@
 """Driven motions from their names, against harmonic balance along curves of its own, and DOP853."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -45,9 +47,9 @@ def survey(model, force, w, damping, name):
 
 
 class Balance:
-    """Harmonic balance of x'' + c x' + k x + q x² + d x³ = F cos(w t), in real coefficients."""
+    """Harmonic balance of x'' + c x' + k x + q x² + d x³ = F shape(w t), in real coefficients; cos(w t) by default."""
 
-    def __init__(self, stiffness, damping, w):
+    def __init__(self, stiffness, damping, w, shape=None):
         count = 4 * HARMONICS + 4
         angles = 2.0 * np.pi * np.multiply.outer(np.arange(count) / count, ORDERS)
         self.waves = np.hstack([np.ones((count, 1)), np.cos(angles), np.sin(angles)])
@@ -55,7 +57,7 @@ class Balance:
         inertia, drag = np.diag((ORDERS * w) ** 2), np.diag(damping * w * ORDERS)
         self.linear = np.zeros((2 * HARMONICS + 1,) * 2)
         self.linear[1:, 1:] = np.block([[-inertia, drag], [-drag, -inertia]])
-        self.drive = np.eye(1, 2 * HARMONICS + 1, 1)[0]
+        self.drive = np.eye(1, 2 * HARMONICS + 1, 1)[0] if shape is None else shape
 
     def __call__(self, u):
         """Return what is left of coefficients and force, and its derivatives by both."""
@@ -227,3 +229,99 @@ def test_drives_of_other_shapes(shape, stiffness, place):
         y = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.01).y
         assert y[:, -1] == pytest.approx(start, abs=1e-12)
         assert np.abs(y[0]).max() < 1.6
+
+
+JUMPING = {  # functions of an angle that jump
+    "square wave": lambda a: sp.sign(sp.cos(a)),
+    "sawtooth": lambda a: sp.frac(a / (2 * sp.pi)) - sp.Rational(1, 2),
+    "rectified": lambda a: sp.Abs(sp.cos(a)),
+    "pulse": lambda a: 3 * sp.Heaviside(sp.cos(a - 1) - sp.Rational(9, 10)),
+    "duty cycle": lambda a: sp.Piecewise((1, sp.Mod(a, 2 * sp.pi) < 2), (-1, True)),
+    "three levels": lambda a: (sp.sign(sp.cos(a) - 0.5) + sp.sign(sp.cos(a) + 0.5)) / 2,
+}
+
+
+def jumping():
+    """Return x'' + c x' + x + x³ = F (sum of all functions that jump, each with an amplitude), from rest."""
+    amplitudes = sp.symbols(" ".join(name.replace(" ", "_") for name in JUMPING), real=True)
+    system = driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, {"rest": (0, 1)}, lambda a: 0)
+    (x,), parameters = (c.symbol for c in system.coordinates.values()), system.parameters
+    force, angle = parameters["force"].symbol, parameters["w"].symbol * system.time
+    shares = [system.parameter(a.name, default=0.0) for a in amplitudes]
+    system.force(x, force * sum(a * f(angle) for a, f in zip(shares, JUMPING.values(), strict=True)))
+    return system
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(300, marks=pytest.mark.slow)])
+def test_drives_that_jump(count):
+    """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
+    rng, model, kinds = np.random.default_rng(4), Model(jumping()), np.arange(count) % len(JUMPING)
+    force, w, c = rng.uniform(0.02, 0.6, count), rng.uniform(0.4, 1.6, count), rng.uniform(0.05, 0.3, count)
+    shares = dict(zip(model.names[-len(JUMPING) :], np.eye(len(JUMPING))[:, kinds], strict=True))
+    points = {"force": force, "w": w, "damping": c, **shares, "epsilon": np.full(count, 1e-8)}
+    found = periodic.survey(model, points | {"equilibrium": np.zeros(count, dtype=int)}, 1e-12)
+    phases = (np.arange(2**14) + 0.5) / 2**14
+    waves = np.exp(-2j * np.pi * np.multiply.outer(np.arange(HARMONICS + 1), phases))
+    exists, angle = np.zeros(count, dtype=bool), sp.Symbol("angle", real=True)
+    for i, f in enumerate([list(JUMPING.values())[k] for k in kinds]):
+        f = sp.lambdify(angle, f(angle), "numpy")
+        terms = waves @ np.broadcast_to(f(2 * np.pi * phases), phases.shape) / phases.size * 2.0
+        shape = np.concatenate([terms[:1].real / 2.0, terms[1:].real, -terms[1:].imag])
+        balance = Balance((1.0, 0.0, 1.0), c[i], w[i], shape)
+        a = balance.motion(0.0, force[i])
+        exists[i] = a is not None
+        if found["status"][i] != OK:
+            assert not exists[i] or found["status"][i] == NOT_FOUND, i
+            continue
+        assert exists[i], i
+        assert found["x_start"][i] == pytest.approx(a[: HARMONICS + 1].sum(), abs=1e-3), i  # harmonics left out
+        assert abs(found["trace"][i] - balance.trace(a)) < 2e-2 * (1.0 + abs(balance.trace(a))), i
+        if i < 2 * len(JUMPING):
+            end, trace = by_scipy(model, f, {name: values[i] for name, values in points.items()}, found, i)
+            assert end == pytest.approx([found["x_start"][i], found["x_dot_start"][i]], abs=1e-12), i  # of SciPy
+            assert abs(found["trace"][i] - trace) <= found["trace_error"][i] + 1e-12, i  # of SciPy
+    assert (found["status"] == OK)[exists].mean() >= 0.99
+
+
+def by_scipy(model, f, point, found, i):
+    """Return the end of the period and the trace, by DOP853 from jump to jump."""
+    period = 2 * np.pi / point["w"]
+    given = model.with_switches([np.array([point[name]]) for name in model.names])
+    edges, _ = model.jumps.of_point([float(p[0]) for p in given], 0.0, period)
+    y = np.array([found["x_start"][i], found["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
+    for begin, end in pairwise(edges):
+        inside = begin + (end - begin) * np.array([1e-14, 1 - 1e-14])
+
+        def rates(t, y, inside=inside):
+            force = point["force"] * float(f(point["w"] * np.clip(t, *inside)))
+            stiffness, c = 1.0 + 3.0 * y[0] ** 2, point["damping"]
+            first, second = -c * y[3] - stiffness * y[2], -c * y[5] - stiffness * y[4]
+            return [y[1], force - c * y[1] - y[0] - y[0] ** 3, y[3], first, y[5], second]
+
+        y = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    return y[:2], y[2] + y[5]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [0.0, 0.4])
+def test_states_and_moving_names_beside_jumps(place):
+    """x' = y, y' = -c y - x - x³ + F sign(cos(t)), z' = x² - z: closed by DOP853; from rest, and from a start."""
+    system = System("States")
+    F, x, y, z = (
+        system.parameter("force", default=0.1),
+        *(system.state(name, bounds=(-2, 2), size=1) for name in "xyz"),
+    )
+    system.rate(x, y)
+    system.rate(y, -y / 10 - x - x**3 + F * sp.sign(sp.cos(system.time)))
+    system.rate(z, x**2 - z)
+    system.period(2 * sp.pi)
+    system.equilibrium("rest", {x: place, y: 0, z: 0})
+    points = {"force": np.array([0.05, 0.3]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
+    found = periodic.survey(Model(system), points, 1e-12)
+    assert found["status"].tolist() == [OK] * 2
+    for i, force in enumerate(points["force"]):
+        start = u = np.array([found[f"{name}_start"][i] for name in "xyz"])
+        for begin, end, sign in ((0, 0.5, 1), (0.5, 1.5, -1), (1.5, 2, 1)):
+            rates = lambda t, u, f=sign * force: [u[1], f - u[1] / 10 - u[0] - u[0] ** 3, u[0] ** 2 - u[2]]  # noqa: E731
+            u = solve_ivp(rates, (np.pi * begin, np.pi * end), u, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+        assert u == pytest.approx(start, abs=1e-12)  # of SciPy

@@ -166,10 +166,6 @@ def test_the_reference_of_verify_steps_to_the_jumps():
     [
         (lambda: oscillator(lambda t, d: sign(1 + cos(t))), "or system.jump"),
         (lambda: oscillator(lambda t, d: sp.floor(cos(t))), "or system.jump"),
-        (
-            lambda: oscillator(lambda t, d: 1, lambda t, d: sign(sin(2 * t)), period=pi),
-            "beside jumps of the time, an equilibrium",
-        ),
         (lambda: oscillator(lambda t, d: Piecewise((1, sin(t) > 0))), "a last case"),
         (lambda: oscillator(lambda t, d: sign(sin(t)), period=3), "period: force x_dot is"),
         (lambda: oscillator(lambda t, d: sign(sin(2 * t)), jumps=(1,)), "or system.jump"),

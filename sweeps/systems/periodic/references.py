@@ -34,7 +34,7 @@ def reference(system: "Periodic") -> Reference:
         from scipy.integrate import solve_ivp
 
         base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
-        T, K, steps, M = float(base.period[0]), int(base.count[0]), 1j * STEP * np.eye(n), np.eye(n)
+        T, K, steps, M = float(base.period[0]), int(max(base.count, base.pieces)[0]), 1j * STEP * np.eye(n), np.eye(n)
         if not T * base.scale[0] < MOST_TURNS:
             return np.nan
 
@@ -42,10 +42,10 @@ def reference(system: "Periodic") -> Reference:
             J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
             return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
 
-        edges = base.edges[0] if K == 1 else np.arange(K + 1) / K  # jumps, beside which all is at rest, or segments
-        for k, times in enumerate(pairwise(T * edges)):
-            x, switches = base.nodes[0, min(k, K - 1)], base.switched[0, min(k, base.switched.shape[1] - 1)]
-            y, at = [*x, *M.ravel()], ((*given, *switches),)
+        begin, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
+        parameters = np.array([np.broadcast_to(p, (K, 1))[:, 0] for p in parameters])
+        for k, times in enumerate(pairwise(T * np.append(begin, 1.0))):
+            y, at = [*base.nodes[0, min(k, int(base.count[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
             M = solve_ivp(both, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[n:, -1].reshape(n, n)
         return float(np.trace(M))
 
