@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.mechanics import System
-    from sweeps.systems.bodies.presentation.one_body import BodyAnswer
+    from sweeps.systems.uncertain_bodies.body_answer import BodyAnswer
 
     Quantity: TypeAlias = float | str
     Body: TypeAlias = str | Mapping[str, Any] | Sequence[Quantity] | Sequence[Sequence[Quantity]] | np.ndarray
@@ -174,9 +174,9 @@ def body(
         ['stable_minor', 'unstable', 'stable_major']
     """
     from sweeps.points import catalogue
-    from sweeps.systems.bodies.presentation import one_body
+    from sweeps.systems.uncertain_bodies import body_answer
 
-    return one_body.answer(body, axis, twist, definition, setting, catalogue.compiled)
+    return body_answer.answer(body, axis, twist, definition, setting, catalogue.compiled)
 
 
 def motion(

@@ -6,16 +6,16 @@ import pytest
 
 import sweeps
 from sweeps.handbook import generated
-from sweeps.systems.observed_periods import variables as observed_periods
-from sweeps.systems.oscillator import variables as oscillator
-from sweeps.systems.periodic import variables as periodic
-from sweeps.systems.pumped_body import variables as pumped_body
-from sweeps.systems.relative_equilibrium import variables as relative
-from sweeps.systems.rigid_body import variables as rigid_body
-from sweeps.systems.symmetric_top import variables as symmetric_top
-from sweeps.systems.tumbling import variables as tumbling
-from sweeps.systems.twist import variables as twist
-from sweeps.systems.uncertain_bodies import variables as uncertain
+from sweeps.systems.observed_periods import system as observed_periods
+from sweeps.systems.oscillator import system as oscillator
+from sweeps.systems.periodic import system as periodic
+from sweeps.systems.pumped_body import system as pumped_body
+from sweeps.systems.relative_equilibrium import system as relative
+from sweeps.systems.rigid_body import system as rigid_body
+from sweeps.systems.symmetric_top import system as symmetric_top
+from sweeps.systems.tumbling import system as tumbling
+from sweeps.systems.twist import system as twist
+from sweeps.systems.uncertain_bodies import system as uncertain
 
 ROOT = Path(__file__).parents[1]
 CONTRACT = ROOT / "results" / "README.md"

@@ -106,6 +106,15 @@ def test_no_import_runs_in_a_circle():
     assert circles(arrows()) == []
 
 
+def test_no_import_among_the_packages_of_systems_runs_in_a_circle():
+    package = lambda module: ".".join(module.split(".")[:3])  # noqa: E731
+    graph = {package(module): set() for module in arrows() if module.startswith("sweeps.systems.")}
+    for module, targets in arrows().items():
+        if package(module) in graph:
+            graph[package(module)] |= {package(target) for target in targets if package(target) in graph}
+    assert circles({name: targets - {name} for name, targets in graph.items()}) == []
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -10,7 +10,7 @@ from kernels.codes import REGIMES as OF_MULTIPLIERS
 from kernels.statuses import STATUSES
 from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 
 SOUND, GROWS, DECAYS, KEEPS = "stable", "unstable flutter period_doubling", "asymptotically_stable", "marginal"
 

@@ -52,15 +52,15 @@ def add_body(commands) -> None:
 def _body(args):
     if args.uncertainty is None:
         startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
-    from sweeps.systems.bodies.presentation import one_body
     from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.uncertain_bodies import body_answer
 
     body = parser.body(args)
     if body is None:
         names = list(prediction.bodies(catalogue.load(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
-    setting = {name: getattr(args, name) for name in (*one_body.SPIN, *one_body.SAMPLING, "uncertainty")}
+    setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty")}
     answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
     if args.figure:
         answer.savefig(args.figure)
@@ -195,7 +195,7 @@ def add_tumbler(commands) -> None:
 
 def _tumbler(args):
     from sweeps.systems.observed_periods import answers
-    from sweeps.systems.observed_periods.variables import WORDS
+    from sweeps.systems.observed_periods.system import WORDS
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):

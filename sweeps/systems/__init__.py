@@ -1,7 +1,7 @@
 """Systems of equations of motion that a definition can name.
 
-A system is one package: the model of its definition, its variables, columns, motion and references (see `Dynamics`), a
-module `system` whose `SYSTEM` it is, and beside them `presentation`: figures, page, words and colours (see
+A system is one package: the module `system` with its variables, the model of its definition, its columns, motion and
+references (see `Dynamics`), whose `SYSTEM` it is, and `presentation`: figures, page, words and colours (see
 `sweeps.systems.presentation`). Packages without `system` (`bodies`, `rates`) are what several of them share. A package
 here is found by itself; a package of somebody else names its module in an entry point of the group `polhode.systems`,
 and edits nothing.
@@ -10,6 +10,7 @@ and edits nothing.
 from collections.abc import Collection, Mapping
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -118,7 +119,8 @@ def presentation_of(ds: Dataset) -> "Presentation":
 
 def presented(system: Dynamics) -> "Presentation":
     """Return the presentation of a system."""
-    module = system.beside("presentation") or import_module("sweeps.systems.presentation")
+    name = f"{type(system).__module__.rpartition('.')[0]}.presentation"
+    module = import_module(name if find_spec(name) else "sweeps.systems.presentation")
     return module.PRESENTATION(system)
 
 

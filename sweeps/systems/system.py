@@ -1,10 +1,9 @@
 """What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
 
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -76,9 +75,9 @@ class Points(Protocol):
 class Dynamics(ABC):
     """A system of equations of motion, with its parameters and its columns.
 
-    Two modules beside that of its class are found by name: `presentation`, whose PRESENTATION shows its maps, and
-    `references`, whose REFERENCE, or function `reference` of the system, :meth:`reference` returns. Importing a system
-    imports no kernel, no xarray and no Matplotlib. A whole one, of one module, is `tests/toy/damped_top/system.py`.
+    A system is one module: that of its class also has ARGUMENTS, VARIABLES and LAYOUT (:attr:`tables`). The module
+    `presentation` next to it, if there is one, has PRESENTATION, which shows its maps. Importing a system imports no
+    kernel, no SciPy, no xarray and no Matplotlib. The smallest is `tests/toy/damped_top/system.py`.
     """
 
     name: str  #: value of a definition's key `system`
@@ -99,9 +98,13 @@ class Dynamics(ABC):
     #: dimensions along which one point has all its equilibria, modes or eigenvalues → these in words
     several: Mapping[str, str] = {}
     compiled: tuple[Kernel, ...] = ()  #: what :meth:`columns` calls of them, some for some definitions only
-    tables: ModuleType  #: module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT
     #: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     variants: Mapping[str, str] = {}
+
+    @property
+    def tables(self) -> ModuleType:
+        """Return the module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT: the class's."""
+        return sys.modules[type(self).__module__]
 
     def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
         """Return each dimension, in storage order → its values: a range, or a one-dimensional array."""
@@ -199,12 +202,5 @@ class Dynamics(ABC):
         return None
 
     def reference(self) -> Reference | None:
-        """Return the independent measurements for `verify`; None where the system has none."""
-        module = self.beside("references")
-        return module.reference(self) if hasattr(module, "reference") else getattr(module, "REFERENCE", None)
-
-    @classmethod
-    def beside(cls, name: str) -> ModuleType | None:
-        """Return the module of this name in the package of the system; None where it has none."""
-        package = cls.__module__.rpartition(".")[0]
-        return import_module(f"{package}.{name}") if package and find_spec(f"{package}.{name}") else None
+        """Return the independent measurements for `verify`; None if the system has none."""
+        return None

@@ -172,7 +172,7 @@ def random_points(random, count):
 
 def random_integration(random, most):
     """How runs are made: any of the contract's ranges, with at most so many samples."""
-    from sweeps.systems.rigid_body.definition import PROPAGATORS, RigidBodyIntegration
+    from sweeps.systems.rigid_body.system import PROPAGATORS, RigidBodyIntegration
 
     few, many = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
     per_rotation = int(np.exp(random.uniform(*(few if random.random() < 0.6 else many))))

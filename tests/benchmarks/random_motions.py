@@ -197,7 +197,7 @@ def attitude_theory(table, known):
 def integration_of(name, random, most):
     """How the motions of a definition are followed."""
     from sweeps.systems.bodies.body import Once
-    from sweeps.systems.rigid_body.definition import RigidBodyIntegration
+    from sweeps.systems.rigid_body.system import RigidBodyIntegration
     from sweeps.systems.symmetric_top.system import TopIntegration
 
     like = error_bars.random_integration(random, most)

@@ -3,7 +3,7 @@ import pytest
 
 from kernels import columns, flips, statuses, survey
 from kernels.columns import Column
-from sweeps.systems.rigid_body.variables import CERTIFICATE, FLIPS, TERMS, VARIABLES
+from sweeps.systems.rigid_body.system import CERTIFICATE, FLIPS, TERMS, VARIABLES
 
 TABLES = (survey.COLUMNS, flips.COLUMNS)
 EVERY = [column for table in TABLES for column in table]

@@ -7,9 +7,7 @@ import pytest
 
 from kernels import exact, in_space, tumbling
 from sweeps.points import catalogue
-from sweeps.systems.rigid_body.definition import RigidBodyIntegration
-from sweeps.systems.rigid_body.motion import start
-from sweeps.systems.rigid_body.system import SYSTEM
+from sweeps.systems.rigid_body.system import SYSTEM, RigidBodyIntegration, start
 
 pytestmark = pytest.mark.slow  # what they need takes some 20 s to compile, and few definitions ask for it
 ATTITUDE = RigidBodyIntegration(attitude=True)

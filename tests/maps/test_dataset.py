@@ -12,7 +12,7 @@ from sweeps.points import catalogue, columns
 from sweeps.points.loading import read
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import content
-from sweeps.systems.rigid_body import variables as rigid_body
+from sweeps.systems.rigid_body import system as rigid_body
 
 TINY = catalogue.shipped()["tiny"]
 

@@ -25,7 +25,7 @@ from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content, mapfile, merging
 from sweeps.shards import shard as sharding
-from sweeps.systems.rigid_body import variables as rigid_body
+from sweeps.systems.rigid_body import system as rigid_body
 
 TINY = read(catalogue.shipped()["tiny"])
 BODIES = read(

@@ -10,7 +10,7 @@ from sweeps.maps.selection import nearest
 from sweeps.schema.boxes import blocks, dimensions
 from sweeps.systems.presentation import agreement
 from sweeps.systems.presentation.look import Compared
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 from sweeps.systems.rigid_body.presentation.look import LOOK
 from sweeps.views import report, textmap
 

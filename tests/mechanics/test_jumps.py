@@ -14,7 +14,7 @@ from kernels.statuses import OK
 from sweeps.mechanics import DescriptionError, System
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.periodic.references import reference
+from sweeps.systems.periodic.system import reference_of
 
 pi, sin, cos, sign, Mod, Piecewise = sp.pi, sp.sin, sp.cos, sp.sign, sp.Mod, sp.Piecewise
 
@@ -152,7 +152,7 @@ def test_multipliers_beside_jumps(name):
 def test_the_reference_of_verify_steps_to_the_jumps():
     ds = sweeps.survey({"system": meissner(), "grid": {"q": [0.3, 0.9], "d": [0.5, 0.2]}})
     system = sweeps.systems.resolve(ds.attrs["system"])
-    compare = reference(system)
+    compare = reference_of(system)
     for q in (0.3, 0.9):
         for d in (0.5, 0.2):
             point = {"a": 0.0, "q": q, "d": d, "equilibrium": "rest"}

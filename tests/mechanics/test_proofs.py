@@ -7,7 +7,7 @@ from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import definite
 from sweeps.points import catalogue
 from sweeps.systems import resolve
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 
 
 def said(name, **values):

@@ -20,7 +20,7 @@ from sweeps.mechanics.relative import regimes
 from sweeps.points import catalogue
 from sweeps.points.columns import columns
 from sweeps.points.loading import read
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
 SETS = 400

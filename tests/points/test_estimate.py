@@ -11,7 +11,7 @@ from sweeps.points import estimate as module
 from sweeps.points.estimate import estimate, refuse_if_too_large
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.rigid_body import variables as rigid_body
+from sweeps.systems.rigid_body import system as rigid_body
 
 AMPLE = 10**30
 

@@ -19,7 +19,7 @@ from sweeps import systems as registry
 from sweeps.points import catalogue
 from sweeps.points.loading import load, read
 from sweeps.schema.refusals import DefinitionError, models_in
-from sweeps.systems.rigid_body.definition import PROPAGATORS, GridEntries, SpunBody
+from sweeps.systems.rigid_body.system import PROPAGATORS, GridEntries, SpunBody
 
 SHIPPED = sorted(catalogue.FOLDER.glob("*.yaml"))
 MODELS = [registry.resolve(name).model for name in registry.names()]

@@ -8,7 +8,7 @@ import xarray as xr
 from kernels.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
 from sweeps.figure import style
 from sweeps.systems.oscillator.presentation import figure_oscillations
-from sweeps.systems.oscillator.variables import REGIMES
+from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
 
 STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "unstable", "marginal"))

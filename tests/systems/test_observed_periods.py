@@ -13,8 +13,7 @@ from scipy.special import ndtr
 import sweeps
 from kernels import tumbling
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.observed_periods import references
-from sweeps.systems.observed_periods.answers import exclusion
+from sweeps.systems.observed_periods.system import energy_of, exclusion
 
 HOUR = 3600.0
 
@@ -279,7 +278,7 @@ def test_scipy_finds_the_same_energies():
             one = chosen.isel(I1_over_I3=i, thickness=j)
             point = {name: float(one[name]) for name in ("I1", "I2", "I3", "P_psi", "P_phi")}
             for mode in ("sam", "lam"):
-                energy = references.energy_of(point, mode)
+                energy = energy_of(point, mode)
                 if math.isfinite(energy):
                     compared += 1
                     # of the reference's quadrature and root

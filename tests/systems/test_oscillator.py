@@ -17,7 +17,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import of_file, script
-from sweeps.systems.oscillator import variables as oscillator
+from sweeps.systems.oscillator import system as oscillator
 from sweeps.views import figures
 
 ROOT = Path(__file__).parents[2]

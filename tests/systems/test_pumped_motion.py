@@ -8,9 +8,8 @@ import pytest
 
 from kernels import floquet, statuses
 from sweeps.mechanics import periodic
-from sweeps.systems.pumped_body import motion
-from sweeps.systems.pumped_body.references import trace_by_scipy
-from sweeps.systems.pumped_body.system import least_margin
+from sweeps.systems.pumped_body import equations
+from sweeps.systems.pumped_body.system import least_margin, trace_by_scipy
 
 STABLE, UNSTABLE, PERIOD_DOUBLING = floquet.STABLE, floquet.UNSTABLE, floquet.PERIOD_DOUBLING
 AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
@@ -59,7 +58,7 @@ TRACES = [
 
 @pytest.mark.parametrize(("a", "q", "trace"), TRACES)
 def test_traces_of_mathieus_equation(a, q, trace):
-    found = motion.survey(mathieu(a, q), True)
+    found = equations.survey(mathieu(a, q), True)
     assert found["status"] == statuses.OK
     assert abs(found["trace"][0] - trace) <= 1e-12 + found["trace_error"][0]
     assert found["trace_error"][0] < 1e-9
@@ -99,14 +98,14 @@ def test_the_trace_is_two_on_mathieus_characteristic_curves(q):
         sound = np.abs(body["depth2"]) < 0.99
         body = {name: values[sound] for name, values in body.items()}
         if body["I1"].size:
-            found = motion.survey(body, True)
+            found = equations.survey(body, True)
             np.testing.assert_allclose(found["trace_theory"], side, atol=1e-10)
             assert (np.abs(found["trace"] - side) <= found["trace_error"] + 1e-10).all()
 
 
 def test_pumped_stable_axis():
     rate = math.sqrt(0.5 / 6.0)  # 0.288675134595
-    found = motion.survey(points(I2=1.5, depth2=0.05, frequency=2.0 * rate), True)
+    found = equations.survey(points(I2=1.5, depth2=0.05, frequency=2.0 * rate), True)
     assert found["growth_rate"][0] / rate == pytest.approx(0.0499415701984, abs=1e-12)
     assert found["regime"] == PERIOD_DOUBLING
 
@@ -115,30 +114,30 @@ def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     I2 = 1.0 / (0.5 - 0.0045)
     moments = [I2, 1.0 / (0.4955 + 0.045), 1.0 / (0.4955 - 0.045)]
     assert moments == pytest.approx([2.0182, 1.8501, 2.2198], abs=5e-5)
-    found = motion.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
+    found = equations.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
     assert found["regime"] == STABLE
     assert np.abs(found["exponent_imag"]) == pytest.approx(0.156844738313 * 0.15, abs=1e-12)
     assert np.hypot(found["multiplier_real"], found["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
-    still = motion.survey(points(I2=I2, frequency=0.3), True)
+    still = equations.survey(points(I2=I2, frequency=0.3), True)
     assert still["growth_rate"][0] == pytest.approx(0.047434, abs=1e-6)
     square = np.array([0.3, 0.54, 0.56]) ** 2  # the same a and q at other frequencies, as long as it is a body
     I2 = 1.0 / (0.5 - 0.05 * square)
     faster = points(I2=I2, depth2=0.5 * square * I2, frequency=np.sqrt(square))
-    assert motion.survey(faster, True)["trace"] == pytest.approx(2.0 * np.cos(0.156844738313 * np.pi), abs=1e-11)
+    assert equations.survey(faster, True)["trace"] == pytest.approx(2.0 * np.cos(0.156844738313 * np.pi), abs=1e-11)
     assert (least_margin(faster, True) >= 0.0).tolist() == [True, True, False]
-    again = motion.survey(mathieu(-0.2, 0.5), True)
+    again = equations.survey(mathieu(-0.2, 0.5), True)
     assert again["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
 
 
 def test_small_growth_beside_frequencies_of_order_one_and_multipliers_of_1e8():
     width = 1e-4 * 4.0 / math.pi  # in the first tongue growth per period is pi q/2
-    found = motion.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
+    found = equations.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
     with mpmath.workdps(30):
         expected = float(mpmath.acosh(abs(exact_trace(1.0, width / 2.0)) / 2))
     assert 0.9e-4 < expected < 1.1e-4
     assert found["growth_per_period"][0] == pytest.approx(expected, rel=0.01)
     assert found["growth_per_period_error"][0] < 0.01 * expected
-    large = motion.survey(points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9, epsilon=1e-20), True)
+    large = equations.survey(points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9, epsilon=1e-20), True)
     trace = trace_by_scipy(
         {
             name: values[0]
@@ -166,7 +165,7 @@ def bodies(seed, n, epsilon=None):
 @pytest.mark.parametrize("inverse", [False, True])
 def test_random_bodies_are_those_of_scipy(inverse):
     given = bodies(1, 20, 1e-10)
-    found = motion.survey(given, inverse)
+    found = equations.survey(given, inverse)
     for k in range(20):
         expected = trace_by_scipy({name: values[k] for name, values in given.items()}, inverse)
         scale = max(1.0, abs(expected))
@@ -179,7 +178,7 @@ def test_random_bodies_are_those_of_scipy(inverse):
 @pytest.mark.parametrize("inverse", [False, True])
 def test_every_error_holds_and_no_regime_is_wrong(inverse):
     """2,000 bodies, perturbations from 1e-12 to 0.1: at least 99.9 % within the error."""
-    found = motion.survey(bodies(2, 2_000), inverse)
+    found = equations.survey(bodies(2, 2_000), inverse)
     measured = np.isfinite(found["trace"])
     assert measured.mean() > 0.5
     assert (found["status"] == statuses.OK).sum() >= 0.999 * measured.sum()  # all four entries within their errors
@@ -195,7 +194,7 @@ def test_every_error_holds_and_no_regime_is_wrong(inverse):
 
 
 def test_a_large_perturbation_has_no_number_and_says_so():
-    found = motion.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
+    found = equations.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
     assert found["status"] == statuses.PERTURBATION_TOO_LARGE
     assert np.isnan(found["trace"]).all()
     assert found["regime"] == floquet.UNDETERMINED
@@ -204,14 +203,14 @@ def test_a_large_perturbation_has_no_number_and_says_so():
 
 def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     given = bodies(4, 50)
-    whole = motion.survey(given)
+    whole = equations.survey(given)
 
     def wrong(*given, right=periodic.Base.certified):
         flow, *further = right(*given)
         return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *further
 
     monkeypatch.setattr(periodic.Base, "certified", wrong)
-    other = motion.survey(given)
+    other = equations.survey(given)
     for name in whole:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):
             np.testing.assert_array_equal(whole[name], other[name], err_msg=name)
@@ -219,8 +218,8 @@ def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
 
 def test_a_point_alone_has_the_bits_that_it_has_among_others():
     given = bodies(6, 70)
-    whole = motion.survey(given)
+    whole = equations.survey(given)
     for k in (0, 33, 69):
-        alone = motion.survey({name: values[k : k + 1] for name, values in given.items()})
+        alone = equations.survey({name: values[k : k + 1] for name, values in given.items()})
         for name in whole:
             assert alone[name][0].tobytes() == whole[name][k].tobytes(), name

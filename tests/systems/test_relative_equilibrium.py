@@ -15,7 +15,7 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import shipped
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
-from sweeps.systems.relative_equilibrium.variables import INVARIANTS, REGIMES, VARIABLES
+from sweeps.systems.relative_equilibrium.system import INVARIANTS, REGIMES, VARIABLES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
 NAMES = (

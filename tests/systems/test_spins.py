@@ -8,10 +8,10 @@ from calls import python
 from scipy.integrate import solve_ivp
 
 from kernels import jit
+from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.motion import duration
 from sweeps.systems.rigid_body.prediction import in_words, spins
 from sweeps.systems.rigid_body.presentation.look import LOOK
-from sweeps.systems.rigid_body.variables import VERDICTS
 
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 

@@ -27,7 +27,7 @@ from sweeps.schema.variables import Role, Variable
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems import shared_variables
-from sweeps.systems.rigid_body.variables import TERMS
+from sweeps.systems.rigid_body.system import TERMS
 
 TENSOR = [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]]
 SMALL = {

@@ -19,9 +19,9 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
-from sweeps.systems.uncertain_bodies.definition import UncertainIntegration
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
 from sweeps.systems.uncertain_bodies.presentation import figure_outlook
+from sweeps.systems.uncertain_bodies.system import UncertainIntegration
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
 SHARES = (0.01, 0.02, 0.05, 0.10)

@@ -28,11 +28,11 @@ from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.boxes import blocks
+from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.presentation.moving import equations
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 from sweeps.systems.rigid_body import prediction
 from sweeps.systems.rigid_body.presentation.page import PRESETS
-from sweeps.systems.rigid_body.variables import VERDICTS
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
 

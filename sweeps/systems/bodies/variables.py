@@ -1,7 +1,7 @@
 """Parameters, coordinates and layouts that the maps of all systems of rigid bodies share."""
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, list_of_different, number, spin_rate
 from sweeps.schema.variables import Layout, Parameter, Quantity, Variable, coordinates_of, table
@@ -39,6 +39,25 @@ AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = rows(
 ).values()
 TWO_RUNS = "three times the difference of two runs with different steps, and the effect of rounding"
 
+
+class Verdict(NamedTuple):
+    """What is said of a spin about a principal axis, by the command, `show`, figures and the page."""
+
+    words: str  #: the regime
+    more: str = ""  #: what a reader of the words alone would miss
+
+
+VERDICTS = {  # regime → its verdict
+    "stable_minor": Verdict(
+        "stable, least inertia", "with any loss of energy it ends in a flat spin (major-axis rule)"
+    ),
+    "stable_major": Verdict("stable, greatest inertia"),
+    "unstable": Verdict("unstable"),
+    "marginal": Verdict(
+        "marginal", "two moments are equal, and the axis drifts away in proportion to time, not exponentially"
+    ),
+    "sphere": Verdict("sphere", "all moments are equal, and perturbations neither grow nor oscillate"),
+}
 
 # Of a grid of shapes; see `sweeps.systems.bodies.shapes`.
 OF_I2 = "I2/I3 = 1 - (I1/I3)(1 - thickness)"

@@ -1,71 +1,23 @@
-"""From two observed periods to the energies of a body in each mode, as columns of a map and in words."""
+"""The answer for two observed periods, of one body and of all bodies: its numbers, and the same as text."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kernels import statuses, triangle, tumbling
+from kernels import tumbling
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import amount
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.observed_periods.variables import EXCLUDED, LONGEST, SHORTEST
+from sweeps.systems.observed_periods.system import MAX_EXCLUSION, MAX_PERIOD, MIN_PERIOD, PERIODS, SYSTEM, Nothing
 
 UNITS = {"s": 1.0, "h": 3600.0, "d": 86400.0}
-NAMES = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
 SHAPES = {"I1_over_I3": {"start": 0.01, "stop": 0.99, "num": 99}, "thickness": {"start": 0.0, "stop": 1.0, "num": 51}}
 LEAST = {"sam": 1.0, "lam": 0.0}  # ratio of periods over all bodies: of flat ones, of needles
-GIVEN_BACK = 1e-6  # of the ratio
 MODES = {"sam": tumbling.SAM, "lam": tumbling.LAM}
 VERDICTS = ("possible", "within_errors", "excluded")
-
-
-def exclusion(least: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarray:
-    r"""Return by how many standard errors the observed P_psi/P_phi is below the least ratio of a mode.
-
-    The mode asks for :math:`P_\psi > r P_\phi`. The errors are independent and normal, so :math:`P_\psi - r P_\phi` is
-    normal with the variance :math:`\sigma_\psi^2 + r^2\sigma_\phi^2`: nothing is linearised. 0 where the mode has the
-    ratio; infinite where there is no such mode (r infinite) and where the periods have no errors.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        below = least * P_phi - P_psi
-        sigmas = np.where(below > 0.0, below / np.hypot(sigma_psi, least * sigma_phi), 0.0)
-    return np.where(np.isinf(least), np.inf, sigmas)
-
-
-def columns(points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the columns of points; see `sweeps.systems.observed_periods.variables`."""
-    moments = np.sort([points[name] for name in MOMENTS], axis=0)
-    P_psi, P_phi, sigma_psi, sigma_phi = seen = [points[name] for name in NAMES]
-    ratio = P_psi / P_phi
-    spread = ratio * np.hypot(sigma_psi / P_psi, sigma_phi / P_phi)
-    solved = tumbling.inverse(*moments, ratio)
-    less, more = (tumbling.inverse(*moments, np.maximum(ratio + s, 0.0))["energy"] for s in (-spread, spread))
-    result, lost = {}, np.zeros(ratio.shape, dtype=bool)
-    for mode, k in MODES.items():
-        energy = solved["energy"][k]
-        has = np.isfinite(energy)
-        result[f"exclusion_{mode}"] = exclusion(solved["least_ratio"][k], *seen)
-        result[f"energy_{mode}"] = energy
-        apart = np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy))
-        result[f"energy_{mode}_stderr"] = np.where(has, apart, np.nan)
-        result[f"parameter_{mode}"] = solved["m"][k]
-        given = {"energy": np.where(has, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
-        back = tumbling.survey(dict(zip(MOMENTS, moments, strict=True)) | given, 1e-10, measured=False)
-        again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
-        given_back = has & (np.abs(again / ratio - 1.0) <= GIVEN_BACK)
-        result[f"momentum_rate_{mode}"] = np.where(given_back, back["period_psi_exact"] / P_psi, np.nan)
-        lost |= has & ~given_back
-    allowed = [result[f"exclusion_{mode}"] <= EXCLUDED for mode in MODES]
-    result["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
-    result["status"] = np.where(lost, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
-    result["triangle_margin"] = triangle.triangle_margin(*moments)
-    return result
-
-
-# -- in words
 
 
 @dataclass(frozen=True)
@@ -81,17 +33,19 @@ class TwoPeriods:
     def __post_init__(self):
         if self.unit not in list(UNITS):
             raise DefinitionError(f"unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
-        for name in NAMES:
+        for name in PERIODS:
             value = amount(name, given := getattr(self, name), self.unit)
-            least = 0.0 if "sigma" in name else SHORTEST
-            if not least <= value * UNITS[self.unit] <= LONGEST:
-                raise DefinitionError(f"{name}: {display(given)} is out of range; allowed: {least:g} to {LONGEST:g} s")
+            least = 0.0 if "sigma" in name else MIN_PERIOD
+            if not least <= value * UNITS[self.unit] <= MAX_PERIOD:
+                raise DefinitionError(
+                    f"{name}: {display(given)} is out of range; allowed: {least:g} to {MAX_PERIOD:g} s"
+                )
             object.__setattr__(self, name, value)
 
     @property
     def seconds(self) -> dict[str, float]:
         """Name → each period and error, s."""
-        return {name: getattr(self, name) * UNITS[self.unit] for name in NAMES}
+        return {name: getattr(self, name) * UNITS[self.unit] for name in PERIODS}
 
     @property
     def definition(self) -> dict:
@@ -121,7 +75,8 @@ def of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
     moments = (*sorted((first, second)), 1.0)
     shapes.refuse_impossible("ratios", moments)
     point = dict(zip(MOMENTS, moments, strict=True)) | periods.seconds
-    values = {n: v.item() for n, v in columns({name: np.array([value]) for name, value in point.items()}).items()}
+    columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, Nothing())
+    values = {name: column.item() for name, column in columns.items()}
     least = tumbling.inverse(*moments, periods.P_psi / periods.P_phi)["least_ratio"]
     rows = []
     for mode, k in MODES.items():
@@ -135,7 +90,7 @@ def of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
 
 def verdict(sigma: float) -> str:
     """Return one of VERDICTS for an exclusion by so many standard errors."""
-    return VERDICTS[0] if sigma == 0 else VERDICTS[1] if sigma <= EXCLUDED else VERDICTS[2]
+    return VERDICTS[0] if sigma == 0 else VERDICTS[1] if sigma <= MAX_EXCLUSION else VERDICTS[2]
 
 
 def of_all(periods: TwoPeriods, ds) -> list[dict]:

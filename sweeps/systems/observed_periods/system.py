@@ -1,19 +1,90 @@
-"""Observed periods of tumbling bodies: their definition and columns."""
+"""Two observed periods of a tumbling body: the energy that gives it both in each mode, or why none does."""
 
+import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
+from kernels import statuses
 from sweeps.schema.parameters import Strict, grid_model, key, mapping
+from sweeps.schema.values import number
+from sweeps.schema.variables import Parameter, Quantity
+from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.observed_periods import variables
-from sweeps.systems.system import Kernel
+from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.shared_variables import rows, status
+from sweeps.systems.system import Kernel, Reference
 from sweeps.systems.tumbling.system import A_POINT
 
-PeriodsGrid = grid_model("PeriodsGrid", variables.PARAMETERS, __name__, RATIOS)
+PERIODS = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
+ARGUMENTS = (*MOMENTS, *PERIODS)
+MAX_EXCLUSION = 3.0  # standard errors, beyond which a mode counts as excluded
+MAX_RATIO_DEVIATION = 1e-6  # of the ratio of periods that an energy gives back, relative; beyond: not_converged
+
+WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
+
+
+def _mode(mode: str) -> str:
+    words = WORDS[mode]
+    return f"""
+    exclusion_{mode}      1  standard errors by which the observed ratio of periods is below the minimum of the {words}
+        comment: 0 where not below; infinite where the body has no such mode, or the periods have no errors
+    energy_{mode}         1  energy that gives both periods in the {words}, 2T I3/L^2
+        comment: missing where no motion of that mode has the observed ratio of periods
+    energy_{mode}_stderr  1  standard error of energy_{mode}, from those of the periods
+        comment: the larger deviation of the energies at one standard error of the ratio either way; of one alone where
+        the other ratio is below the minimum of the mode
+    parameter_{mode}      1  parameter m of the elliptic functions of that motion in the {words}
+        comment: 0 in the limit of small wobbles and for symmetric bodies, 1 on the separatrix
+    momentum_rate_{mode}  rad s-1  L/I3 that gives P_psi in the {words}
+        comment: missing also where the separatrix is so near that the energy, a double, does not fix it to 1e-6
+    """
+
+
+VARIABLES = rows(
+    f"""
+    modes  -  modes that allow both observed periods [headline]
+        flags: 0 none sam lam both
+        comment: a mode is listed unless it is excluded by more than {MAX_EXCLUSION:g} standard errors; sam: short-axis
+        mode; lam: long-axis mode
+    """,
+    status(
+        statuses.NOT_CONVERGED,
+        "whether the closed form reproduces the observed ratio from each energy",
+        "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",
+    ),
+    _mode("sam"),
+    _mode("lam"),
+    bodies.TRIANGLE_MARGIN,
+)
+
+MIN_PERIOD, MAX_PERIOD = 1e-150, 1e150  # s, bounds on observed periods: their squares are doubles
+_PERIOD, _ERROR = f"{MIN_PERIOD:g} to {MAX_PERIOD:g}", f"0 to {MAX_PERIOD:g}"
+PERIOD = Quantity(
+    "period", "s", _PERIOD, Annotated[float, number(lambda x: MIN_PERIOD <= x <= MAX_PERIOD, f"{_PERIOD}, in s")]
+)
+ERROR = Quantity("error", "s", _ERROR, Annotated[float, number(lambda x: 0.0 <= x <= MAX_PERIOD, f"{_ERROR}, in s")])
+
+PARAMETERS = (
+    *bodies.PRINCIPAL,
+    Parameter("P_psi", PERIOD, "observed period of the angular velocity in the body", required=True),
+    Parameter(
+        "P_phi",
+        PERIOD,
+        "observed mean precession period of the axis of least inertia about L (long-axis convention)",
+        required=True,
+    ),
+    Parameter("sigma_psi", ERROR, "standard error of P_psi", 0.0),
+    Parameter("sigma_phi", ERROR, "standard error of P_phi", 0.0),
+)
+
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES, VARIABLES)
+
+
+PeriodsGrid = grid_model("PeriodsGrid", PARAMETERS, __name__, RATIOS)
 
 
 class Nothing(Strict):
@@ -40,16 +111,120 @@ class ObservedPeriods(FreeBody):
         Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
         Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
     )
-    tables = variables
     method_text = "closed form of the energies from tumbling periods"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
-        """Return what the periods say of each body."""
-        from sweeps.systems.observed_periods.answers import columns
+        """Return exclusion, energy and angular momentum of each body in each mode; see `VARIABLES`."""
+        from kernels import triangle, tumbling
 
-        return columns(points)
+        modes = {"sam": tumbling.SAM, "lam": tumbling.LAM}
+        moments = np.sort([points[name] for name in MOMENTS], axis=0)
+        P_psi, P_phi, sigma_psi, sigma_phi = observed = [points[name] for name in PERIODS]
+        ratio = P_psi / P_phi
+        spread = ratio * np.hypot(sigma_psi / P_psi, sigma_phi / P_phi)
+        solved = tumbling.inverse(*moments, ratio)
+        less, more = (tumbling.inverse(*moments, np.maximum(ratio + s, 0.0))["energy"] for s in (-spread, spread))
+        result, not_converged = {}, np.zeros(ratio.shape, dtype=bool)
+        for mode, k in modes.items():
+            energy = solved["energy"][k]
+            has = np.isfinite(energy)
+            result[f"exclusion_{mode}"] = exclusion(solved["least_ratio"][k], *observed)
+            result[f"energy_{mode}"] = energy
+            apart = np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy))
+            result[f"energy_{mode}_stderr"] = np.where(has, apart, np.nan)
+            result[f"parameter_{mode}"] = solved["m"][k]
+            point = {"energy": np.where(has, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
+            back = tumbling.survey(dict(zip(MOMENTS, moments, strict=True)) | point, 1e-10, measured=False)
+            again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
+            reproduced = has & (np.abs(again / ratio - 1.0) <= MAX_RATIO_DEVIATION)
+            result[f"momentum_rate_{mode}"] = np.where(reproduced, back["period_psi_exact"] / P_psi, np.nan)
+            not_converged |= has & ~reproduced
+        allowed = [result[f"exclusion_{mode}"] <= MAX_EXCLUSION for mode in modes]
+        result["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
+        result["status"] = np.where(not_converged, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
+        result["triangle_margin"] = triangle.triangle_margin(*moments)
+        return result
+
+    def reference(self) -> Reference:
+        """Return the energy in each mode, found again by SciPy."""
+        return _reference("lam", "long-axis mode", _reference("sam", "short-axis mode"))
+
+
+def exclusion(least: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarray:
+    r"""Return by how many standard errors the observed P_psi/P_phi is below the least ratio of a mode.
+
+    The mode asks for :math:`P_\psi > r P_\phi`. The errors are independent and normal, so :math:`P_\psi - r P_\phi` is
+    normal with the variance :math:`\sigma_\psi^2 + r^2\sigma_\phi^2`: nothing is linearised. 0 where the mode has the
+    ratio; infinite where there is no such mode (r infinite) and where the periods have no errors.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        below = least * P_phi - P_psi
+        sigmas = np.where(below > 0.0, below / np.hypot(sigma_psi, least * sigma_phi), 0.0)
+    return np.where(np.isinf(least), np.inf, sigmas)
+
+
+NEAR_SEPARATRIX = 1e-6  # of the range of energies of a mode: nearer, the ratio changes too fast for quadrature
+MAX_DEVIATION = 1e-8  # of an energy from the reference, relative, for a sphere; times the ratio of moments
+
+
+def ratio(moments: np.ndarray, energy: float) -> float:
+    r"""Return P_psi/P_phi (long axis) of a body of ascending moments at the energy 2T I3/L^2, in either mode.
+
+    With L = 1 and moments I1 < I2 < I3 the components of the angular momentum along the body are those of Landau and
+    Lifshitz, section 37, and the axis of least moment precesses about L at the rate
+    :math:`\dot\phi = L\,(L_2\omega_2 + L_3\omega_3)/(L_2^2 + L_3^2)`. Its mean over the period of the angular
+    velocity is the mean over a quarter of it.
+    """
+    from scipy.integrate import quad
+    from scipy.special import ellipj, ellipk
+
+    I1, I2, I3 = moments
+    T2 = energy / I3  # at L = 1
+    long = energy * I2 > I3  # the polhode encircles axis 1: the roles of axes 1 and 3 change
+    Ia, Ic = (I3, I1) if long else (I1, I3)
+    p = math.sqrt((Ic - I2) * (1.0 - T2 * Ia) / (I1 * I2 * I3))
+    m = (I2 - Ia) * (T2 * Ic - 1.0) / ((Ic - I2) * (1.0 - T2 * Ia))
+    a = math.sqrt(Ia * (T2 * Ic - 1.0) / (Ic - Ia))
+    b = math.sqrt(I2 * (T2 * Ic - 1.0) / (Ic - I2))
+    c = math.sqrt(Ic * (1.0 - T2 * Ia) / (Ic - Ia))
+    K = float(ellipk(m))
+
+    def rate(u):
+        sn, cn, dn, _ = ellipj(u, m)
+        along, second, encircled = a * cn, b * sn, c * dn
+        third = along if long else encircled
+        across = second * second + third * third
+        return (second * second / I2 + third * third / I3) / across
+
+    mean = quad(rate, 0.0, K, epsabs=0.0, epsrel=1e-12, limit=400)[0] / K
+    return mean * 4.0 * K / p / (2.0 * math.pi)
+
+
+def energy_of(point: Mapping[str, float], mode: str) -> float:
+    """Return the energy of a mode that gives the point's ratio of periods; NaN if none does."""
+    from scipy.optimize import brentq
+
+    moments = np.sort([float(point[f"I{i}"]) for i in (1, 2, 3)])
+    moments = moments / moments[2]
+    wanted = float(point["P_psi"]) / float(point["P_phi"])
+    separatrix = moments[2] / moments[1]
+    end = 1.0 if mode == "sam" else moments[2] / moments[0]
+    gap = separatrix - end
+    if abs(gap) < 1e-3 or moments[0] == moments[1]:
+        return math.nan
+    low, high = end + 1e-9 * gap, separatrix - NEAR_SEPARATRIX * gap
+    if not ratio(moments, low) < wanted < ratio(moments, high):
+        return math.nan
+    return float(brentq(lambda energy: ratio(moments, energy) - wanted, low, high, xtol=1e-13, rtol=1e-14))
+
+
+def _reference(mode: str, words: str, *more: Reference) -> Reference:
+    def allowed(point: Mapping[str, float], integration) -> float:
+        return MAX_DEVIATION * max(point["I1"], point["I2"], point["I3"]) / min(point["I1"], point["I2"], point["I3"])
+
+    return Reference(f"energy_{mode}", {f"SciPy, {words}": lambda point, _: energy_of(point, mode)}, allowed, more)
 
 
 SYSTEM = ObservedPeriods()

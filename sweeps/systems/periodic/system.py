@@ -1,26 +1,94 @@
-"""A described system whose equations are periodic in time, by its Floquet multipliers: its definition and columns.
+"""A described system whose equations are periodic in time, by its Floquet multipliers.
 
 One `Periodic` a description: those of `sweeps/mechanics/library/periodic`, and any Python file that says a period.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
 
+from kernels.codes import INVARIANTS as NAMES
+from kernels.codes import REGIMES
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, mapping
 from sweeps.schema.values import Tolerance
-from sweeps.schema.variables import Variable, table
+from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, PATHS, SEARCH, Described
-from sweeps.systems.periodic import variables as tables
-from sweeps.systems.periodic.variables import BRANCH, INVARIANTS, VARIABLES
-from sweeps.systems.system import Kernel
+from sweeps.systems.reintegration import rates_of
+from sweeps.systems.shared_variables import layout, perturbation, regime, rows, status, with_theory
+from sweeps.systems.system import Kernel, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
     from sweeps.mechanics.taylor import Code
+
+
+_BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
+_EACH = ("multiplier",)
+MULTIPLIER = Variable("multiplier", "1", "multiplier, by falling modulus, then argument", "i1")
+LONG_NAMES = ("trace a of the monodromy matrix M", "(a² - tr M²)/2", "a² - 4b + 8", "det(M - 1)", "det(M + 1)")
+
+
+_ERROR = "a bound: what the steps leave out, what the size changes, and rounding"
+
+
+def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
+    return with_theory(*names, _ERROR, comment=comment, **more)
+
+
+MULTIPLIERS = rows(
+    *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
+    *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
+    *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
+    *_measured("exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_EACH),
+    *_measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
+    *_measured("growth_per_period", "1", "growth rate times the period"),
+    *_measured("trace", "1", "trace of the monodromy matrix", scale="trace_error"),
+    *regime(
+        REGIMES,
+        "by the smooth invariants of the monodromy matrix, or of its independent blocks, and their errors; unstable, "
+        "too, where the kind of growth is open; marginal where the errors leave it open",
+    ),
+    """
+    determinant_residual  1  f4  distance of the measured determinant from that of Liouville's formula, relative to its
+        terms
+    reciprocity_residual  1  f4  distance of the measured multipliers from pairs of product 1, likewise; of the
+        determinant without pairs
+    phase_residual        1  f4  distance of the traces of the variational flow from two phases of the period, relative
+        to the matrix [check]
+    propagation_error     1  f4  largest distance of the measured monodromy matrix from the variational flow's, relative
+        to the matrix [certificate]
+        comment: the certificate: the variational flow over one period shares no code with the measurement
+    steps                 1  i4  number of segments of a period from whose ends perturbed motions start
+    """,
+    status(),
+)
+VARIABLES = MULTIPLIERS | rows(
+    """
+    base_residual  1  distance of the base motion from where it began a period before, relative to the states' sizes
+        comment: 0 for an equilibrium at all times
+    """
+)
+INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
+    *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))
+)
+BRANCH = rows(  # of descriptions that request others than the first
+    """
+    branch  1  i1  number of the motion on the curve that leads from the named place as the drive grows; 0 if missing
+        comment: 1 before the first fold; each fold adds 1
+    """
+)
+
+_WHERE = "where a segment of the period begins, relative to the states' sizes"
+NUDGE = (perturbation(1e-8, "the size of the system", _WHERE),)
+NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
+LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED), spare=(MULTIPLIER.name,))
+COORDINATES = LAYOUT.coordinates
 
 
 class OnePeriod(Strict):
@@ -55,7 +123,6 @@ class Periodic(Described):
     compiled = (Kernel("monodromy", seconds=8.0), Kernel("variational", seconds=1.0), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
-    tables = tables
     marker = "phase_residual"
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     shown = "measured multipliers of a periodic motion, beside the variational flow"
@@ -111,6 +178,62 @@ class Periodic(Described):
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)
+
+    def reference(self) -> Reference:
+        """Return the trace of the monodromy matrix, found again by SciPy."""
+        return reference_of(self)
+
+
+STEP = 1e-30  # of a complex step: its square is nothing beside a double
+MAX_PERIOD_ANGLE = 1000.0  # rad, the fastest rate times the period; SciPy does not integrate longer periods
+
+
+def reference_of(system: Periodic) -> Reference:
+    """Return the trace by SciPy's DOP853 on the variational equations.
+
+    The equations are the description's, as SymPy writes them for NumPy, and a complex step differentiates them: nothing
+    is shared with the generated integrators or with theory's Jacobian. Only the states of the base motion are taken
+    from these, at the starts of segments that are so short that no large multiplier ruins the motion.
+    """
+    from sweeps.mechanics.periodic import Base
+
+    model = system.mechanism
+    rates = rates_of(model.equations)
+
+    @cache
+    def trace(given, slot):
+        from scipy.integrate import solve_ivp
+
+        base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
+        T, K, steps, M = float(base.period[0]), int(max(base.count, base.pieces)[0]), 1j * STEP * np.eye(n), np.eye(n)
+        if not T * base.scale[0] < MAX_PERIOD_ANGLE:
+            return np.nan
+
+        def both(t, y, at):
+            J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
+            return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
+
+        begin, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
+        parameters = np.array([np.broadcast_to(p, (K, 1))[:, 0] for p in parameters])
+        for k, times in enumerate(pairwise(T * np.append(begin, 1.0))):
+            y, at = [*base.nodes[0, min(k, int(base.count[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
+            M = solve_ivp(both, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[n:, -1].reshape(n, n)
+        return float(np.trace(M))
+
+    def of_point(point):
+        given = tuple(float(point[name]) for name in model.names) or (0.0,)
+        return trace(given, model.system.names.index(str(point["equilibrium"])))
+
+    return trace_reference(of_point)
+
+
+def trace_reference(trace: Callable[[Mapping], float]) -> Reference:
+    """Return a reference to traces of points that SciPy finds."""
+
+    def allowed(point, _):
+        return 1e-9 * max(1.0, abs(trace(point)))
+
+    return Reference("trace", {"SciPy DOP853": lambda point, _: trace(point)}, allowed, within_error=True)
 
 
 KIND = Periodic

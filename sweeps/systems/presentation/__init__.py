@@ -13,6 +13,7 @@ from sweeps.systems.system import Dynamics
 
 Drawing = Callable[..., Any]  # of an optional place (Axes): a Figure, or None where there is nothing to draw
 Drawings = dict[str, Drawing]  # name → drawing
+DRAWING = Path(__file__).parent / "drawing.js"  # script of the pages that show a motion
 Animations = dict[str, Callable[[], Iterator[Any]]]  # name → function that draws the frames, arrays of pixels
 
 

@@ -1,6 +1,8 @@
-"""A free body whose moments of inertia change periodically: its definition and columns."""
+"""A free body whose moments of inertia change periodically."""
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,22 +10,81 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import Range, grid_model, mapping, spread
-from sweeps.schema.values import choice
+from sweeps.schema.values import Phase, choice, number, whole
+from sweeps.schema.variables import Parameter, Quantity, table
 from sweeps.systems import described
+from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import AXES
 from sweeps.systems.bodies.shapes import RATIOS
-from sweeps.systems.bodies.variables import Axes
-from sweeps.systems.periodic.system import OnePeriod, Periodic, PeriodicDefinition
-from sweeps.systems.pumped_body import variables
-from sweeps.systems.system import Dynamics, Kernel, Points
+from sweeps.systems.bodies.variables import MOMENTS, Axes
+from sweeps.systems.periodic.system import (
+    MAX_PERIOD_ANGLE,
+    MULTIPLIER,
+    MULTIPLIERS,
+    OnePeriod,
+    Periodic,
+    PeriodicDefinition,
+    trace_reference,
+)
+from sweeps.systems.system import Dynamics, Kernel, Points, Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
+
+CHANGING = (*MOMENTS, *(f"{name}{i}" for name in ("depth", "lag") for i in (1, 2, 3)))
+
+VARIABLES = MULTIPLIERS | table(
+    replace(
+        bodies.TRIANGLE_MARGIN,
+        long_name="least of (Ib + Ic - Ia)/(I1 + I2 + I3) over the axes and the period; negative where no body can do "
+        "that",
+    )
+)
+
+Depth = Annotated[float, number(lambda x: -0.99 <= x <= 0.99, "a number from -0.99 to 0.99: no moment reaches 0")]
+Frequency = Annotated[
+    float, number(lambda x: 1e-150 <= x <= 1e150, "a number with 1e-150 ≤ frequency ≤ 1e150 in rad s-1")
+]
+DEPTH = Quantity("depth", "1", "-0.99 to 0.99", Depth)
+
+PARAMETERS = (
+    *(
+        replace(moment, long_name=f"{moment.long_name}, mean", description="", required=True)
+        for moment in bodies.PRINCIPAL
+    ),
+    *(Parameter(f"depth{i}", DEPTH, f"depth of the modulation of moment {i}, relative", 0.0) for i in (1, 2, 3)),
+    *(
+        Parameter(f"lag{i}", Quantity("angle", "rad", "finite", Phase), f"phase of the modulation of moment {i}", 0.0)
+        for i in (1, 2, 3)
+    ),
+    Parameter(
+        "frequency",
+        Quantity("frequency", "rad s-1", "1e-150 ≤ frequency ≤ 1e150", Frequency),
+        "angular frequency of the modulation",
+        required=True,
+    ),
+    Parameter(
+        "omega0", bodies.SIGNED_SPIN, "spin rate: angular momentum over the mean moment of the spin axis", required=True
+    ),
+    bodies.EPSILON,
+    bodies.PHASE,
+)
+ARGUMENTS = ("axis", *(parameter.name for parameter in PARAMETERS))
+_FREE = bodies.layout(PARAMETERS, VARIABLES, [n for n, v in VARIABLES.items() if not v.over], spun=True, listed=False)
+LAYOUT = replace(
+    _FREE,
+    coordinates=_FREE.coordinates | table(MULTIPLIER),
+    spare=(*_FREE.spare, MULTIPLIER.name),
+    values=_FREE.values | {"multiplier": Annotated[int, whole(1, 2, "1 or 2")]},
+)
+COORDINATES = LAYOUT.coordinates
+
+
 PHASES = 32
 REFINED = 5  # parabolas through three phases, each an eighth as far apart
 
-PumpedGrid = grid_model("PumpedGrid", variables.PARAMETERS, __name__, RATIOS)
+PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
 
 
 class PumpedDefinition(PeriodicDefinition):
@@ -46,10 +107,9 @@ class PumpedBody(Dynamics):
     name = "pumped_body"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
     kernels = (*Periodic.kernels, "triangle")
-    existence = variables.CHANGING
+    existence = CHANGING
     compiled = Periodic.compiled
     model = PumpedDefinition
-    tables = variables
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"
     samples_per_second = 8_000
@@ -63,7 +123,7 @@ class PumpedBody(Dynamics):
 
     def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
         """Return (axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
-        varied = (parameter.name for parameter in variables.PARAMETERS)
+        varied = (parameter.name for parameter in PARAMETERS)
         return {"axis": np.array(definition.axes, np.int8)} | {n: spread(getattr(definition.grid, n)) for n in varied}
 
     def further(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
@@ -71,12 +131,12 @@ class PumpedBody(Dynamics):
         return {"multiplier": np.array([1, 2], np.int8)}
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
-        """Return the variational flow beside what is measured; see `motion`."""
-        from sweeps.systems.pumped_body import motion
+        """Return the variational flow beside what is measured; see `equations`."""
+        from sweeps.systems.pumped_body import equations
 
-        columns = motion.survey(points, self.inverse, integration.tolerance)
+        columns = equations.survey(points, self.inverse, integration.tolerance)
         columns["triangle_margin"] = least_margin(points, self.inverse)
-        return {name: columns[name] for name in variables.VARIABLES}
+        return {name: columns[name] for name in VARIABLES}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where one moment exceeds the sum of the others at some time of the period."""
@@ -85,9 +145,9 @@ class PumpedBody(Dynamics):
     @property
     def mechanism(self) -> "Model":
         """The derived equations and what runs points through them."""
-        from sweeps.systems.pumped_body import motion
+        from sweeps.systems.pumped_body import equations
 
-        return motion.model(self.inverse)
+        return equations.model(self.inverse)
 
     def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
         """Return what periodic systems share, and what the definition's kind of modulation needs, its code and all."""
@@ -103,8 +163,12 @@ class PumpedBody(Dynamics):
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
-        equations = Path(__file__).with_name("motion.py").read_bytes()
-        return described.fingerprint(self.kernels, self.mechanism.perturbed_code(True), equations)
+        source = Path(__file__).with_name("equations.py").read_bytes()
+        return described.fingerprint(self.kernels, self.mechanism.perturbed_code(True), source)
+
+    def reference(self) -> Reference:
+        """Return the trace of the monodromy matrix, found again by SciPy."""
+        return trace_reference(lambda point: trace_by_scipy(point, self.inverse))
 
 
 def moments_at(points: Mapping[str, np.ndarray], phase: np.ndarray | float, inverse: bool) -> list[np.ndarray]:
@@ -137,6 +201,30 @@ def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
         least, at = np.minimum(least, here), np.where(here < least, at + moved, at)
         apart /= 8.0
     return least
+
+
+def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
+    """Return the trace of the 2 × 2 monodromy matrix, by SciPy's DOP853; NaN if the period is too long.
+
+    With `inverse`, 1/I_i is modulated, and not I_i.
+    """
+    from scipy.integrate import solve_ivp
+
+    axis, nu = int(point["axis"]), point["frequency"]
+    L, period = point["omega0"] * point[f"I{axis}"], 2.0 * math.pi / nu
+
+    def along(t):
+        moments = moments_at(point, nu * t, inverse)
+        return [L / moments[(axis + k - 1) % 3] for k in range(3)]
+
+    def rates(t, y):
+        a, b, c = along(t)
+        return [-(c - a) * y[1], (b - a) * y[0], -(c - a) * y[3], (b - a) * y[2]]
+
+    if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in along(t)) * period > MAX_PERIOD_ANGLE:
+        return math.nan
+    y = solve_ivp(rates, (0.0, period), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    return float(y[0] + y[3])
 
 
 SYSTEM = PumpedBody()

@@ -1,10 +1,13 @@
-"""Relative equilibria of a described system: what its definition, and its columns are.
+"""Relative equilibria of a described system, by their eigenvalues.
 
 One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/relative`, and any Python file that a
 definition names and whose equations are of first order (see `sweeps.mechanics.equations`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -14,19 +17,66 @@ from sweeps.process.machine import cores
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import key, mapping
 from sweeps.schema.values import Positive, Tolerance, whole
-from sweeps.schema.variables import Variable
+from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
-from sweeps.systems.relative_equilibrium import variables as tables
-from sweeps.systems.relative_equilibrium.variables import INVARIANTS, VARIABLES
-from sweeps.systems.shared_variables import rows
-from sweeps.systems.system import Cost, Kernel
+from sweeps.systems.reintegration import rates_of
+from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows, with_theory
+from sweeps.systems.system import Cost, Kernel, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
+    from sweeps.mechanics.model import Model
 
 
-MOST_RUNS = 4
-NUMBER = whole(1, MOST_RUNS, f"a whole number from 1 to {MOST_RUNS}")
+REGIMES = ("undetermined", "asymptotically_stable", "stable", "unstable", "flutter", "marginal")
+
+_BOUND = "bound of scatter, rounding, integration error and the effect of the finite perturbation, each at its worst"
+_RATE = {"error": f"{_BOUND}; grows as a root of the noise where eigenvalues meet", "scale": "rate_scale"}
+_REAL = "real part of the eigenvalue (positive: growth, negative: decay)"
+_IMAG = "imaginary part of the eigenvalue (angular frequency)"
+_GROWTH = "largest real part of all eigenvalues (negative: decay)"
+
+
+def _measured(name: str, units: str, long_name: str, error: str = _BOUND, **more) -> tuple[Variable, ...]:
+    return with_theory(name, units, long_name, error, name, **more)
+
+
+VARIABLES = rows(
+    *_measured("eigenvalue_real", "s-1", _REAL, **_RATE),
+    *_measured("eigenvalue_imag", "s-1", _IMAG, **_RATE),
+    *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
+    *regime(
+        REGIMES,
+        "stable, too, where motions end at a family of equilibria, or a conserved quantity or the energy is proved to "
+        "be definite; unstable, too, where the kind of growth is open; marginal where errors leave it open",
+    ),
+    """
+    eigenvalue_condition     1  condition number of the eigenvalue, linear theory: sensitivity to changes of the
+        equations
+        comment: product of the norms of its left and right eigenvectors, in units of the states; infinite where two
+        meet
+    smallest_singular_value  1  ratio of the smallest singular value of the samples to the largest
+        comment: below 1.5e-4 a mode was not excited, and nothing is reported
+    """,
+    *of_runs("the Jacobian", ", of the shortest run"),
+)
+
+INVARIANTS = table(  # of four eigenvalues
+    *_measured("sum_of_squares", "s-2", "half the sum of the squared eigenvalues (pairs ±a, ±b: a² + b²)"),
+    *_measured("product_of_squares", "s-4", "product of the eigenvalues (pairs ±a, ±b: a² b²)"),
+    *_measured("discriminant", "s-4", "sum_of_squares² - 4 product_of_squares (pairs ±a, ±b: (a² - b²)²)"),
+)
+
+_UNITS = "; motions are carried in units of it, so that none is too small"
+NUDGE = (perturbation(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
+
+_EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
+LAYOUT = layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
+COORDINATES = LAYOUT.coordinates  # beside the parameters
+
+
+MAX_RUNS = 4
+NUMBER = whole(1, MAX_RUNS, f"a whole number from 1 to {MAX_RUNS}")
 
 
 class FlowIntegration(Integration):
@@ -35,7 +85,7 @@ class FlowIntegration(Integration):
     rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
     tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-12)
     runs: Annotated[int | None, BeforeValidator(lambda runs: runs if runs is None else NUMBER.func(runs))] = key(
-        f"runs of each point, in different directions: 1 to {MOST_RUNS}; equal modes need one each; "
+        f"runs of each point, in different directions: 1 to {MAX_RUNS}; equal modes need one each; "
         "default one for every two eigenvalues, from two to four"
     )
 
@@ -68,7 +118,6 @@ class RelativeEquilibrium(Described):
     )
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition
-    tables = tables
     marker = "eigenvalue"
     spectrum = ("eigenvalue",)
     several: Mapping[str, str] = {**Described.several, "eigenvalue": "eigenvalues"}
@@ -118,6 +167,173 @@ class RelativeEquilibrium(Described):
         runs, samples = self._runs(definition.integration), definition.integration.samples
         block = SAMPLE_BYTES * runs * samples * (self.mechanism.n + 1)
         return Cost(samples, cores() * max(block, min(CHUNK_BYTES, CHUNK // W * block)))
+
+    def reference(self) -> Reference:
+        """Return the eigenvalues found again: theory by LAPACK, measured values by SciPy from motions."""
+        return reference_of(self)
+
+
+STEP = 1e-30  # of a complex step: its square is nothing beside a double
+PERTURBATION = 3e-5  # of a motion, relative to the states' sizes: its cube, and DOP853's tolerance over it, weigh alike
+TOLERANCE = 1e-13  # relative error allowed on a motion
+MIN_SINGULAR_VALUE = (
+    1e-9  # of the gradients of the conserved quantities, relative to the largest: below, one depends on the rest
+)
+MAX_RATE = 1e-9  # at an equilibrium, relative to the scale and the states' sizes
+JACOBIAN_ERROR, MOTION_ERROR = 1e-12, 1e-7  # of the scale: errors of the two ways, for condition numbers of one
+OPEN_ORDER = (1e-7, 1e-4)  # of the scale: imaginary parts so far apart may be in either order
+MAX_CACHED_POINTS = 10_000  # so that the eigenvalues of a point are computed once for all variables
+POWERS = {"sum_of_squares": 2, "product_of_squares": 4, "discriminant": 4}
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Eigenvalues of a point in order (NaN if the order is open), their condition numbers, the scale and the error."""
+
+    values: np.ndarray
+    condition: np.ndarray
+    scale: float
+    error: float
+
+
+class Linearised:
+    """The eigenvalues of points, by LAPACK from a differenced Jacobian and by SciPy from motions.
+
+    A complex step differences the rates. Motions are integrated for 1/S from both sides of the equilibrium in every
+    direction that leaves the conserved quantities as they are; the logarithms of that map's eigenvalues are the rates.
+
+    The equations are the description's, as SymPy writes them for NumPy; nothing here shares code with the generated
+    integrators, the estimator or theory's Jacobian. Of the model, the equations, the names and the positions of the
+    equilibria are used, and only that the rates vanish there is checked.
+    """
+
+    def __init__(self, model: "Model"):
+        import sympy as sp
+
+        self.model, equations = model, model.equations
+        self.rates = rates_of(equations)
+        conserved = list(equations.system.conserved_quantities.values())
+        self._conserved = sp.lambdify((*equations.parameters, *equations.states), conserved, "numpy")
+        self._solved = lru_cache(MAX_CACHED_POINTS)(self._solve)
+
+    def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
+        """Return eigenvalues at a point from a differenced Jacobian and from motions."""
+        parameters = tuple(float(point[name]) for name in self.model.names) or (0.0,)
+        return self._solved(parameters, self.model.system.names.index(str(point["equilibrium"])))
+
+    def _solve(self, parameters, slot):
+        point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
+        theory = self.model.theory(point | {"equilibrium": np.array([slot])})
+        x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
+        x[: self.model.equations.m] = theory["place"][0]
+        none = Solved(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
+        if (
+            not (np.isfinite(x).all() and np.isfinite(S))
+            or np.abs(self.rates(parameters, x) / sizes).max() > MAX_RATE * S
+        ):
+            return none, none
+        basis = self._free(parameters, x, sizes)
+        steps = 1j * STEP * sizes * np.eye(x.size)
+        J = np.array([self.rates(parameters, x + step).imag / STEP / sizes for step in steps]).T
+        moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
+        by_matrix = _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN_ERROR)
+        return by_matrix, _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION_ERROR)
+
+    def _free(self, parameters, x, sizes):
+        """Return the directions that leave the conserved quantities as they are, in units of the sizes."""
+        if not self.model.system.conserved_quantities:
+            return np.eye(x.size)
+        steps = 1j * STEP * sizes * np.eye(x.size)
+        slopes = [np.imag(self._conserved(*parameters, *(x + step))) / STEP for step in steps]
+        _, singular, vh = np.linalg.svd(np.array(slopes, dtype=float).T)
+        return vh[int((singular > MIN_SINGULAR_VALUE * singular.max()).sum()) :].T
+
+    def _moved(self, parameters, x, sizes, basis, duration):
+        """Return perturbations in each direction of the basis after a time, over their size; from both sides."""
+        from scipy.integrate import solve_ivp
+
+        starts = np.concatenate([basis.T, -basis.T]) * (PERTURBATION * sizes)
+
+        def rates(_, deviations):
+            states = x + deviations.reshape(starts.shape)
+            return np.array([self.rates(parameters, state) for state in states]).ravel()
+
+        least = TOLERANCE * PERTURBATION * np.tile(sizes, len(starts))
+        solution = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=least)
+        ends = solution.y[:, -1].reshape(starts.shape) / (PERTURBATION * sizes)
+        return 0.5 * (ends[: basis.shape[1]] - ends[basis.shape[1] :]).T
+
+
+def _of_map(matrix, duration):
+    values, right = np.linalg.eig(matrix)
+    return np.log(values.astype(complex)) / duration, right
+
+
+def _solved(values_and_vectors, S, error):
+    """Return eigenvalues in a map's order, with condition numbers; NaN where the order depends on their errors."""
+    values, right = values_and_vectors
+    order = np.argsort(values.imag)
+    values, right = values[order].astype(complex), right[:, order]
+    gaps = np.diff(values.imag) / S
+    clear = not ((gaps > OPEN_ORDER[0]) & (gaps < OPEN_ORDER[1])).any()
+    first = np.concatenate([[0], np.flatnonzero(gaps > OPEN_ORDER[0]) + 1, [values.size]])
+    number = np.concatenate([a + np.argsort(values.real[a:b]) for a, b in pairwise(first)])
+    values, right = values[number], right[:, number]
+    with np.errstate(all="ignore"):
+        try:
+            condition = np.linalg.norm(np.linalg.inv(right), axis=1)
+        except np.linalg.LinAlgError:
+            condition = np.full(values.size, np.inf)
+    return Solved(values if clear else np.full(values.size, np.nan), condition, S, error)
+
+
+def _off(solved: Solved, number: int) -> float:
+    """Return a bound of this way's error, s-1: the matrix's, times the condition or by its root."""
+    n = solved.values.size
+    return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
+
+
+def _eigenvalue(part: str) -> Callable:
+    return lambda solved, k: (getattr(solved.values[k], part), _off(solved, k))
+
+
+def _growth(solved: Solved, _) -> tuple[float, float]:
+    return solved.values.real.max(), max(_off(solved, k) for k in range(solved.values.size))
+
+
+def _invariant(name: str) -> Callable:
+    def value(solved, _):
+        S, D = 0.5 * (solved.values**2).sum().real, solved.values.prod().real
+        values = {"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}
+        return values[name], 100.0 * JACOBIAN_ERROR * solved.scale ** POWERS[name]
+
+    return value
+
+
+def _again(equations: Linearised, quantity: Callable, which: int) -> tuple[Callable, Callable]:
+    """Return a quantity by one of the two ways, and the allowed deviation, as functions of a point."""
+
+    def at(point):
+        return quantity(equations.at(point)[which], int(point["eigenvalue"]) - 1)
+
+    return lambda point, _: float(at(point)[0]), lambda point, _: float(at(point)[1])
+
+
+def reference_of(system: RelativeEquilibrium) -> Reference:
+    """Return linear theory by LAPACK, and measured values by SciPy, which may deviate by their errors.
+
+    Invariants, which are determinants of the Jacobian, come from LAPACK both times.
+    """
+    equations, references = Linearised(system.mechanism), []
+    quantities = {f"eigenvalue_{part}": _eigenvalue(part) for part in ("real", "imag")} | {"growth_rate": _growth}
+    quantities |= {name: _invariant(name) for name in POWERS if system.mechanism.n == 4}
+    for name, quantity in quantities.items():
+        for suffix in ("_theory", ""):
+            by_motions = not suffix and name not in POWERS
+            value, allowed = _again(equations, quantity, by_motions)
+            way = "SciPy DOP853" if by_motions else "LAPACK"
+            references.append(Reference(f"{name}{suffix}", {way: value}, allowed, within_error=not suffix))
+    return replace(references[0], more=tuple(references[1:]))
 
 
 KIND = RelativeEquilibrium

@@ -124,7 +124,7 @@ def _observations(ds: Dataset) -> Iterator[Period]:
     """Yield the observations in a map's definition: plain values, of which any may be of any type."""
     from pydantic import ValidationError
 
-    from sweeps.systems.rigid_body.definition import Observed
+    from sweeps.systems.rigid_body.system import Observed
 
     bodies = definition_of(ds.attrs).get("bodies")
     named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()

@@ -1,45 +1,22 @@
-"""The motion of a rigid body at one point of a map: from the closed form, and step by step beside it."""
+"""The motion of a rigid body from any start: in closed form and by direct integration."""
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from kernels import exact
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, span, time
-
-if TYPE_CHECKING:
-    from sweeps.systems.rigid_body.definition import SpunBody
+from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, time
+from sweeps.systems.rigid_body.system import SpunBody, span_of, start
 
 SPIN = ("axis", "omega0", "epsilon", "phase")
 RATES = ("omega1", "omega2", "omega3")
 STARTS = f"three angular velocities, or a mapping with {', '.join(SPIN)}, or with {', '.join(RATES)}"
-
-
-def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return moments (kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each, of a point of the rigid body.
-
-    ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
-    """
-    moments = np.array([point[f"I{i}"] for i in (1, 2, 3)], dtype=float)
-    spin, nudge, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
-    a = int(point["axis"]) - 1
-    omega = np.zeros(3)
-    omega[[a, (a + 1) % 3, (a + 2) % 3]] = np.array([1.0, nudge * math.cos(phase), nudge * math.sin(phase)]) * spin
-    return moments, omega
-
-
-def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
-    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MOST_ROTATIONS."""
-    top = exact.set_up(*moments, *omega)
-    flips = exact.max_tilt(top, int(np.abs(omega).argmax()) + 1) > 0.5 * math.pi
-    return span((1 if flips else 2) * exact.period(top), rotation)
 
 
 def spin_of(start: Any) -> dict[str, Any]:
@@ -59,7 +36,7 @@ def _given(start: Any) -> dict[str, Any]:
 
 
 def from_start(
-    body: "SpunBody", spun: Mapping[str, float], start: Any, times: Any, tolerance: float, samples: int | None = None
+    body: SpunBody, spun: Mapping[str, float], start: Any, times: Any, tolerance: float, samples: int | None = None
 ) -> Dataset:
     """Return the motion of a free rigid body from any start, in closed form and by direct integration.
 
@@ -87,7 +64,7 @@ def from_start(
     return xr.Dataset(variables, {"time": time(at, "the start")} | fixed, {"title": body.name} | surface)
 
 
-def _omega(body: "SpunBody", spun: Mapping[str, float], given: Any) -> np.ndarray:
+def _omega(body: SpunBody, spun: Mapping[str, float], given: Any) -> np.ndarray:
     given, spinning = _given(given), spin_of(given)
     if given and not spinning:
         omega = np.array([amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])

@@ -19,11 +19,9 @@ from sweeps.schema.refusals import DefinitionError, display, named
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import principal_axes
-from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
 from sweeps.systems.motion import DAY, duration
-from sweeps.systems.rigid_body import motion
-from sweeps.systems.rigid_body.definition import NearAxisDefinition, SpunBody
-from sweeps.systems.rigid_body.variables import VERDICTS
+from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, start
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 Axes, Moments = tuple[int, ...], tuple[float, float, float]
@@ -65,7 +63,7 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     regime = REGIMES[int(linear.regime(*moments, axis))]
     rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
-    top = exact.set_up(*moments, *motion.start(point)[1])
+    top = exact.set_up(*moments, *start(point)[1])
     tilt = math.degrees(exact.max_tilt(top, axis))
     slow = rate if regime == "stable_major" else -rate  # of the wobble, in space
     space = abs(abs(omega0) + slow) if regime.startswith("stable") and rate > 0 else 0.0
@@ -107,7 +105,7 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
     if order[0] == axis - 1 or moments[order[0]] == moments[order[1]]:
         return None
     body = dict(zip(MOMENTS, moments, strict=True))
-    values, omega = motion.start({**spun, **body, "axis": axis, "omega0": 1.0})
+    values, omega = start({**spun, **body, "axis": axis, "omega0": 1.0})
     along, second, third = (values / values.max() * omega)[order]
     angles = {"chi": math.atan2(third, second), "theta": math.atan2(math.hypot(second, third), along)}
     points = body | angles | {"omega0": 1.0}

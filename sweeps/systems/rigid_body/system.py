@@ -1,20 +1,207 @@
-"""The free rigid body, spun about a principal axis and perturbed: its definition, columns, motion and references."""
+"""The free rigid body, spun about a principal axis and perturbed."""
 
+import math
 from collections.abc import Mapping
-from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import model_validator
 
+from kernels import statuses
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.variables import Variable
+from sweeps.schema.definition import Integration
+from sweeps.schema.parameters import Strict, grid_model, key, mapping, switch
+from sweeps.schema.refusals import Problem, display, hint, refusals
+from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit, line_of_text, list_of_different
+from sweeps.schema.variables import Parameter, Variable
+from sweeps.systems import rates
+from sweeps.systems.bodies import variables as bodies
+from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.family import FreeBody
-from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.rigid_body import variables
-from sweeps.systems.system import Kernel, Point
+from sweeps.systems.bodies.shapes import RATIOS
+from sweeps.systems.bodies.variables import MOMENTS, VERDICTS, Axes, SignedSpin
+from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, WINDOW, coefficients, spacing, squared_rate
+from sweeps.systems.shared_variables import STEPS, regime, rows, status
+from sweeps.systems.system import Kernel, Point, Reference
 
-if TYPE_CHECKING:
-    from sweeps.systems.rigid_body.definition import RigidBodyDefinition, RigidBodyIntegration
+SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
+ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
+
+STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
+REGIMES = ("undetermined", *VERDICTS)
+
+VARIABLES = rates.columns(
+    reduced="the variation of the spin is removed, from the samples",
+    by="correction",
+    size="the transverse size",
+    window="omega0",
+    sparse=True,
+) | rows(
+    """
+    e_folds       1  f4  e-folds of growth within the window of the log slope
+    euler_period  s      wobble period in the body frame, measured; missing where not stable
+    """,
+    *regime(REGIMES, is_determined=True),
+    bodies.SHAPE,
+    """
+    growing_fraction  1  f4  projection of the initial perturbation on the growing mode
+    encircles     -  principal axis that the angular momentum encircles at the amplitude of the motion, exact
+        flags: 0 none minor_axis major_axis separatrix
+        comment: from the sign of L^2 - 2T Imid: the component along that axis keeps its sign; separatrix where rounding
+        hides the sign, none where the spin is steady (a sphere, or in the plane of two equal moments)
+    samples_used  1  i4  number of samples inside the measurement window
+    """,
+    Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
+    STEPS,
+    status(statuses.NON_FINITE),
+    bodies.TRIANGLE_MARGIN,
+    """
+    energy_drift        1  f4  largest relative change of twice the kinetic energy [check]
+    momentum_drift      1  f4  largest relative change of the squared angular momentum [check]
+    perturbation_drift  1  f4  largest change of the invariant of the perturbation, relative to the sum of its absolute
+        terms [check]
+        comment: Ib (Ib - Ia) wb^2 + Ic (Ic - Ia) wc^2: sensitive to errors that energy and momentum hide
+    """,
+)
+
+TERMS = rows(
+    """
+    omega_squared_error_scatter      s-2  term of omega_squared_error: scatter of the corrected samples
+    omega_squared_error_integration  s-2  term of omega_squared_error: integration error
+    omega_squared_error_amplitude    s-2  term of omega_squared_error: bias of the finite amplitude
+    omega_squared_error_rounding     s-2  term of omega_squared_error: rounding
+    """
+)
+
+CERTIFICATE = rows(
+    """
+    propagation_error  1  f4  maximum integration error, relative to the running maximum of the perturbation
+        [certificate]
+        comment: certificate: distance from the exact solution at the samples used, by an exact step that shares no code
+        with the direct integrator
+    """
+)
+
+FLIPS = rows(
+    """
+    flip_period        s  time between two flips (changes of sign of the spin), measured; missing where the spin keeps
+        its sign
+        comment: from the start forward to the first change and backward to the last one
+    flip_period_exact  s  time between two flips (changes of sign of the spin), closed form: 2 K/p
+    max_tilt           rad  largest angle of the angular velocity from the direction of the axis near which it starts,
+        measured
+    max_tilt_exact     rad  largest angle of the angular velocity from that direction, closed form
+    frequency_exact    rad s-1  angular frequency at the amplitude of the motion, closed form: pi p/(2 K)
+        comment: tends to frequency_theory about a stable axis as epsilon tends to 0
+    """
+)
+
+IN_SPACE = rows(
+    """
+    attitude_error    rad  f4  largest angle between the integrated attitude and the exact one [certificate]
+        comment: certificate of the attitude: at the samples used, by an exact step that shares no code with the direct
+        integrator
+    space_rate        rad s-1  mean precession rate of the spin axis about L (inertial frame), measured; missing where
+        not stable or L is not encircled
+    space_rate_error  rad s-1  error of the measured precession rate about L
+    space_rate_exact  rad s-1  mean precession rate of the spin axis about L (inertial frame), closed form; missing
+        where the polhode does not encircle the axis
+    geometric_phase_residual  rad  f4  residual of the geometric phase over one polhode period [check]
+        comment: Montgomery's theorem: 2T P/L less the signed solid angle, by the trapezoidal rule
+    """
+)
+
+_SPIN = "spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the other way"
+OMEGA0 = Parameter("omega0", bodies.SIGNED_SPIN, "spin rate", description=_SPIN)
+PARAMETERS = (*bodies.PRINCIPAL, OMEGA0, bodies.EPSILON, bodies.PHASE)
+
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
+
+
+GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)
+
+
+class Observed(Strict):
+    """What people measured of a body's motion: for comparison only, nothing is computed from it."""
+
+    period_days: Positive = key("observed period, days of 86,400 s: > 0", ...)
+    what: Annotated[str, line_of_text(100)] = key("the motion that has this period: one line of text", ...)
+
+
+class SpunBody(Body):
+    """One real body, and how it spins."""
+
+    omega0: in_unit("rad s-1", SignedSpin) = key("spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
+    epsilon: in_unit("1", Epsilon) = key("size of the perturbation of this body, relative: 0 < epsilon < 1")
+    phase: in_unit("rad", Phase) = key("direction of the perturbation of this body, rad: finite")
+    axis: Axis = key("the axis it spins about in nature: 1, 2 or 3")
+    observed: Observed = key("observed motion: {period_days, what}")
+
+
+class RigidBodyIntegration(Integration):
+    """How each run of a rigid body is made."""
+
+    propagator: Annotated[str, choice(PROPAGATORS)] = key(
+        "integration method: direct (Taylor steps, each point certified by the closed form) or exact "
+        "(steps of the closed form)",
+        "direct",
+    )
+    collapse: bool = switch("points that differ by units alone are integrated once and expanded")
+    variables: list_of_different(str) = key(
+        "which variables to make: a list of names of a map's variables; left out, all but the terms of "
+        "omega_squared_error"
+    )
+    flips: bool = switch("to follow the motion on to its flips and its largest tilt, up to 20,000 rotations each way")
+    attitude: bool = switch("to follow the attitude too, and measure how the spin axis moves in space")
+
+    @property
+    def table(self) -> dict[str, Variable]:
+        """Name → variable of a map that is made so."""
+        left_out = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
+        return {name: variable for name, variable in self._possible.items() if name not in left_out}
+
+    @property
+    def _possible(self) -> dict[str, Variable]:
+        certificate = CERTIFICATE if self.propagator == "direct" else {}
+        seen = IN_SPACE if self.attitude else {}
+        return VARIABLES | certificate | (FLIPS if self.flips else {}) | seen | TERMS
+
+    @model_validator(mode="after")
+    def _check_variables(self) -> "RigidBodyIntegration":
+        names, problems = self._possible, []
+        for i, name in enumerate(self.variables or ()):
+            if name not in names:
+                wrong = "is not a variable of this sweep" + hint(name, names)
+                problems.append(Problem(("variables", i), display(name), wrong, ", ".join(names)))
+        if problems:
+            raise refusals(problems)
+        return self
+
+
+class NearAxisDefinition(BodiesDefinition):
+    """A sweep of bodies that spin near their principal axes: about which axes, over which moments or bodies."""
+
+    shareable: ClassVar = SHAREABLE
+    axes: Axes = key(AXES, (1, 2, 3))
+    grid: GridEntries = mapping("what is varied", GridEntries)
+    bodies: list_of(SpunBody) = key(BODIES, ())
+
+
+class RigidBodyDefinition(NearAxisDefinition):
+    """A sweep of free rigid bodies, each integrated and measured."""
+
+    integration: RigidBodyIntegration = mapping("how each run is made", RigidBodyIntegration)
+
+    @property
+    def follows_attitude(self) -> bool:
+        """Return True if the attitude is requested."""
+        return self.integration.attitude
+
+    @property
+    def differing_bits(self) -> str:
+        """Why single points have other bits: `collapse` integrates equivalent points once."""
+        return "a collapsed map holds other points' motions in its own units" if self.integration.collapse else ""
+
 
 # -- the compiled functions that a survey calls, in the order of compiling: the longest first
 
@@ -53,10 +240,10 @@ SURVEY = (  # first what `_run` links
         for kind in ("float64", "int32", "int8")
     ),
 )
-FLIPS = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda sweep: sweep.integration.flips)
-COLLAPSED = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda sweep: sweep.integration.collapse)
-IN_SPACE = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda sweep: sweep.integration.attitude)
-KERNELS = (*SURVEY, FLIPS, IN_SPACE, COLLAPSED)
+FLIP_KERNEL = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda sweep: sweep.integration.flips)
+COLLAPSE_KERNEL = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda sweep: sweep.integration.collapse)
+IN_SPACE_KERNEL = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda sweep: sweep.integration.attitude)
+KERNELS = (*SURVEY, FLIP_KERNEL, IN_SPACE_KERNEL, COLLAPSE_KERNEL)
 
 # -- the system
 
@@ -69,24 +256,17 @@ class RigidBody(FreeBody):
     name = "rigid_body"
     kernels = ("survey", "in_space")
     compiled = KERNELS
-    tables = variables
+    model = RigidBodyDefinition
     variants: ClassVar = {"uncertainty": "uncertain_bodies"}
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
     caption = "measured rates of small perturbations about each principal axis, compared with linear theory"
     picture_seconds = 4.5
 
-    @cached_property
-    def model(self) -> "type[RigidBodyDefinition]":
-        """The model of its definitions, which takes longer to build than a map's layout to know."""
-        from sweeps.systems.rigid_body.definition import RigidBodyDefinition
-
-        return RigidBodyDefinition
-
-    def variables(self, definition: "RigidBodyDefinition | None" = None) -> dict[str, Variable]:
+    def variables(self, definition: RigidBodyDefinition | None = None) -> dict[str, Variable]:
         """Return name → variable: the certificate of direct integration, and flips and attitude on request."""
-        return variables.VARIABLES if definition is None else definition.integration.table
+        return VARIABLES if definition is None else definition.integration.table
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Return linear theory beside what is measured; see `kernels.survey`."""
         from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
 
@@ -104,24 +284,51 @@ class RigidBody(FreeBody):
         import xarray as xr
 
         from sweeps.systems.motion import columns, instants, time
-        from sweeps.systems.rigid_body.motion import span_of, start
 
         moments, omega = start(point)
         rotation = 2 * np.pi / np.abs(omega).max()
         times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
         return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
 
-    def motions(self, points: Mapping[str, np.ndarray], integration: "RigidBodyIntegration") -> int:
+    def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
         """Return the number of points, or with `collapse` of distinct motions."""
         from kernels import survey
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
-    def method(self, definition: "RigidBodyDefinition") -> str:
+    def method(self, definition: RigidBodyDefinition) -> str:
         """Return the method of computation."""
         if definition.integration.propagator == "exact":
             return "exact steps of the closed-form rotation"
         return "direct integration of Euler's equations, certified by the closed form"
+
+    def reference(self) -> Reference:
+        """Return Ω² of a perturbed rotation, measured again by SciPy's DOP853 and by Jacobi's functions."""
+        ways = {"SciPy DOP853": rotation_by_scipy, "closed form": rotation_in_closed_form}
+        return Reference("omega_squared", ways, allowed_deviation)
+
+
+def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return moments (kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each, of a point of the rigid body.
+
+    ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
+    """
+    moments = np.array([point[f"I{i}"] for i in (1, 2, 3)], dtype=float)
+    spin, nudge, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
+    a = int(point["axis"]) - 1
+    omega = np.zeros(3)
+    omega[[a, (a + 1) % 3, (a + 2) % 3]] = np.array([1.0, nudge * math.cos(phase), nudge * math.sin(phase)]) * spin
+    return moments, omega
+
+
+def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MOST_ROTATIONS."""
+    from kernels import exact
+    from sweeps.systems.motion import span
+
+    top = exact.set_up(*moments, *omega)
+    flips = exact.max_tilt(top, int(np.abs(omega).argmax()) + 1) > 0.5 * math.pi
+    return span((1 if flips else 2) * exact.period(top), rotation)
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
@@ -183,6 +390,67 @@ def _compare_with_some_in_full(columns, points, settings, options):
     allowed += np.nan_to_num(errors) / spin / spin
     if not (apart <= allowed).all():
         raise ArithmeticError(f"collapsed and integrated points differ by {(apart / allowed).max():.2g}e-12")
+
+
+MAX_CLOSED_FORM_SAMPLES = 1_000_000  # of one run that is computed again in closed form
+
+
+def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
+    return np.roll([point["I1"], point["I2"], point["I3"]], 1 - int(point["axis"]))
+
+
+def _spacing(point, integration) -> float:
+    return spacing(np.abs(coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
+
+
+def _times(point, integration) -> np.ndarray:
+    return _spacing(point, integration) * np.arange(integration.samples + 1)
+
+
+def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
+    """Return Ω² of a perturbed rotation in s-2, by DOP853; NaN for runs of more than `MOST_STEPPED` samples."""
+    from scipy.integrate import solve_ivp
+
+    if integration.samples > MOST_STEPPED:
+        return math.nan
+    ca, cb, cc = coefficients(_seen_from_axis(point))
+    times, e2 = _times(point, integration), point["epsilon"] ** 2
+    start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
+
+    def rates(_, w):
+        return ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]
+
+    def grown(_, w):
+        return math.hypot(w[1], w[2]) - 2.0 * WINDOW
+
+    grown.terminal = True
+    accuracy = {"rtol": 1e-13, "atol": 1e-14}
+    solution = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, events=grown, **accuracy)
+    return squared_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
+
+
+def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
+    """Return Ω² of a perturbed rotation in s-2, by Jacobi's functions; NaN for too many samples."""
+    from kernels import exact
+
+    if integration.samples > MAX_CLOSED_FORM_SAMPLES:
+        return math.nan
+    epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
+    start = [math.copysign(1.0, point["omega0"]), epsilon * math.cos(phase), epsilon * math.sin(phase)]
+    moments, times = _seen_from_axis(point), _times(point, integration)
+    omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
+    seen = np.roll(omega, 1 - axis, axis=1)
+    return squared_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
+
+
+def allowed_deviation(point: Mapping[str, float], integration) -> float:
+    """Return the allowed distance of a measured Ω² from a reference, s-2.
+
+    Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
+    by the tolerance, and the references by `ROUNDING`.
+    """
+    h = _spacing(point, integration)
+    return 8.0 * (integration.tolerance + ROUNDING) / h**2 * point["omega0"] ** 2
 
 
 SYSTEM = RigidBody()

@@ -1,30 +1,84 @@
-"""Tumbling bodies: their definition, columns, motion and references."""
+"""Tumbling bodies: mode and periods of a free body at any energy."""
 
+import math
 from collections.abc import Mapping
 from itertools import permutations
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import model_validator
 
+from kernels import statuses
 from sweeps.schema.parameters import grid_model, key, mapping, spread
 from sweeps.schema.refusals import Problem, display, refusals
+from sweeps.schema.values import number
+from sweeps.schema.variables import Parameter, Quantity, Role, Variable, table
+from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
-from sweeps.systems.system import Kernel
-from sweeps.systems.tumbling import variables
+from sweeps.systems.reintegration import ROUNDING, coefficients
+from sweeps.systems.shared_variables import rows, status, with_exact
+from sweeps.systems.system import Kernel, Reference
+
+ARGUMENTS = (*MOMENTS, "energy", "omega0")
+MODES = ("impossible", "sam", "lam", "separatrix", "principal")
+
+_MODES = (
+    "sam: short-axis mode, the polhode encircles the axis of greatest inertia; lam: long-axis mode, that of least "
+    "inertia; principal: rotation about a principal axis; impossible: energy outside the range of this body"
+)
+PERIODS = {
+    "period_psi": "period of the angular velocity in the body, P_psi",
+    "period_phi_long_axis": "mean precession period about L of the axis of least inertia, P_phi (long-axis convention)",
+    "period_phi_encircled": "mean precession period about L of the axis that the polhode encircles",
+}
+
+EXACT = rows(
+    Variable("mode_exact", None, "mode of the motion, from its energy", "i1", MODES, _MODES, -1),
+    *(Variable(f"{name}_exact", "s", f"{text}, closed form") for name, text in PERIODS.items()),
+    """
+    period_ratio   1    P_psi over P_phi in the long-axis convention, closed form
+    tilt_mean      rad  f4  mean nutation angle: angle between L and the encircled axis, mean over a period, closed form
+    tilt_least     rad  f4  least angle between L and the encircled axis, closed form
+    tilt_greatest  rad  f4  greatest angle between L and the encircled axis, closed form
+    """,
+    bodies.TRIANGLE_MARGIN,
+)
+
+_MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
+_PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
+_LEADING = {"exact": "mode_exact", "role": Role.HEADLINE}
+_MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_LEADING)
+MEASURED = table(_MODE, *_PERIODS, *_ERRORS, status(statuses.NON_FINITE))
+
+VARIABLES = MEASURED | EXACT
+
+Energy = Annotated[float, number(lambda x: x >= 1, "a number from 1 to I_max/I_min of the body")]
+
+PARAMETERS = (
+    *bodies.PRINCIPAL,
+    Parameter(
+        "energy",
+        Quantity("energy", "1", "1 to I_max/I_min", Energy),
+        "energy over its minimum at this angular momentum: 2T I3/L^2, moments ascending",
+    ),
+    bodies.spin("L/I3, the spin rate about the axis of greatest inertia with this L"),
+)
+
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES, EXACT)
+
 
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "energy": 1.2, "omega0": 1.0}
 
-TumblingGrid = grid_model("TumblingGrid", variables.PARAMETERS, __name__, RATIOS)
+TumblingGrid = grid_model("TumblingGrid", PARAMETERS, __name__, RATIOS)
 
 
 class Tumbler(Body):
     """One body that tumbles."""
 
-    energy: variables.Energy = key("energy of this body, 2T I3/L2: from 1 to I_max/I_min")
+    energy: Energy = key("energy of this body, 2T I3/L2: from 1 to I_max/I_min")
     omega0: Spin = key("L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
     @model_validator(mode="after")
@@ -76,7 +130,6 @@ class Tumbling(MeasuredOnce):
         Kernel("tumbling", "tilts", example=(A_POINT,)),
     )
     model = TumblingDefinition
-    tables = variables
     closed = "periods"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
@@ -108,9 +161,55 @@ class Tumbling(MeasuredOnce):
     def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where mode and periods are the closed form's, the periods within their errors."""
         apart = columns["mode"] != columns["mode_exact"]
-        for name in variables.PERIODS:
+        for name in PERIODS:
             apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
         return ~apart
+
+    def reference(self) -> Reference:
+        """Return the period of the angular velocity, found again by SciPy's DOP853 and by the closed form."""
+        ways = {"SciPy DOP853": period_by_scipy, "closed form": period_in_closed_form}
+        return Reference("period_psi", ways, allowed_deviation)
+
+
+GROWN = 100.0  # by which the steps' errors grow in a period
+
+
+def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
+    """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
+    from scipy.integrate import solve_ivp
+
+    from kernels import exact
+
+    moments, omega = SYSTEM.start({**point, "omega0": 1.0})
+    c, whole = coefficients(moments), exact.period(exact.set_up(*moments, *omega))
+    if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
+        return math.nan
+
+    def middle(t, y):
+        return y[1]
+
+    middle.direction = math.copysign(1.0, c[1] * omega[2] * omega[0])
+    rates = lambda t, w: [c[i] * w[i - 2] * w[i - 1] for i in range(3)]  # noqa: E731
+    run = solve_ivp(rates, (0, 1.2 * whole), omega, "DOP853", events=middle, rtol=1e-13, atol=1e-15)
+    ends = run.t_events[0][run.t_events[0] > 0.5 * whole]
+    return float(ends[0]) / float(point["omega0"]) if ends.size else math.nan
+
+
+def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
+    """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
+    from kernels import exact
+
+    moments, omega = SYSTEM.start(point)
+    impossible = moments[2] < float(point["energy"]) * moments[0]
+    whole = exact.period(exact.set_up(*moments, *omega))
+    return whole if math.isfinite(whole) and not impossible else math.nan
+
+
+def allowed_deviation(point: Mapping[str, float], integration: Once) -> float:
+    """Return the allowed distance of a measured period from a reference, s."""
+    moments = np.sort([point["I1"], point["I2"], point["I3"]])
+    near = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING)
+    return (GROWN * (integration.tolerance + ROUNDING) + ROUNDING / near) * period_in_closed_form(point, integration)
 
 
 SYSTEM = Tumbling()

@@ -11,13 +11,12 @@ from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import duration
-from sweeps.systems.rigid_body.definition import SpunBody
 from sweeps.systems.rigid_body.prediction import loaded
+from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
-from sweeps.systems.uncertain_bodies.definition import UncertainBody, UncertainDefinition
 from sweeps.systems.uncertain_bodies.distribution import Distribution
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
-from sweeps.systems.uncertain_bodies.variables import VARIABLES
+from sweeps.systems.uncertain_bodies.system import VARIABLES, UncertainBody, UncertainDefinition
 
 OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
 

@@ -5,7 +5,6 @@ Linear theory is the whole theory here: the spin decays at the rate 1/τ (Landau
 
 import hashlib
 import math
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -65,7 +64,6 @@ class DampedTop(Dynamics):
 
     name = "damped_top"
     model = DampedTopDefinition
-    tables = sys.modules[__name__]
     references = "Landau and Lifshitz, Mechanics, section 25"
     caption = "measured decay of a damped top's spin"
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.bodies.presentation.triangle import SHAPE
-from sweeps.systems.observed_periods.variables import EXCLUDED, WORDS
+from sweeps.systems.observed_periods.system import MAX_EXCLUSION, WORDS
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
@@ -26,7 +26,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):
             excess = np.log10(triangle.values(ds, f"energy_{mode}", first) - 1.0)
-        excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", first) > EXCLUDED)
+        excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", first) > MAX_EXCLUSION)
         mesh = ax.pcolormesh(*triangle.places(ds, style.edges), excess, **look)
         none = ax.contourf(*triangle.places(ds), excluded, [0.5, 1.5], colors="none", hatches=["////"])
         none.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
@@ -34,5 +34,5 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         ax.set_title(WORDS[mode])
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}(2TI_3/L^2 - 1)$", extend="both", shrink=0.8)
     within = Patch(label="possible within the errors", facecolor="white", edgecolor=colors.QUIET)
-    style.legend(figure, [style.hatched(f"excluded by more than {EXCLUDED:g} standard errors"), within])
+    style.legend(figure, [style.hatched(f"excluded by more than {MAX_EXCLUSION:g} standard errors"), within])
     return figure

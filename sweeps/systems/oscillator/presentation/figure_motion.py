@@ -17,7 +17,7 @@ import xarray as xr
 from sweeps.figure import colors, style
 from sweeps.mechanics import motions
 from sweeps.schema.refusals import MapError
-from sweeps.systems.oscillator.variables import REGIMES
+from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import animation
 from sweeps.systems.presentation.moving import film
 from sweeps.systems.presentation.moving.equations import places

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from sweeps.figure import colors, style
-from sweeps.systems.oscillator.variables import REGIMES
+from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look, Mark, missing_words
 from sweeps.systems.presentation.regimes import MISSING, dots

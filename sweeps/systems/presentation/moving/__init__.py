@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.schema.boxes import Dataset
-from sweeps.systems.presentation import turning
+from sweeps.systems.presentation import DRAWING
 from sweeps.systems.presentation.moving.equations import facts
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HERE = Path(__file__).parent
 _NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")
-FILES = (turning.DRAWING, *(_HERE / name for name in _NAMES))
+FILES = (DRAWING, *(_HERE / name for name in _NAMES))
 
 
 def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:

@@ -10,7 +10,7 @@ from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.regimes import MISSING, Regimes, at_most, dots, rated
 from sweeps.systems.relative_equilibrium.presentation import LOOK
-from sweeps.systems.relative_equilibrium.variables import REGIMES
+from sweeps.systems.relative_equilibrium.system import REGIMES
 
 MOST_PANELS = 6
 ROUNDING = 1e-12  # of a margin's largest: what is below is no sign

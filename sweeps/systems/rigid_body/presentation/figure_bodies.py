@@ -13,7 +13,7 @@ from sweeps.figure import colors, style
 from sweeps.systems.motion import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
 from sweeps.systems.rigid_body.presentation.look import LINES, LOOK, cut_at, settings
-from sweeps.systems.rigid_body.variables import REGIMES
+from sweeps.systems.rigid_body.system import REGIMES
 
 MOST_BODIES, MOST_PERIODS = 30, 10
 PERIOD_INCHES, LINE_INCHES = 1.28, 0.145

@@ -21,8 +21,8 @@ from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.motion import rotated
 from sweeps.systems.presentation import animation
-from sweeps.systems.rigid_body.motion import start
 from sweeps.systems.rigid_body.presentation.look import settings
+from sweeps.systems.rigid_body.system import start
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90

@@ -20,7 +20,7 @@ from sweeps.schema.boxes import Dataset, along
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
-from sweeps.systems.rigid_body.variables import REGIMES, STATUSES
+from sweeps.systems.rigid_body.system import REGIMES, STATUSES
 
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show

@@ -7,7 +7,7 @@ from sweeps.schema.boxes import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
 from sweeps.systems.presentation.look import COMMON, Look, Mark, Symbol
-from sweeps.systems.rigid_body.variables import LAYOUT, VERDICTS
+from sweeps.systems.rigid_body.system import LAYOUT, VERDICTS
 
 SHAPE = tuple(SHAPE_COORDINATES)
 LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # of each spin axis

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from sweeps.figure import colors
-from sweeps.systems.presentation import Page, Presentation, turning
+from sweeps.systems.bodies.presentation import turning
+from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 
 LOOK = Look(

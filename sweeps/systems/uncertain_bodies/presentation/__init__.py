@@ -5,7 +5,7 @@ from sweeps.schema.boxes import Dataset
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import COMMON, Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
-from sweeps.systems.uncertain_bodies.variables import LEAST_INERTIA
+from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
 
 MARKS = {
     "stable": Mark(*COMMON["stable"][:3], LEAST_INERTIA),

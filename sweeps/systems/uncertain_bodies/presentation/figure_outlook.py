@@ -10,7 +10,7 @@ from kernels import linear
 from sweeps.figure import colors, style
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
-from sweeps.systems.uncertain_bodies.variables import LEAST_INERTIA
+from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
 
 MOST_BODIES = 40
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}

@@ -6,8 +6,8 @@ from sweeps.reading.definitions import definition_of
 from sweeps.schema.boxes import Dataset
 from sweeps.systems import rates
 from sweeps.systems.bodies import outline
-from sweeps.systems.bodies.presentation import TRIANGLE
-from sweeps.systems.presentation import Page, turning
+from sweeps.systems.bodies.presentation import TRIANGLE, turning
+from sweeps.systems.presentation import Page
 
 _NAMES = ("first.html", "three.html", "bodies.css", "own.css", "bodies.js", "own.js", "part.js")
 FILES = (*turning.FILES, *rates.FILES, TRIANGLE, *(Path(__file__).parent / name for name in _NAMES))

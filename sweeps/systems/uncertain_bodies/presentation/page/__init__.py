@@ -19,7 +19,7 @@ from sweeps.systems.presentation import Page
 from sweeps.systems.rigid_body.presentation.page import FILES as OF_RIGID_BODIES
 from sweeps.systems.rigid_body.presentation.page import natural_axes
 from sweeps.systems.uncertain_bodies import designs
-from sweeps.systems.uncertain_bodies.variables import KEPT, TWISTS, VARIABLES
+from sweeps.systems.uncertain_bodies.system import KEPT, TWISTS, VARIABLES
 
 if TYPE_CHECKING:
     from sweeps.systems.uncertain_bodies.distribution import Distribution
@@ -123,7 +123,7 @@ def _meant(ds: Dataset) -> "dict[int, tuple[Distribution, BodySampling]]":
     """Return number of each body → its uncertainty and sampling, by the definition in the map; no file is read."""
     from pydantic import ValidationError
 
-    from sweeps.systems.uncertain_bodies.definition import UncertainDefinition
+    from sweeps.systems.uncertain_bodies.system import UncertainDefinition
 
     values = {key: value for key, value in definition_of(ds.attrs).items() if key in MEANT}
     given, meant = values.get("bodies"), {}

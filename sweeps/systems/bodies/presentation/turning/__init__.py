@@ -6,13 +6,14 @@ For the pages of systems whose motion it is. Their own script says, in `part.sta
 from pathlib import Path
 
 from sweeps.systems.bodies import solid
-from sweeps.systems.rigid_body.variables import VERDICTS
+from sweeps.systems.bodies.variables import VERDICTS
+from sweeps.systems.presentation import DRAWING
 
 _HERE = Path(__file__).parent
-DRAWING = _HERE / "drawing.js"
 _ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
-_SCRIPTS = (*_ARITHMETIC, "shaken.js", "drawing.js", "solid.js", "polhode.js", "herpolhode.js", "motion.js")
-FILES = tuple(_HERE / name for name in ("first.html", "motion.html", "motion.css", *_SCRIPTS))
+_BEFORE = ("first.html", "motion.html", "motion.css", *_ARITHMETIC, "shaken.js")  # than the script for drawing
+_AFTER = ("solid.js", "polhode.js", "herpolhode.js", "motion.js")
+FILES = (*(_HERE / name for name in _BEFORE), DRAWING, *(_HERE / name for name in _AFTER))
 FACTS = {  # what the scripts are told
     "solids": solid.for_scripts(),
     "verdicts": {regime: verdict._asdict() for regime, verdict in VERDICTS.items()},
