@@ -1,22 +1,21 @@
 """All equilibria of many points within bounds, F(x) = 0: each proved, or undecided with the reason.
 
-A branch and prune with Krawczyk's operator (`kernels.roots`) looks at all of the bounds. So "there are k" is proved, or
-it is said why it is not:
+A branch-and-prune search with Krawczyk's operator (`kernels.roots`) covers all of the bounds. So "there are k" is
+proved, or the reason is reported:
 
-* PROVED: each place is alone in a box, and nothing else of the bounds holds one.
-* ROUNDING: some place (a double root, a pitchfork on the spot, two roots closer than numbers can tell) is there as far
-  as numbers show, but rounding hides whether it is one, several or none; or F is beyond all numbers in a part of the
-  bounds. All else is proved.
-* TOO_LARGE: the subdivision did not end within its number of boxes. Newton's method from what was left and from the
-  places that the description names found what is given, each proved where it can be; there may be others.
-* FAMILY: equilibria form a line or more (a spin of any rate, a neutral angle). Where the description names a place and
-  F is not a potential's slope, the family's member nearest to the name is given, else none: the point is flat.
+* PROVED: each root is the only one in its box, and the remaining bounds contain none.
+* ROUNDING: numerically there is a root (a double root, an exact pitchfork, two roots closer than doubles resolve), but
+  rounding hides whether it is one, several or none; or F overflows in a part of the bounds. All other roots are proved.
+* TOO_LARGE: the subdivision did not end within its number of boxes. Newton's method was started from the undecided
+  boxes and from the named places; its roots are returned, each proved if possible. There may be further ones.
+* FAMILY: equilibria form a line or more (a spin of any rate, a neutral angle). If the description names a place and F
+  is not the gradient of a potential, the member nearest to the name is returned; else the point is flat and has none.
 
-A point with more equilibria than `most`, or with one that is near no name where no room is left, is CROWDED and has
-none; but where named places of a flow are asked for, others are none of them, and are only counted.
+A point is crowded, and has no equilibria, if it has more than `most`, or one that is near no name while all slots have
+names. For flows whose members are requested by name, equilibria without a name are only counted.
 
-Nothing here knows a unit: places are compared over their bounds, and F vanishes where its enclosure within some
-roundings of a place holds 0.
+Nothing depends on units: places are compared relative to their bounds, and F vanishes at a place if its enclosure
+within some roundings of the place contains 0.
 """
 
 from dataclasses import dataclass
@@ -35,100 +34,114 @@ REASONS = {
     FAMILY: "equilibria form a family",
 }
 
-OFFSET = 0.3819660112501051  # a search of a periodic coordinate starts off the round numbers
-EDGE = 2.0**-20  # of the range: as far beyond the bounds is searched, so that places at a bound are inside
-BOUND = 1e-12  # of the range: a place so far outside is at the bound
-NARROWEST = (2.0**-50, 2.0**-32)  # boxes of one unknown and of several, over the range
-WORK, LEAST = 400_000, 100  # operations of a search, times the unknowns, and boxes
-ROUNDINGS, TINY = 16.0 * codes.UNIT, 0.01 * codes.UNIT  # of a place, of the range: F vanishes within
-SAME = 1e-7  # of the range: places nearer to each other than this fall together
-FEW, MANY = 16, 400  # narrow boxes of a point: a family fills more than any number, and is looked for after a few
-STARTS = 128  # of a point whose subdivision did not end
-ITERATIONS = 60
-PARTS = (1e-4, 1e-7, 1e-10)  # of the range: boxes about a place that Newton's method found
-ASIDE = 0.01  # of the range: a family has members so far off
-FAR = 0.25  # of the range: no name reaches farther
-CHUNK = 1 << 12  # points at a time
-CELL = 7  # leading bits of parameters that are searched together
-ROUGH = 2.0**-12  # width of boxes that are left to each of these points, and about poles, over the range
-SHARING, SHARED = 3, 3  # unknowns of a search that is shared, and how many times the boxes of one point it may take
+OFFSET = 0.3819660112501051  # fraction of the period by which the search of a periodic coordinate avoids round numbers
+EDGE_MARGIN = 2.0**-20  # the searched box is this much wider, relative to the bounds: roots on a bound are interior
+BOUND_SLACK = 1e-12  # roots this far outside, relative to the range, are taken to be at the bound
+MIN_BOX_WIDTHS = (2.0**-50, 2.0**-32)  # narrowest boxes of one unknown and of several, relative to the range
+SEARCH_OPERATIONS = 400_000  # operations of one point's search divided by the unknowns; it limits the boxes
+MIN_BOXES = 100  # every point may use this many boxes, however long its equations are
+PLACE_ROUNDING = 16.0 * codes.UNIT  # F vanishes at a place if its enclosure within this relative distance contains 0
+RANGE_ROUNDING = 0.01 * codes.UNIT  # the same relative to the range, for places near 0
+MERGE_DISTANCE = 1e-7  # roots nearer to each other than this, relative to the range, count as one
+FEW_NARROW = 16  # undecided narrow boxes of a point after which a family is searched for
+MAX_NARROW = 400  # undecided narrow boxes at which a point's search ends: a family fills any number
+MAX_STARTS = 128  # starts of Newton's method from the undecided boxes of one point
+MAX_ITERATIONS = 60  # steps of Newton's method
+ISOLATION_HALF_WIDTHS = (1e-4, 1e-7, 1e-10)  # boxes about Newton's roots that are tried in turn, relative to the range
+FAMILY_STEP = 0.01  # distance, relative to the range, at which a family has members on both sides
+MAX_NAME_DISTANCE = 0.25  # a name applies to roots within this distance, relative to the range
+CHUNK_POINTS = 1 << 12  # points that are searched together, which bounds the memory
+CELL_BITS = 7  # points are excluded together if their parameters agree in this many leading bits
+SHARED_WIDTH = 2.0**-12  # width, relative to the range, of the boxes that shared searches leave undecided
+MAX_SHARED_N = 3  # searches of more unknowns are not shared: they would leave too many boxes
+SHARED_WORK_FACTOR = 3  # boxes of a shared search, relative to those of one point
 
 
 @dataclass(frozen=True)
-class Found:
-    """Equilibria of points."""
+class Equilibria:
+    """Equilibria of points; `most` slots each, of m coordinates or states."""
 
-    places: np.ndarray  #: shape (points, most, m); NaN where a point has no such equilibrium
-    hidden: np.ndarray  #: shape (points, most, m), how far rounding hides where they are; 0 where they are proved
-    dimension: np.ndarray  #: shape (points, most), of the family that each lies in; 0 for one that is alone
+    places: np.ndarray  #: shape (points, most, m); NaN in empty slots
+    uncertainty: np.ndarray  #: shape (points, most, m), half-width of the region that rounding leaves; 0 if proved
+    dimension: np.ndarray  #: shape (points, most), dimension of the family of each; 0 for an isolated equilibrium
     certified: np.ndarray  #: shape (points,), PROVED, ROUNDING, TOO_LARGE or FAMILY
-    flat: np.ndarray  #: shape (points,), whether they form a family of which no member is named
-    direction: np.ndarray  #: shape (points, m), along which a flat point's family goes, over the ranges; NaN elsewhere
-    counts: np.ndarray  #: shape (points,), how many there are, of which a crowded point shows none
-    crowded: np.ndarray  #: shape (points,), whether they are more than there is room for
-    #: shape (points,), whether it is known which of them is which branch, where branches are followed.
-    decided: np.ndarray
-    undecided: np.ndarray  #: shape (points, m, 2), a box about all that could not be decided; NaN where all is proved
-    absent: np.ndarray  #: shape (points, most), whether it is proved that there is none of a slot's name
+    is_flat: np.ndarray  #: shape (points,), True if equilibria form a family without a named member
+    direction: np.ndarray  #: shape (points, m), tangent of a flat point's family, relative to the ranges; else NaN
+    counts: np.ndarray  #: shape (points,), number of equilibria, also at crowded points
+    is_crowded: np.ndarray  #: shape (points,), True if there are more equilibria than slots
+    #: shape (points,), True if it is decided which equilibrium is on which branch; True if branches are not followed
+    is_order_decided: np.ndarray
+    undecided_box: np.ndarray  #: shape (points, m, 2), box around all undecided boxes; NaN if all is proved
+    is_absent: np.ndarray  #: shape (points, most), True if it is proved that the slot's equilibrium does not exist
 
-    def __getitem__(self, index) -> "Found":
+    def __getitem__(self, index) -> "Equilibria":
         """Return the selected points."""
-        return Found(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+        return Equilibria(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
-def find(problem: Landscape, parameters) -> Found:
+def find(problem: Landscape, parameters) -> Equilibria:
     """Find all equilibria of points, given as one array (points,) for each parameter, in the description's order."""
-    given = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
-    pairs = zip(problem.canonical, given, strict=True)
-    rows = [p if default is None else np.full_like(p, default) for default, p in pairs]
-    first, inverse = _points(rows)
+    parameter_rows = [np.atleast_1d(np.asarray(p, dtype=np.float64)) for p in parameters] or [np.zeros(1)]
+    defaults = zip(problem.canonical, parameter_rows, strict=True)
+    rows = [p if default is None else np.full_like(p, default) for default, p in defaults]
+    first, inverse = _unique_points(rows)
     rows = [p[first] for p in rows]
-    key, last_key, equilibria = b"".join(p.tobytes() for p in rows), *problem.last
-    if key != last_key:
-        chunks = [[p[start : start + CHUNK] for p in rows] for start in range(0, first.size, CHUNK)]
-        parts = [_found(problem, chunk) for chunk in chunks]
-        equilibria = Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in Found.__dataclass_fields__))
-        problem.last = key, equilibria
+    cache_key, last_cache_key, equilibria = b"".join(p.tobytes() for p in rows), *problem.last
+    if cache_key != last_cache_key:
+        chunks = [[p[start : start + CHUNK_POINTS] for p in rows] for start in range(0, first.size, CHUNK_POINTS)]
+        results = [_find_in_chunk(problem, chunk) for chunk in chunks]
+        equilibria = Equilibria(
+            *(np.concatenate([getattr(p, name) for p in results]) for name in Equilibria.__dataclass_fields__)
+        )
+        problem.last = cache_key, equilibria
     return equilibria[inverse]
 
 
-def refusal(problem: Landscape, equilibria: Found, parameters) -> str:
-    """Return why none of the points has an equilibrium to begin from, or each too many; the empty string if one has."""
-    if equilibria.crowded.all():
-        return _crowded(problem, equilibria, parameters)
-    if equilibria.crowded.any() or not np.isnan(equilibria.places).all():
+def refusal(problem: Landscape, equilibria: Equilibria, parameters) -> str:
+    """Return why no point has a usable equilibrium, or the empty string.
+
+    Args:
+        problem: equations and bounds.
+        equilibria: those of the points.
+        parameters: one array (points,) for each parameter.
+    """
+    if equilibria.is_crowded.all():
+        return _crowding_message(problem, equilibria, parameters)
+    if equilibria.is_crowded.any() or not np.isnan(equilibria.places).all():
         return ""
-    if equilibria.flat.any():
-        return _symmetry(problem, equilibria.direction[equilibria.flat.argmax()])
-    points, open_ = equilibria.counts.size, np.flatnonzero(~equilibria.absent.all(axis=1))
-    if open_.size:
-        reason = REASONS[int(equilibria.certified[open_].max())]
+    if equilibria.is_flat.any():
+        return _family_message(problem, equilibria.direction[equilibria.is_flat.argmax()])
+    points, open_points = equilibria.counts.size, np.flatnonzero(~equilibria.is_absent.all(axis=1))
+    if open_points.size:
+        reason = REASONS[int(equilibria.certified[open_points].max())]
         return (
-            f"none is found and none excluded at {open_.size} of {points} points of the grid: {reason}; allowed: "
+            f"none is found and none excluded at {open_points.size} of {points} points of the grid: {reason}; allowed: "
             + ("narrower bounds, or a name near one")
         )
     return f"none within the bounds, at {points} points of the grid; allowed: parameters and bounds with one"
 
 
-def _symmetry(problem, direction):
-    """Return along what the equilibria of a flat point form a line, and what chooses one of them."""
-    moved = np.abs(direction) > SINGULAR
-    names = [place.name for place, part in zip(problem.places, moved, strict=True) if part]
-    shares = " : ".join(f"{part:.3g}" for part in direction[moved])
-    along = ", ".join(names) + (f" (in the ratio {shares} of their ranges)" if len(names) > 1 else "")
-    mend = "a name for one of them" if problem.takes_members else f"a coordinate to hold (hold=…), {' or '.join(names)}"
-    what = "F vanishes" if problem.takes_members else "V is flat"
-    return f"{what} along a line of them, which goes along {along}; allowed: {mend}"
+def _family_message(problem, direction):
+    """Return the message that names the coordinates along which equilibria form a line, and the remedy."""
+    is_changing = np.abs(direction) > SINGULAR
+    names = [place.name for place, share in zip(problem.places, is_changing, strict=True) if share]
+    shares = " : ".join(f"{share:.3g}" for share in direction[is_changing])
+    line = ", ".join(names) + (f" (in the ratio {shares} of their ranges)" if len(names) > 1 else "")
+    remedy = (
+        "a name for one of them" if problem.takes_members else f"a coordinate to hold (hold=…), {' or '.join(names)}"
+    )
+    statement = "F vanishes" if problem.takes_members else "V is flat"
+    return f"{statement} along a line of them, which goes along {line}; allowed: {remedy}"
 
 
-def _crowded(problem, equilibria, parameters):
-    """Return the message about the first point that has more equilibria than the dimension holds."""
-    system, point = problem.system, int(np.argmax(equilibria.crowded))
+def _crowding_message(problem, equilibria, parameters):
+    """Return the message about the first point with more equilibria than slots."""
+    system, point = problem.system, int(np.argmax(equilibria.is_crowded))
     count = equilibria.counts[point]
-    wrong = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
+    fault = f"there are {count}" if count > system.most else "one is near no name, and there is no room left"
     values = ", ".join(f"{name}={p[point]:g}" for name, p in zip(system.parameters, parameters, strict=False))
     allowed = f"at most {system.most} (`most`, or their names)"
-    return f"{wrong}, at {values or 'the only point'}; allowed: {allowed}"
+    return f"{fault}, at {values or 'the only point'}; allowed: {allowed}"
 
 
 def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -138,78 +151,89 @@ def runs_of(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(change), np.cumsum(change) - 1
 
 
-def _points(rows):
-    """Return numbers of points that all differ, in ascending order of the rows, and which of them each point equals."""
-    code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)
+def _unique_points(rows):
+    """Return the indices of distinct points, in ascending order of the rows, and each point's index among these."""
+    group_code = np.zeros(rows[0].size if rows else 1, dtype=np.int64)
     for row in rows:
-        if (row[1:] != row[:-1]).any():  # sorting is most of the work, and most parameters are constant
+        if (row[1:] != row[:-1]).any():  # most parameters are constant, and sorting takes longest
             values, number = np.unique(row, return_inverse=True)
-            _, code = np.unique(code * values.size + number, return_inverse=True)
-    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+            _, group_code = np.unique(group_code * values.size + number, return_inverse=True)
+    _, first, inverse = np.unique(group_code, return_index=True, return_inverse=True)
     return first, inverse
 
 
-def _cell(values):
-    """Return the ends of the range of numbers that share the CELL leading bits of each value."""
-    part, power = np.frexp(values)
-    bits = np.floor(np.ldexp(np.abs(part), CELL))
-    a, b = (np.ldexp(np.copysign(k, values), power - CELL) for k in (bits, bits + (values != 0.0)))
-    return np.minimum(a, b), np.maximum(a, b)
+def _cell_bounds(values):
+    """Return the ends of the interval of numbers that share CELL_BITS leading bits with each value."""
+    mantissa, power = np.frexp(values)
+    bits = np.floor(np.ldexp(np.abs(mantissa), CELL_BITS))
+    low, high = (np.ldexp(np.copysign(k, values), power - CELL_BITS) for k in (bits, bits + (values != 0.0)))
+    return np.minimum(low, high), np.maximum(low, high)
 
 
-def _found(problem, parameters):
+def _find_in_chunk(problem, parameters):
     with np.errstate(all="ignore"):
-        all_ = _All(problem, parameters)
-        places, hidden, dimension = all_.table()
-        decided = np.ones(all_.size, dtype=bool)
+        search = EquilibriumSearch(problem, parameters)
+        places, uncertainty, dimension = search.sorted_places()
+        is_decided = np.ones(search.size, dtype=bool)
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
-        most = problem.system.most
+        max_slots = problem.system.most
         if problem.system.follow:
-            index, decided = branches.followed(_way(problem, parameters, places), most)
-            crowded = counts > most
+            index, is_decided = branches.followed(_parameter_path(problem, parameters, places), max_slots)
+            is_crowded = counts > max_slots
         else:
-            index, crowded = _arranged(problem, parameters, places)
-        index[crowded] = -1
-        taken = np.maximum(index, 0)
-        slots = np.where(index[..., None] >= 0, np.take_along_axis(places, taken[..., None], axis=1), np.nan)
-        _take_names(problem, parameters, slots)
-        dimension = np.where(index >= 0, np.take_along_axis(dimension, taken, axis=1), 0).astype(np.int8)
-        hidden = np.take_along_axis(hidden, taken[..., None], axis=1)
-    of_points = all_.certified.astype(np.int8), all_.flat, all_.direction, counts, crowded, decided, all_.undecided
-    return Found(slots, hidden, dimension, *of_points, _absent(problem, parameters, slots, all_.certified))
+            index, is_crowded = _assign_slots(problem, parameters, places)
+        index[is_crowded] = -1
+        place_index = np.maximum(index, 0)
+        slots = np.where(index[..., None] >= 0, np.take_along_axis(places, place_index[..., None], axis=1), np.nan)
+        _replace_by_names(problem, parameters, slots)
+        dimension = np.where(index >= 0, np.take_along_axis(dimension, place_index, axis=1), 0).astype(np.int8)
+        uncertainty = np.take_along_axis(uncertainty, place_index[..., None], axis=1)
+    flags = (
+        search.certified.astype(np.int8),
+        search.is_flat,
+        search.direction,
+        counts,
+        is_crowded,
+        is_decided,
+        search.undecided_box,
+    )
+    return Equilibria(
+        slots, uncertainty, dimension, *flags, _proved_absent(problem, parameters, slots, search.certified)
+    )
 
 
-def _absent(problem, parameters, slots, certified):
-    """Return True for empty slots of which it is proved that no equilibrium has their name, shape (points, most)."""
-    absent = np.isnan(slots).any(axis=-1) & (certified == PROVED)[:, None]
-    lost = np.isnan(problem.labels(parameters)).all(axis=-1) & (certified != PROVED)[:, None]
-    for k in np.flatnonzero(lost.any(axis=0)):
-        rows = np.flatnonzero(lost[:, k])
+def _proved_absent(problem, parameters, slots, certified):
+    """Return True for empty slots for which it is proved that no equilibrium has their name, shape (points, most)."""
+    is_absent = np.isnan(slots).any(axis=-1) & (certified == PROVED)[:, None]
+    may_be_missing = np.isnan(problem.labels(parameters)).all(axis=-1) & (certified != PROVED)[:, None]
+    for slot in np.flatnonzero(may_be_missing.any(axis=0)):
+        rows = np.flatnonzero(may_be_missing[:, slot])
         with np.errstate(all="ignore"):
-            absent[rows, k] = problem.is_never_zero([p[rows] for p in parameters], k)
-    return absent
+            is_absent[rows, slot] = problem.is_never_zero([p[rows] for p in parameters], slot)
+    return is_absent
 
 
-def _take_names(problem, parameters, slots):
-    """Take named places in place of those found, where F may be 0 there or is no farther from it: π to the last bit."""
-    names, width = problem.labels(parameters), SAME * np.ptp(problem.bounds(parameters), axis=-1)
-    for k in range(names.shape[1]):
-        near = (np.abs(names[:, k] - slots[:, k]) <= width).all(axis=1)
-        rows = np.flatnonzero(near & (names[:, k] != slots[:, k]).any(axis=1))
-        of_rows = [p[rows] for p in parameters]
-        named, residual = (problem.enclosed(of_rows, x[rows, k], x[rows, k])[0][:, :, 0] for x in (names, slots))
-        zero = (named[..., 0] <= 0.0) & (named[..., 1] >= 0.0)
-        rows = rows[(zero | (np.abs(named).max(axis=-1) <= np.abs(residual).max(axis=-1))).all(axis=1)]
-        slots[rows, k] = names[rows, k]
+def _replace_by_names(problem, parameters, slots):
+    """Replace roots by the named places if these are roots as well as numbers show: π to the last bit."""
+    names, width = (problem.labels(parameters), MERGE_DISTANCE * np.ptp(problem.bounds(parameters), axis=-1))
+    for slot in range(names.shape[1]):
+        is_near = (np.abs(names[:, slot] - slots[:, slot]) <= width).all(axis=1)
+        rows = np.flatnonzero(is_near & (names[:, slot] != slots[:, slot]).any(axis=1))
+        values = [p[rows] for p in parameters]
+        at_name, residual = (problem.enclosed(values, x[rows, slot], x[rows, slot])[0][:, :, 0] for x in (names, slots))
+        may_vanish = (at_name[..., 0] <= 0.0) & (at_name[..., 1] >= 0.0)
+        rows = rows[(may_vanish | (np.abs(at_name).max(axis=-1) <= np.abs(residual).max(axis=-1))).all(axis=1)]
+        slots[rows, slot] = names[rows, slot]
 
 
-class _All:
-    """All equilibria of some points, and what could not be decided.
+class EquilibriumSearch:
+    """A search for all equilibria of some points.
 
     Attributes:
-        owner, place, dimension: of each equilibrium its point, the free unknowns, and the dimension of its family.
-        reach, hidden: half a box that it is alone in, and half one within which rounding hides where it is; or 0.
-        certified, flat, direction, undecided: of each point, as of :class:`Found`.
+        owner, place, dimension: point, free unknowns and dimension of the family of each root.
+        half_width, uncertainty: half-width of a box in which the root is unique, and of one within which rounding hides
+            it; one of the two is 0.
+        certified, is_flat, direction, undecided_box: of each point, as in :class:`Equilibria`.
     """
 
     def __init__(self, problem, parameters):
@@ -222,385 +246,437 @@ class _All:
         self.low, self.high = np.ascontiguousarray(bounds[..., 0]), np.ascontiguousarray(bounds[..., 1])
         self.width = self.high - self.low
         self.n = len(problem.free)
-        self.narrowest = NARROWEST[self.n > 1]
+        self.narrowest = MIN_BOX_WIDTHS[self.n > 1]
         self.owner, self.place = np.empty(0, dtype=np.int64), np.empty((0, self.n))
-        self.dimension, self.reach, self.hidden = np.empty(0, dtype=np.int64), *np.empty((2, 0, self.n))
-        self.certified, self.flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
+        self.dimension, self.half_width, self.uncertainty = np.empty(0, dtype=np.int64), *np.empty((2, 0, self.n))
+        self.certified, self.is_flat = np.zeros(self.size, dtype=np.int64), np.zeros(self.size, dtype=bool)
         self.direction = np.full((self.size, problem.m), np.nan)
-        self.undecided = np.full((self.size, problem.m, 2), np.nan)
-        members = self._members() if problem.takes_members and problem.system.labels else np.empty(0, dtype=np.int64)
-        self._search(np.setdiff1d(np.arange(self.size), members))
+        self.undecided_box = np.full((self.size, problem.m, 2), np.nan)
+        members = (
+            self._add_members() if problem.takes_members and problem.system.labels else np.empty(0, dtype=np.int64)
+        )
+        self._search_points(np.setdiff1d(np.arange(self.size), members))
 
-    # -- what is asked of F
+    # -- evaluations of F
 
-    def slopes(self, owner, low, high):
-        """Return enclosures (boxes, n, 1 + n, 2) of F and J in boxes, and states."""
+    def enclose_jacobian(self, owner, low, high):
+        """Return enclosures of F and J in boxes of points, shape (boxes, n, 1 + n, 2), and state codes, (boxes,)."""
         return self.problem.tape.slopes(self.constants, owner, low, high)
 
-    def rough(self, points, bounds, most):
-        """Return boxes that hold all zeros of points, (boxes, 2, n), and the first of each point's and where they end.
+    def shared_boxes(self, points, bounds, max_boxes):
+        """Return boxes with all roots of points, shape (boxes, 2, n), and each point's range of boxes, (points, 2).
 
-        Excluded once for all points whose parameters agree in their leading bits, wherever these lie: so that a point's
-        result depends on no other point.
+        Boxes are excluded once for all points whose parameters share their leading bits. Cells do not depend on the
+        points, so no point's result depends on another point.
+
+        Args:
+            points: indices of points.
+            bounds: the boxes to search, shape (points, 2, n).
+            max_boxes: number of boxes at which a cell's search ends.
         """
-        cells = [_cell(p[points]) for p in self.parameters]
-        first, cell = _points([low for low, _ in cells])
-        constants = self.problem.constants(*([p[first] for p in ends] for ends in zip(*cells, strict=True)))
-        which, _, boxes = self.run(constants, bounds[first], (ROUGH, most, MANY, ROUGH, True))
-        ends = np.searchsorted(which, np.arange(first.size + 1))
-        return boxes[:, 0], np.stack([ends[:-1], ends[1:]], axis=-1)[cell]
+        cells = [_cell_bounds(p[points]) for p in self.parameters]
+        first, cell_index = _unique_points([low for low, _ in cells])
+        constants = self.problem.constants(*([p[first] for p in ranges] for ranges in zip(*cells, strict=True)))
+        owners, _, boxes = self.search_boxes(
+            constants, bounds[first], (SHARED_WIDTH, max_boxes, MAX_NARROW, SHARED_WIDTH, True)
+        )
+        ranges = np.searchsorted(owners, np.arange(first.size + 1))
+        return boxes[:, 0], np.stack([ranges[:-1], ranges[1:]], axis=-1)[cell_index]
 
-    def run(self, constants, bounds, limits, starts=None, tape=None):
-        """Search boxes; return for each record the box, its kind, the box it stands for, and one about the zero."""
+    def search_boxes(self, constants, bounds, limits, starts=None, tape=None):
+        """Return (index, kind, boxes) of records of searches; boxes (records, 2, 2, n): the searched one, the root's.
+
+        Args:
+            constants: rows of constants, one for each search.
+            bounds: shape (searches, 2, n).
+            limits: see `kernels.roots.Limits`.
+            starts: boxes to begin with and each search's range of them; by default the bounds.
+            tape: the function whose roots are searched; by default F.
+        """
         from kernels import roots  # compiled by its import
 
-        progress, each = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
-        starts, shares = starts or (bounds, np.stack([each, each + 1], axis=-1))
+        progress, indices = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
+        starts, ranges = starts or (bounds, np.stack([indices, indices + 1], axis=-1))
         functions = (tape or self.problem.tape).formulas(np.ascontiguousarray(constants))
-        where = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, shares)))
-        room, parts = 4 * len(bounds) + 1000, [(each[:0], each[:0], np.empty((0, 2, 2, self.n)))]
+        search_regions = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, ranges)))
+        capacity, results = 4 * len(bounds) + 1000, [(indices[:0], indices[:0], np.empty((0, 2, 2, self.n)))]
         while progress[0] < len(bounds):
-            before, records, boxes = progress[0], np.empty((room, 2), dtype=np.int64), np.empty((room, 2, 2, self.n))
+            before, records, boxes = (
+                progress[0],
+                np.empty((capacity, 2), dtype=np.int64),
+                np.empty((capacity, 2, 2, self.n)),
+            )
             boxes_found = roots.Boxes(records, boxes, progress)
-            count = roots.search(functions, where, roots.Limits(*limits), boxes_found)
-            parts.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
-            room *= 1 if progress[0] > before else 4
-        return tuple(np.concatenate(x) for x in zip(*parts, strict=True))
+            count = roots.search(functions, search_regions, roots.Limits(*limits), boxes_found)
+            results.append((records[:count, 0].copy(), records[:count, 1].copy(), boxes[:count].copy()))
+            capacity *= 1 if progress[0] > before else 4
+        return tuple(np.concatenate(x) for x in zip(*results, strict=True))
 
-    def still(self, owner, place, near=TINY):
-        """Return whether F vanishes within some roundings of places, or within a fraction of the ranges."""
-        near = np.maximum(ROUNDINGS * np.abs(place), near * self.width[owner])
-        values, states = self.slopes(owner, place - near, place + near)
+    def is_zero(self, owner, place, near=RANGE_ROUNDING):
+        """Return True if F's enclosure about a place contains 0: within roundings, or `near` ranges.
+
+        Args:
+            owner: point of each place.
+            place: shape (places, n).
+            near: half-width of the enclosed region, relative to the range.
+        """
+        tolerance = np.maximum(PLACE_ROUNDING * np.abs(place), near * self.width[owner])
+        values, states = self.enclose_jacobian(owner, place - tolerance, place + tolerance)
         F = values[:, :, 0]
-        about = self.slopes(owner, place - EDGE * self.width[owner], place + EDGE * self.width[owner])[0][:, :, 0]
-        faint = (about[..., 0] < about[..., 1]) & (np.abs(about).max(axis=-1) < codes.FAINT)
-        return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~faint).all(axis=1) & (states < codes.POLE)
+        nearby = self.enclose_jacobian(
+            owner, place - EDGE_MARGIN * self.width[owner], place + EDGE_MARGIN * self.width[owner]
+        )[0][:, :, 0]
+        is_faint = (nearby[..., 0] < nearby[..., 1]) & (np.abs(nearby).max(axis=-1) < codes.FAINT)
+        return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~is_faint).all(axis=1) & (states < codes.POLE)
 
-    def jacobian(self, owner, place):
-        """Return F and J in ranges, each row over its largest element; 0 for an entry lost in its own rounding."""
-        values = self.slopes(owner, place, place)[0]
+    def scaled_jacobian(self, owner, place):
+        """Return F and J relative to the ranges, each row over its largest element; entries within rounding are 0."""
+        values = self.enclose_jacobian(owner, place, place)[0]
         J = values[:, :, 1:].mean(axis=-1) * self.width[owner][:, None, :]
         J[(values[:, :, 1:, 0] <= 0.0) & (values[:, :, 1:, 1] >= 0.0)] = 0.0
-        rows = np.abs(J).max(axis=2)
-        rows = np.where(rows > 0.0, rows, 1.0)
-        return values[:, :, 0].mean(axis=-1) / rows, J / rows[:, :, None]
+        row_sizes = np.abs(J).max(axis=2)
+        row_sizes = np.where(row_sizes > 0.0, row_sizes, 1.0)
+        return values[:, :, 0].mean(axis=-1) / row_sizes, J / row_sizes[:, :, None]
 
-    def descended(self, owner, place, kept=None):
-        """Apply Newton's method with steps of a fifth of the bounds at most; where J is singular, its least step.
+    def apply_newton(self, owner, place, fixed_directions=None):
+        """Return places after Newton's method; steps are at most a fifth of the bounds, least-norm if J is singular.
 
-        Along the directions `kept` (places, n, n), those that are not 0, the places stay: off a family J is regular.
+        Args:
+            owner: point of each place.
+            place: starts, shape (places, n).
+            fixed_directions: shape (places, n, n), rows that are not 0 are directions along which places stay; with a
+                family's directions fixed, J is regular.
         """
         start, place = place, place.copy()
-        active = np.flatnonzero(~self.still(owner, place))
-        for _ in range(ITERATIONS):
+        active = np.flatnonzero(~self.is_zero(owner, place))
+        for _ in range(MAX_ITERATIONS):
             if active.size == 0:
                 break
-            F, J = self.jacobian(owner[active], place[active])
-            if kept is not None:
-                gone = (place - start)[active] / self.width[owner[active]]
-                F = np.concatenate([F, np.einsum("pij,pj->pi", kept[active], gone)], axis=1)
-                J = np.concatenate([J, kept[active]], axis=1)
-            sound = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+            F, J = self.scaled_jacobian(owner[active], place[active])
+            if fixed_directions is not None:
+                displacement = (place - start)[active] / self.width[owner[active]]
+                F = np.concatenate([F, np.einsum("pij,pj->pi", fixed_directions[active], displacement)], axis=1)
+                J = np.concatenate([J, fixed_directions[active]], axis=1)
+            is_finite = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
             step = np.full((active.size, self.n), np.nan)
-            step[sound] = -(np.linalg.pinv(J[sound], rcond=1e-13) @ F[sound][:, :, None])[..., 0]
+            step[is_finite] = -(np.linalg.pinv(J[is_finite], rcond=1e-13) @ F[is_finite][:, :, None])[..., 0]
             step *= np.minimum(1.0, 0.2 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
             place[active] += step * self.width[owner[active]]
             active = active[np.abs(step).max(axis=1) > 1e-15]
         return place
 
-    def inside(self, owner, place):
-        """Return whether places lie within the bounds, or outside by a rounding at most."""
-        slack = BOUND * self.width[owner]
+    def is_within(self, owner, place):
+        """Return True if a place is within the bounds, or outside by BOUND_SLACK at most."""
+        slack = BOUND_SLACK * self.width[owner]
         return ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
 
-    def null(self, owner, place):
-        """Return for each place the directions, shape (places, n, n), and which of them J loses: (places, n)."""
-        _, J = self.jacobian(owner, place)
+    def null_directions(self, owner, place):
+        """Return J's right singular vectors (places, n, n), and True for those of singular value 0, (places, n)."""
+        _, J = self.scaled_jacobian(owner, place)
         J[~np.isfinite(J).all(axis=(1, 2))] = np.eye(self.n)
         _, values, vectors = np.linalg.svd(J)
         return vectors, values <= SINGULAR
 
-    def family(self, owner, place):
-        """Return the dimension of the family that each place lies in, and one direction of it.
+    def family_dimension(self, owner, place):
+        """Return the dimension of each place's family of roots, and one tangent of it.
 
-        Where families cross, J loses more directions than at the members nearby, and these have the dimension.
+        Where families cross, J has more null directions than at members nearby; the dimension is that of the latter.
         """
-        vectors, lost = self.null(owner, place)
+        vectors, is_null = self.null_directions(owner, place)
         dimension, direction = np.zeros(owner.size, dtype=np.int64), np.full(place.shape, np.nan)
-        least = np.full(owner.size, self.n)
+        min_nullity = np.full(owner.size, self.n)
         for k in range(self.n):
-            rows = np.flatnonzero(lost[:, k])
-            both, kept = np.ones(rows.size, dtype=bool), vectors[rows] * lost[rows, :, None]
-            for step in (-ASIDE, ASIDE):
+            rows = np.flatnonzero(is_null[:, k])
+            is_member, null = (np.ones(rows.size, dtype=bool), vectors[rows] * is_null[rows, :, None])
+            for step in (-FAMILY_STEP, FAMILY_STEP):
                 start = place[rows] + step * vectors[rows, k] * self.width[owner[rows]]
-                there = self.descended(owner[rows], self.descended(owner[rows], start, kept))
-                far = np.abs(there - place[rows]) / self.width[owner[rows]]
-                both &= self.still(owner[rows], there) & (far.max(axis=1) > 0.5 * ASIDE / np.sqrt(self.n))
-                lost_there = np.where(both, self.null(owner[rows], there)[1].sum(axis=1), self.n)
-                least[rows] = np.minimum(least[rows], lost_there)
-            dimension[rows[both]] += 1
-            direction[rows[both]] = vectors[rows[both], k]
-        return np.minimum(dimension, np.maximum(least, 1)), direction
+                member = self.apply_newton(owner[rows], self.apply_newton(owner[rows], start, null))
+                distance = np.abs(member - place[rows]) / self.width[owner[rows]]
+                is_member &= self.is_zero(owner[rows], member) & (
+                    distance.max(axis=1) > 0.5 * FAMILY_STEP / np.sqrt(self.n)
+                )
+                nullity = np.where(is_member, self.null_directions(owner[rows], member)[1].sum(axis=1), self.n)
+                min_nullity[rows] = np.minimum(min_nullity[rows], nullity)
+            dimension[rows[is_member]] += 1
+            direction[rows[is_member]] = vectors[rows[is_member], k]
+        return np.minimum(dimension, np.maximum(min_nullity, 1)), direction
 
     # -- the search
 
-    def _names(self, points):
-        """Return places that the description names: their points and the free unknowns."""
+    def _named_places(self, points):
+        """Return (owner, place) of the places that the description names, within the searched period."""
         labels = self.problem.labels([p[points] for p in self.parameters])[:, :, self.problem.free]
         owner, place = np.repeat(points, labels.shape[1]), labels.reshape(-1, self.n).copy()
-        turned = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
-        place = np.where(self.periodic, turned, place)
-        good = np.isfinite(place).all(axis=1)
-        return owner[good], place[good]
+        shifted = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
+        place = np.where(self.periodic, shifted, place)
+        is_finite = np.isfinite(place).all(axis=1)
+        return owner[is_finite], place[is_finite]
 
-    def _members(self):
-        """Take the members of families that are nearest to names; return the points that have one."""
-        owner, name = self._names(np.arange(self.size))
-        place = self.descended(owner, name)
-        near = (np.abs(place - name) <= FAR * self.width[owner]).all(axis=1) & self.inside(owner, place)
-        near &= self.still(owner, place)
-        owner, place = owner[near], place[near]
-        dimension, _ = self.family(owner, place)
+    def _add_members(self):
+        """Add the members of families nearest to names; return the points that have one."""
+        owner, name = self._named_places(np.arange(self.size))
+        place = self.apply_newton(owner, name)
+        is_member = (np.abs(place - name) <= MAX_NAME_DISTANCE * self.width[owner]).all(axis=1) & self.is_within(
+            owner, place
+        )
+        is_member &= self.is_zero(owner, place)
+        owner, place = owner[is_member], place[is_member]
+        dimension, _ = self.family_dimension(owner, place)
         points = np.unique(owner[dimension > 0])
-        chosen = np.isin(owner, points)
+        in_family = np.isin(owner, points)
         self.certified[points] = FAMILY
-        self._note(owner[chosen], place[chosen], dimension=dimension[chosen])
+        self._add_zeros(owner[in_family], place[in_family], dimension=dimension[in_family])
         return points
 
-    def _search(self, points):
-        """Look for all equilibria of points, and say what could not be decided."""
-        edge = EDGE * self.width[points]
-        bounds = np.stack([self.low[points] - edge, self.high[points] + edge], axis=1)
-        most = max(LEAST, WORK // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
-        shares = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= SHARING and points.size
-        starts = self.rough(points, bounds, SHARED * most) if shares else None
-        which, kind, boxes = self._searched(points, bounds, most, starts)
-        owner, zero = points[which], kind == codes.ZERO
-        place, reach = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
-        wide = np.flatnonzero(zero & (reach > BOUND * self.width[owner]).any(axis=1))
-        nearer = self.descended(owner[wide], place[wide])
-        inside = (np.abs(nearer - place[wide]) <= reach[wide]).all(axis=1)  # the one zero that the box holds
-        place[wide[inside]] = nearer[inside]
-        self._note(owner[zero], place[zero], reach=reach[zero])
+    def _search_points(self, points):
+        """Find all equilibria of points, and record undecided boxes."""
+        margin = EDGE_MARGIN * self.width[points]
+        bounds = np.stack([self.low[points] - margin, self.high[points] + margin], axis=1)
+        limit = max(MIN_BOXES, SEARCH_OPERATIONS // (len(self.problem.tape.rows) * (1 + self.n) * self.n))
+        shares = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= MAX_SHARED_N and points.size
+        starts = self.shared_boxes(points, bounds, SHARED_WORK_FACTOR * limit) if shares else None
+        box_point, kind, boxes = self._search_refined(points, bounds, limit, starts)
+        owner, is_root = points[box_point], kind == codes.ZERO
+        root, half_width = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
+        wide_rows = np.flatnonzero(is_root & (half_width > BOUND_SLACK * self.width[owner]).any(axis=1))
+        refined = self.apply_newton(owner[wide_rows], root[wide_rows])
+        is_in_box = (np.abs(refined - root[wide_rows]) <= half_width[wide_rows]).all(axis=1)
+        root[wide_rows[is_in_box]] = refined[is_in_box]
+        self._add_zeros(owner[is_root], root[is_root], half_width=half_width[is_root])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
-        doubt = ~zero & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
-        if doubt.any():
-            self._decide(owner[doubt], kind[doubt], low[doubt], high[doubt])
+        is_undecided = ~is_root & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
+        if is_undecided.any():
+            self._decide_boxes(owner[is_undecided], kind[is_undecided], low[is_undecided], high[is_undecided])
 
-    def _searched(self, points, bounds, most, starts):
-        """Search boxes as `run`, and again where more than a few hide whether there are zeros and lie in no family."""
-        few, many = ((self.narrowest, most, narrow, ROUGH, False) for narrow in (FEW, MANY))
-        records = which, kind, boxes = self.run(self.constants[points], bounds, few, starts)
-        narrow = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
-        again, first, count = np.unique(which[narrow], return_index=True, return_counts=True)
-        again, some = again[count > FEW], narrow[first + count // 2][count > FEW]
-        at = points[again]
-        place = self.descended(at, boxes[some, 0].mean(axis=1))
-        member = self.inside(at, place) & self.still(at, place, 2.0 * self.narrowest)
-        member &= self.family(at, place)[0] > 0
-        again = again[~member]
-        if again.size:
-            starts = starts and (starts[0], starts[1][again])
-            more = self.run(self.constants[points[again]], bounds[again], many, starts)
-            records = _merged(records, np.isin(which, again), (again[more[0]], *more[1:]))
-        return self._about_poles(points, bounds, many, records)
+    def _search_refined(self, points, bounds, limit, starts):
+        """Search boxes with few narrow ones allowed, and again with many at points whose narrow boxes are no family."""
+        few_limits, many_limits = ((self.narrowest, limit, n, SHARED_WIDTH, False) for n in (FEW_NARROW, MAX_NARROW))
+        records = box_point, kind, boxes = self.search_boxes(self.constants[points], bounds, few_limits, starts)
+        narrow_boxes = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
+        retry, first, count = np.unique(box_point[narrow_boxes], return_index=True, return_counts=True)
+        retry, middle = (retry[count > FEW_NARROW], narrow_boxes[first + count // 2][count > FEW_NARROW])
+        owner = points[retry]
+        place = self.apply_newton(owner, boxes[middle, 0].mean(axis=1))
+        in_family = self.is_within(owner, place) & self.is_zero(owner, place, 2.0 * self.narrowest)
+        in_family &= self.family_dimension(owner, place)[0] > 0
+        retry = retry[~in_family]
+        if retry.size:
+            starts = starts and (starts[0], starts[1][retry])
+            new = self.search_boxes(self.constants[points[retry]], bounds[retry], many_limits, starts)
+            records = _replace_records(records, np.isin(box_point, retry), (retry[new[0]], *new[1:]))
+        return self._search_about_poles(points, bounds, many_limits, records)
 
-    def _about_poles(self, points, bounds, limits, records):
-        """Search what is left about poles for zeros of the numerators of F, but for those where a denominator vanishes.
+    def _search_about_poles(self, points, bounds, limits, records):
+        """Search the boxes about poles again, with F's numerators; drop roots at which a denominator vanishes.
 
-        Towards a pole boxes would be cut for ever, and hide a zero beside it. Of the numerators the pole is a zero as
-        others are: alone in a box, it leaves no room for one of F.
+        Towards a pole of F boxes would be divided without end and hide a root near it. A pole is an ordinary root of
+        the numerators: if it is unique in a box, F has none there.
         """
-        which, kind, boxes = records
-        rows = np.flatnonzero(kind == codes.BROKEN)
-        if not rows.size:
+        box_point, kind, boxes = records
+        pole_boxes = np.flatnonzero(kind == codes.BROKEN)
+        if not pole_boxes.size:
             return records
         numerators, denominators = self.problem.fractions
-        at, first = np.unique(which[rows], return_index=True)
-        starts = boxes[rows, 0], np.stack([first, np.append(first[1:], rows.size)], axis=-1)
+        at, first_boxes = np.unique(box_point[pole_boxes], return_index=True)
+        starts = boxes[pole_boxes, 0], np.stack([first_boxes, np.append(first_boxes[1:], pole_boxes.size)], axis=-1)
         parameters = [p[points[at]] for p in self.parameters]
         constants, divisors = (self.problem.constants(parameters, tape=tape) for tape in (numerators, denominators))
-        owner, found, places = self.run(constants, bounds[at], (*limits[:3], 0.0, False), starts, numerators)
+        owner, kinds, places = self.search_boxes(constants, bounds[at], (*limits[:3], 0.0, False), starts, numerators)
         values = denominators.slopes(divisors, owner, places[:, 1, 0], places[:, 1, 1], 0)[0][:, :, 0]
-        kept = (found != codes.ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
-        for j in np.flatnonzero(kept & (found == codes.ZERO)):  # found twice where it is beside a box without poles
-            others = boxes[(which == at[owner[j]]) & (kind == codes.ZERO), 1]
-            kept[j] = not ((others[:, 0] <= places[j, 1, 1]) & (others[:, 1] >= places[j, 1, 0])).all(axis=1).any()
-        return _merged(records, kind == codes.BROKEN, (at[owner[kept]], found[kept], places[kept]))
+        is_kept = (kinds != codes.ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
+        for k in np.flatnonzero(is_kept & (kinds == codes.ZERO)):  # a root near a box without poles is found twice
+            roots = boxes[(box_point == at[owner[k]]) & (kind == codes.ZERO), 1]
+            is_kept[k] = not ((roots[:, 0] <= places[k, 1, 1]) & (roots[:, 1] >= places[k, 1, 0])).all(axis=1).any()
+        return _replace_records(records, kind == codes.BROKEN, (at[owner[is_kept]], kinds[is_kept], places[is_kept]))
 
-    def _note(self, owner, place, reach=0.0, hidden=0.0, dimension=0):
-        """Note equilibria within the bounds; one at a bound but for a rounding is at it."""
-        slack = np.where(self.periodic, 0.0, BOUND * self.width[owner] + reach)
-        inside = ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
+    def _add_zeros(self, owner, place, half_width=0.0, uncertainty=0.0, dimension=0):
+        """Add equilibria within the bounds; those within BOUND_SLACK of a bound are moved to it."""
+        slack = np.where(self.periodic, 0.0, BOUND_SLACK * self.width[owner] + half_width)
+        is_within = ((place >= self.low[owner] - slack) & (place <= self.high[owner] + slack)).all(axis=1)
         place = np.clip(place, self.low[owner], self.high[owner])
-        new = owner, place, *(np.broadcast_to(x, place.shape) for x in (reach, hidden)), dimension + 0 * owner
-        for name, values in zip(("owner", "place", "reach", "hidden", "dimension"), new, strict=True):
-            setattr(self, name, np.concatenate([getattr(self, name), values[inside]]))
+        columns = (
+            owner,
+            place,
+            *(np.broadcast_to(x, place.shape) for x in (half_width, uncertainty)),
+            dimension + 0 * owner,
+        )
+        for name, values in zip(("owner", "place", "half_width", "uncertainty", "dimension"), columns, strict=True):
+            setattr(self, name, np.concatenate([getattr(self, name), values[is_within]]))
 
-    def _decide(self, owner, kind, low, high):
-        """Find what Newton's method finds from boxes that could not be decided; note it, and why they could not be."""
-        at, start = self._starts(owner, kind, low, high)
-        place = self.descended(at, start)
-        inside = self.inside(at, place)
-        at, place = at[inside], place[inside]
-        proved, a, b, reach = self._alone(at, place)
-        place = np.where(proved[:, None], 0.5 * (a[1] + b[1]), place)
-        kept = np.flatnonzero(proved | self.still(at, place, 2.0 * self.narrowest))
-        kept = kept[np.lexsort((~proved[kept], at[kept]))]
-        dimension, direction = np.zeros(at.size, dtype=np.int64), np.full(place.shape, np.nan)
-        open_ = kept[~proved[kept]]
-        dimension[open_], direction[open_] = self.family(at[open_], place[open_])
-        order, undecided = np.argsort(self.owner, kind="stable"), []
-        owners_in_order = self.owner[order]
+    def _decide_boxes(self, owner, kind, low, high):
+        """Search undecided boxes by Newton's method; add its roots, and record why the boxes are undecided."""
+        start_owner, starts = self._start_places(owner, kind, low, high)
+        place = self.apply_newton(start_owner, starts)
+        is_within = self.is_within(start_owner, place)
+        start_owner, place = start_owner[is_within], place[is_within]
+        is_unique, lows, highs, half_width = self._isolate_zeros(start_owner, place)
+        place = np.where(is_unique[:, None], 0.5 * (lows[1] + highs[1]), place)
+        zeros = np.flatnonzero(is_unique | self.is_zero(start_owner, place, 2.0 * self.narrowest))
+        zeros = zeros[np.lexsort((~is_unique[zeros], start_owner[zeros]))]
+        dimension, direction = np.zeros(start_owner.size, dtype=np.int64), np.full(place.shape, np.nan)
+        unproved = zeros[~is_unique[zeros]]
+        dimension[unproved], direction[unproved] = self.family_dimension(start_owner[unproved], place[unproved])
+        owner_order, new_zeros = np.argsort(self.owner, kind="stable"), []
+        owners_in_order = self.owner[owner_order]
         for point in np.unique(owner):
-            mine = slice(*np.searchsorted(owner, [point, point + 1]))
-            rows = kept[slice(*np.searchsorted(at[kept], [point, point + 1]))]
-            zeros = order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
-            boxes, width = (low[mine], high[mine], kind[mine]), SAME * self.width[point]
-            alone, hidden = rows[proved[rows]], rows[~proved[rows]]
-            if dimension[hidden].any():
+            here = slice(*np.searchsorted(owner, [point, point + 1]))
+            point_zeros = zeros[slice(*np.searchsorted(start_owner[zeros], [point, point + 1]))]
+            zero_index = owner_order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
+            boxes, width = ((low[here], high[here], kind[here]), MERGE_DISTANCE * self.width[point])
+            unique_rows, unresolved = point_zeros[is_unique[point_zeros]], point_zeros[~is_unique[point_zeros]]
+            if dimension[unresolved].any():
                 self.certified[point] = FAMILY
                 if not (self.problem.takes_members and self.problem.system.labels):
-                    along = direction[hidden[dimension[hidden].argmax()]]
-                    self.flat[point], self.direction[point, self.problem.free] = True, along / np.abs(along).max()
-                hidden = hidden[dimension[hidden] == 0]
-            noted = list(zip(self.place[zeros], self.reach[zeros], strict=True))
-            for j in alone:
-                if not any((np.abs(c - place[j]) <= r + reach[j]).all() for c, r in noted):
-                    undecided.append((point, place[j], reach[j], 0.0 * reach[j]))
-                noted.append((place[j], reach[j]))
-            covered = np.zeros(len(boxes[2]), dtype=bool)
-            for j in alone:
-                covered |= ((boxes[0] >= a[0][j]) & (boxes[1] <= b[0][j])).all(axis=1)
-            boxes = tuple(x[~covered] for x in boxes)
-            undecided += [(point, *c) for c in self._clusters(point, place[hidden], boxes, noted, width)]
+                    tangent = direction[unresolved[dimension[unresolved].argmax()]]
+                    self.is_flat[point], self.direction[point, self.problem.free] = (
+                        True,
+                        tangent / np.abs(tangent).max(),
+                    )
+                unresolved = unresolved[dimension[unresolved] == 0]
+            roots = list(zip(self.place[zero_index], self.half_width[zero_index], strict=True))
+            for j in unique_rows:
+                if not any((np.abs(c - place[j]) <= r + half_width[j]).all() for c, r in roots):
+                    new_zeros.append((point, place[j], half_width[j], 0.0 * half_width[j]))
+                roots.append((place[j], half_width[j]))
+            is_covered = np.zeros(len(boxes[2]), dtype=bool)
+            for j in unique_rows:
+                is_covered |= ((boxes[0] >= lows[0][j]) & (boxes[1] <= highs[0][j])).all(axis=1)
+            boxes = tuple(x[~is_covered] for x in boxes)
+            new_zeros += [(point, *c) for c in self._cluster_roots(point, place[unresolved], boxes, roots, width)]
             if boxes[2].size:
                 reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
                 ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
-                self.undecided[point, self.problem.free] = ends
-        if undecided:
-            self._note(*(np.array(x) for x in zip(*undecided, strict=True)))
+                self.undecided_box[point, self.problem.free] = ends
+        if new_zeros:
+            self._add_zeros(*(np.array(x) for x in zip(*new_zeros, strict=True)))
 
-    def _starts(self, owner, kind, low, high):
-        """Return places to start from: evenly many of the undecided boxes, and those that the description names."""
+    def _start_places(self, owner, kind, low, high):
+        """Return (owner, place) of starts: centres of undecided boxes, evenly chosen, and named places."""
         points, owners, places = np.unique(owner), [], []
-        named = self.problem.takes_members and self.problem.system.labels
-        usable = (kind == codes.LOST) | (kind == codes.NARROW) | ((kind == codes.LEFT) & (not named))
+        has_names = self.problem.takes_members and self.problem.system.labels
+        is_usable = (kind == codes.LOST) | (kind == codes.NARROW) | ((kind == codes.LEFT) & (not has_names))
         for point in points:
-            rows = slice(*np.searchsorted(owner, [point, point + 1]))
-            rows = rows.start + np.flatnonzero(usable[rows])
-            rows = rows[np.linspace(0, rows.size - 1, min(rows.size, STARTS)).astype(np.int64)]
-            owners.append(np.full(rows.size, point))
-            places.append(0.5 * (low[rows] + high[rows]))
-        more, names = self._names(points)
-        return np.concatenate([*owners, more]), np.concatenate([*places, names])
+            box_index = slice(*np.searchsorted(owner, [point, point + 1]))
+            box_index = box_index.start + np.flatnonzero(is_usable[box_index])
+            box_index = box_index[np.linspace(0, box_index.size - 1, min(box_index.size, MAX_STARTS)).astype(np.int64)]
+            owners.append(np.full(box_index.size, point))
+            places.append(0.5 * (low[box_index] + high[box_index]))
+        named_owners, named_places = self._named_places(points)
+        return np.concatenate([*owners, named_owners]), np.concatenate([*places, named_places])
 
-    def _alone(self, owner, place):
-        """Return whether a box about each place holds one zero, the ends of both boxes, and the zero's half-widths."""
-        proved, a, b = np.zeros(owner.size, dtype=bool), np.stack([place] * 2), np.stack([place] * 2)
-        for part in PARTS:
-            rows = np.flatnonzero(~proved)
-            if not rows.size:
+    def _isolate_zeros(self, owner, place):
+        """Return (is_isolated, lower_ends, upper_ends, half_width): whether a box about each place contains one root.
+
+        The ends, shape (2, places, n), are those of the searched box and of the box about its root.
+        """
+        is_unique, lows, highs = (np.zeros(owner.size, dtype=bool), np.stack([place] * 2), np.stack([place] * 2))
+        for half_width_fraction in ISOLATION_HALF_WIDTHS:
+            remaining = np.flatnonzero(~is_unique)
+            if not remaining.size:
                 break
-            wide = part * self.width[owner[rows]]
-            which, kind, boxes = self.run(
-                self.constants[owner[rows]],
-                np.stack([place[rows] - wide, place[rows] + wide], axis=1),
-                (self.narrowest, 1, MANY, 0.0, False),
+            half_widths = half_width_fraction * self.width[owner[remaining]]
+            box_row, kind, boxes = self.search_boxes(
+                self.constants[owner[remaining]],
+                np.stack([place[remaining] - half_widths, place[remaining] + half_widths], axis=1),
+                (self.narrowest, 1, MAX_NARROW, 0.0, False),
             )
-            one = kind == codes.ZERO
-            chosen = rows[which[one]]
-            proved[chosen] = True
-            a[:, chosen], b[:, chosen] = boxes[one, :, 0].swapaxes(0, 1), boxes[one, :, 1].swapaxes(0, 1)
-        return proved, a, b, 0.5 * (b[1] - a[1])
+            is_root = kind == codes.ZERO
+            rows = remaining[box_row[is_root]]
+            is_unique[rows] = True
+            lows[:, rows], highs[:, rows] = (boxes[is_root, :, 0].swapaxes(0, 1), boxes[is_root, :, 1].swapaxes(0, 1))
+        return is_unique, lows, highs, 0.5 * (highs[1] - lows[1])
 
-    def _clusters(self, point, places, boxes, noted, width):
-        """Return one place of each group of boxes in which Newton's method found a zero that is not noted yet.
+    def _cluster_roots(self, point, candidates, boxes, noted_roots, width):
+        """Return (root, 0, uncertainty) for each connected cluster of undecided boxes that contains a new root.
 
-        With 0, its reach, and how far the group's boxes reach from it, where they were searched to the end.
+        The uncertainty covers the cluster; it is 0 if the cluster's search was cut off.
         """
         low, high, kind = boxes
-        if not len(places) or not kind.size:
+        if not len(candidates) or not kind.size:
             return []
-        near = ((low[:, None] <= high + width) & (high[:, None] >= low - width)).all(axis=2)
-        _, group = connected_components(near)
-        zeros = {}
-        for place in places:
-            usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
-            inside = np.flatnonzero(((place >= low - width) & (place <= high + width)).all(axis=1) & usable)
-            is_noted = any((np.abs(c - place) <= r + width).all() for c, r in noted)
-            if not inside.size or is_noted:
+        is_adjacent = ((low[:, None] <= high + width) & (high[:, None] >= low - width)).all(axis=2)
+        _, cluster = connected_components(is_adjacent)
+        roots = {}
+        for root in candidates:
+            is_usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
+            box_index = np.flatnonzero(((root >= low - width) & (root <= high + width)).all(axis=1) & is_usable)
+            is_known = any((np.abs(c - root) <= r + width).all() for c, r in noted_roots)
+            if not box_index.size or is_known:
                 continue
-            rows = group == group[inside[0]]
-            a, b = low[rows].min(axis=0), high[rows].max(axis=0)
-            middle = np.where((a <= 0.0) & (b >= 0.0), 0.0, 0.5 * (a + b))
-            if (kind[rows] == codes.LEFT).any():  # a group of boxes that may hold many
-                if not any((np.abs(other - place) <= width).all() for other, _, _ in zeros.values()):
-                    zeros[len(group) + len(zeros)] = place, 0.0 * place, 0.0 * place
-            elif group[inside[0]] not in zeros:
+            in_cluster = cluster == cluster[box_index[0]]
+            lower, upper = low[in_cluster].min(axis=0), high[in_cluster].max(axis=0)
+            middle = np.where((lower <= 0.0) & (upper >= 0.0), 0.0, 0.5 * (lower + upper))
+            if (kind[in_cluster] == codes.LEFT).any():  # a cluster that was cut off may contain several roots
+                if not any((np.abs(other - root) <= width).all() for other, _, _ in roots.values()):
+                    roots[len(cluster) + len(roots)] = root, 0.0 * root, 0.0 * root
+            elif cluster[box_index[0]] not in roots:
                 owner = np.array([point])
-                resting = self.still(owner, middle[None], 2.0 * self.narrowest)[0]
-                chosen = middle if resting else place
-                zeros[group[inside[0]]] = chosen, 0.0 * chosen, np.maximum(chosen - a, b - chosen)
-        return list(zeros.values())
+                is_middle_zero = self.is_zero(owner, middle[None], 2.0 * self.narrowest)[0]
+                center = middle if is_middle_zero else root
+                roots[cluster[box_index[0]]] = (center, 0.0 * center, np.maximum(center - lower, upper - center))
+        return list(roots.values())
 
-    # -- what is found
+    # -- results
 
-    def table(self):
-        """Return sorted places of all coordinates or states, how far each is hidden, and the families' dimensions."""
-        problem, points = self.problem, self.owner
-        holds = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
+    def sorted_places(self):
+        """Return sorted places of all coordinates or states, their uncertainty, and the families' dimensions."""
+        problem, owner = self.problem, self.owner
+        values = np.broadcast_to(problem.holds(self.parameters), (self.size, problem.m))
         bounds = np.broadcast_to(problem.bounds(self.parameters), (self.size, problem.m, 2))
-        place, reach = holds[points].copy(), np.zeros((points.size, problem.m))
-        low, high = bounds[points, :, 0], bounds[points, :, 1]
+        place, half_width = values[owner].copy(), np.zeros((owner.size, problem.m))
+        low, high = bounds[owner, :, 0], bounds[owner, :, 1]
         place[:, problem.free] = self.place
-        reach[:, problem.free] = np.maximum(self.reach, ROUNDINGS * np.abs(self.place))
+        half_width[:, problem.free] = np.maximum(self.half_width, PLACE_ROUNDING * np.abs(self.place))
         place = np.where(problem.periodic & (place > high), place - (high - low), place)
         at_low = problem.periodic & (place - low < 1e-12 * (high - low))
         place = np.where(at_low, high - np.maximum(low - place, 0.0), place)
-        held = [i for i in range(problem.m) if i not in problem.free]
-        if held:
-            F = problem.enclosed([p[points] for p in self.parameters], place - reach, place + reach)[0][:, held, 0]
-            still = ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0)).all(axis=1)
+        fixed = [i for i in range(problem.m) if i not in problem.free]
+        if fixed:
+            F = problem.enclosed([p[owner] for p in self.parameters], place - half_width, place + half_width)[0][
+                :, fixed, 0
+            ]
+            is_zero = ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0)).all(axis=1)
         else:
-            still = np.ones(points.size, dtype=bool)
-        kept = np.flatnonzero(still & ~self.flat[points])
-        part = np.round((place - low) / (high - low), 9)[kept]
-        kept = kept[np.lexsort((place[kept, 0], *part.T[::-1], points[kept]))]
-        counts = np.bincount(points[kept], minlength=self.size)
-        position = np.arange(kept.size) - np.repeat(np.cumsum(counts) - counts, counts)
+            is_zero = np.ones(owner.size, dtype=bool)
+        order = np.flatnonzero(is_zero & ~self.is_flat[owner])
+        rounded = np.round((place - low) / (high - low), 9)[order]
+        order = order[np.lexsort((place[order, 0], *rounded.T[::-1], owner[order]))]
+        counts = np.bincount(owner[order], minlength=self.size)
+        position = np.arange(order.size) - np.repeat(np.cumsum(counts) - counts, counts)
         places = np.full((self.size, max(counts.max(initial=0), 1), problem.m), np.nan)
         dimension, hidden = np.zeros(places.shape[:2], dtype=np.int64), np.zeros(places.shape)
-        places[points[kept], position], dimension[points[kept], position] = place[kept], self.dimension[kept]
-        hidden[points[kept, None], position[:, None], problem.free] = self.hidden[kept]
+        places[owner[order], position], dimension[owner[order], position] = place[order], self.dimension[order]
+        hidden[owner[order, None], position[:, None], problem.free] = self.uncertainty[order]
         return places, hidden, dimension
 
 
-def _merged(records, gone, more):
-    """Return records without those that are gone, and with more, by the numbers of their points."""
-    parts = [np.concatenate([a[~gone], b]) for a, b in zip(records, more, strict=True)]
-    order = np.argsort(parts[0], kind="stable")
-    return tuple(part[order] for part in parts)
+def _replace_records(records, is_removed, new_records):
+    """Return records without the removed ones and with the new ones, in the order of their points."""
+    columns = [np.concatenate([a[~is_removed], b]) for a, b in zip(records, new_records, strict=True)]
+    order = np.argsort(columns[0], kind="stable")
+    return tuple(part[order] for part in columns)
 
 
 # -- slots
 
 
-def _way(problem, parameters, places):
-    """Return the way from the parameters' defaults to points whose places are found already."""
+def _parameter_path(problem, parameters, places):
+    """Return the path from the parameters' defaults to points whose places are known."""
     free, size = problem.free, parameters[0].size
     defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 
     def at(share, points=slice(None)):
-        return [_between(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
+        return [_interpolate_parameters(d, p[points], share) for d, p in zip(defaults, parameters, strict=True)]
 
     def search(share):
         if share == 1.0:
-            return places[..., free], np.ones(size, dtype=bool)  # of which `certified` tells
-        there = _All(problem, at(share) if share else [p[:1] for p in at(share)])
-        sure = there.certified < TOO_LARGE
-        return there.table()[0][..., free].repeat(1 if share else size, axis=0), sure & np.ones(size, dtype=bool)
+            return places[..., free], np.ones(size, dtype=bool)  # see `certified`
+        search = EquilibriumSearch(problem, at(share) if share else [p[:1] for p in at(share)])
+        is_searched = search.certified < TOO_LARGE
+        return search.sorted_places()[0][..., free].repeat(1 if share else size, axis=0), is_searched & np.ones(
+            size, dtype=bool
+        )
 
     def slopes(low, high):
         numbers, owner = problem.followed.constants([]), np.zeros(len(low), dtype=np.int64)
@@ -615,54 +691,54 @@ def _way(problem, parameters, places):
     return branches.Way(search, slopes, along, bounds, problem.periodic[free])
 
 
-def _between(default, values, share):
-    """Return a place on the way from a default to values: the values where it ends."""
-    straight = default + share * (values - default)
+def _interpolate_parameters(default, values, share):
+    """Return the parameters at a share of the path from a default to values; geometric if both are positive."""
+    linear = default + share * (values - default)
     with np.errstate(all="ignore"):
-        curved = default ** (1.0 - share) * values**share if default > 0 else straight
-    between = np.where((values > 0.0) & (default > 0.0), curved, straight)
+        geometric = default ** (1.0 - share) * values**share if default > 0 else linear
+    between = np.where((values > 0.0) & (default > 0.0), geometric, linear)
     return np.where(share == 1.0, values, np.where(share == 0.0, default, between))
 
 
-def _distances(problem, a, b, bounds):
-    """Return largest distance by any coordinate between places, over its range; periodic ones the short way."""
+def _relative_distances(problem, a, b, bounds):
+    """Return the largest distance of any coordinate, relative to its range; the shorter way round if periodic."""
     width = bounds[..., 1] - bounds[..., 0]
-    apart = np.abs(a - b) / np.where(width > 0.0, width, 1.0)
-    apart = np.where(problem.periodic, np.abs(apart - np.round(apart)), apart)
-    return np.where(np.isnan(b), 0.0, apart).max(axis=-1)
+    distance = np.abs(a - b) / np.where(width > 0.0, width, 1.0)
+    distance = np.where(problem.periodic, np.abs(distance - np.round(distance)), distance)
+    return np.where(np.isnan(b), 0.0, distance).max(axis=-1)
 
 
-def _arranged(problem, parameters, places):
-    """Return which place each slot of the dimension `equilibrium` holds, -1 for none, and which points are crowded.
+def _assign_slots(problem, parameters, places):
+    """Return the index of each slot's place, shape (points, most), -1 if empty, and True for crowded points.
 
-    Those with names come first, each nearest to its name.
+    Named slots come first, each with the place nearest to its name.
     """
     system = problem.system
     points, count, _ = places.shape
     labels, bounds = problem.labels(parameters), problem.bounds(parameters)
     slots = np.full((points, system.most), -1)
-    left = ~np.isnan(places).any(axis=-1)
+    is_unassigned = ~np.isnan(places).any(axis=-1)
     cost = np.full((points, labels.shape[1], count), np.inf)
-    for k in range(labels.shape[1]):
-        named = ~np.isnan(labels[:, k]).all(axis=1)
-        d = _distances(problem, places, labels[:, k : k + 1], bounds[:, None])
-        d = np.round(d / SAME) * SAME  # where names fall together the first of them is meant
-        cost[:, k] = np.where(left & named[:, None] & (d < FAR), d, np.inf)
+    for label in range(labels.shape[1]):
+        has_name = ~np.isnan(labels[:, label]).all(axis=1)
+        distance = _relative_distances(problem, places, labels[:, label : label + 1], bounds[:, None])
+        distance = np.round(distance / MERGE_DISTANCE) * MERGE_DISTANCE  # if two names coincide, the first one applies
+        cost[:, label] = np.where(is_unassigned & has_name[:, None] & (distance < MAX_NAME_DISTANCE), distance, np.inf)
     rows = np.arange(points)
     for _ in range(labels.shape[1]):
-        k, j = np.divmod(cost.reshape(points, -1).argmin(axis=1), count)
-        chosen = np.isfinite(cost[rows, k, j])
-        slots[rows[chosen], k[chosen]] = j[chosen]
-        left[rows[chosen], j[chosen]] = False
-        cost[rows[chosen], k[chosen], :] = np.inf
-        cost[rows[chosen], :, j[chosen]] = np.inf
+        label, place_index = np.divmod(cost.reshape(points, -1).argmin(axis=1), count)
+        assigned = np.isfinite(cost[rows, label, place_index])
+        slots[rows[assigned], label[assigned]] = place_index[assigned]
+        is_unassigned[rows[assigned], place_index[assigned]] = False
+        cost[rows[assigned], label[assigned], :] = np.inf
+        cost[rows[assigned], :, place_index[assigned]] = np.inf
     if problem.takes_members and system.labels:
-        left[:] &= system.most > labels.shape[1]
-    free = (slots < 0) & (np.arange(system.most) >= labels.shape[1])
-    room, rank = free.cumsum(axis=1), left.cumsum(axis=1)  # the k-th that is left goes into the k-th slot that is free
-    put = left & (rank <= room[:, -1:])
-    for j in np.flatnonzero(put.any(axis=0)):
-        chosen = np.flatnonzero(put[:, j])
-        slot = (room[chosen] == rank[chosen, j, None]).argmax(axis=1)
-        slots[chosen, slot] = j
-    return slots, (left & ~put).any(axis=1)
+        is_unassigned[:] &= system.most > labels.shape[1]
+    is_free = (slots < 0) & (np.arange(system.most) >= labels.shape[1])
+    num_free, rank = (is_free.cumsum(axis=1), is_unassigned.cumsum(axis=1))  # the k-th place goes to the k-th slot
+    fits = is_unassigned & (rank <= num_free[:, -1:])
+    for place_index in np.flatnonzero(fits.any(axis=0)):
+        assigned = np.flatnonzero(fits[:, place_index])
+        slot = (num_free[assigned] == rank[assigned, place_index, None]).argmax(axis=1)
+        slots[assigned, slot] = place_index
+    return slots, (is_unassigned & ~fits).any(axis=1)

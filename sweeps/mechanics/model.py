@@ -152,7 +152,7 @@ class Model:
         """Return one array (size,) for each parameter, in the description's order; one of zeros if there are none."""
         return [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(size)]
 
-    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Found:
+    def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Equilibria:
         """Find all equilibria of points, given by the values of each parameter."""
         return equilibria.find(self.landscape, parameters)
 
@@ -174,18 +174,18 @@ class Model:
 
         Returns:
             `place` (points, m), NaN where there is none; `hidden`, `dimension`, `certified` and `decided` as of
-            `equilibria.Found`; `status`, OK or why there is none.
+            `equilibria.Equilibria`; `status`, OK or why there is none.
         """
         zeros, each = self.equilibria(parameters), np.arange(slot.size)
-        place, undecided = zeros.places[each, slot], ~zeros.absent[each, slot]
-        cases = [~np.isnan(place).any(axis=1), zeros.flat, zeros.crowded, undecided]
+        place, undecided = zeros.places[each, slot], ~zeros.is_absent[each, slot]
+        cases = [~np.isnan(place).any(axis=1), zeros.is_flat, zeros.is_crowded, undecided]
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {
             "place": place,
-            "hidden": zeros.hidden[each, slot],
+            "hidden": zeros.uncertainty[each, slot],
             "dimension": zeros.dimension[each, slot],
             "certified": zeros.certified,
-            "decided": zeros.decided,
+            "decided": zeros.is_order_decided,
             "status": np.select(cases, kinds, statuses.NO_EQUILIBRIUM).astype(np.int8),
         }
 

@@ -74,7 +74,7 @@ def test_a_name_depends_on_its_point_alone():
 
 def test_more_than_there_is_room_for_is_said():
     found, kept = places(cusp(True, most=2), [-2.0, -2.0], [0.0, 2.0])
-    assert found.crowded.tolist() == [True, False]
+    assert found.is_crowded.tolist() == [True, False]
     assert np.isnan(kept[0]).all()
     assert np.isfinite(kept[1]).sum() == 1
 
@@ -96,7 +96,7 @@ def test_branches_of_two_coordinates_keep_their_numbers_through_folds():
     _, alone = places(cusp(True), -2.0, b)  # the same of one coordinate
     np.testing.assert_allclose(kept, alone, atol=1e-12)
     np.testing.assert_allclose(found.places[:, :, 1], kept**2, atol=1e-12)
-    assert found.decided.all()
+    assert found.is_order_decided.all()
     assert (found.certified == PROVED).all()
 
 
@@ -105,7 +105,7 @@ def test_the_middle_branch_of_a_pitchfork_of_two_coordinates_keeps_its_number():
     found, kept = places(bent(1.0), a, 0.0)
     np.testing.assert_allclose(kept[:, 0], 0.0, atol=1e-12)
     np.testing.assert_allclose(kept[1:, 1:], np.sqrt(-a[1:])[:, None] * [-1, 1], rtol=1e-12)
-    assert found.decided.all()
+    assert found.is_order_decided.all()
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_coupled_double_wells_keep_their_names_through_two_rounds_of_pitchforks(
     assert found.counts.tolist() == [9, 9, 5, 5, 3]
     for k, value in enumerate(c):
         np.testing.assert_allclose(found.places[k], in_closed_form(value), atol=1e-12)
-    assert found.decided.all()
+    assert found.is_order_decided.all()
     assert (found.certified == PROVED).all()
 
 
@@ -150,7 +150,7 @@ def test_a_branch_that_another_one_crosses_keeps_its_number():
     system.potential(x**3 / 3 - a * x**2 / 2)
     found, kept = places(Landscape(derive(system)), [2.0, -1.0, -2.0])
     np.testing.assert_allclose(kept, [[0, 2], [0, -1], [0, -2]], atol=1e-12)
-    assert found.decided.all()
+    assert found.is_order_decided.all()
 
 
 def test_what_cannot_be_decided_is_said():
@@ -161,7 +161,7 @@ def test_what_cannot_be_decided_is_said():
     system.potential(x**3 / 3 + a * x)
     found, kept = places(Landscape(derive(system)), [-1.0, 0.0, 1.0])
     assert found.counts.tolist() == [2, 1, 0]
-    assert found.decided.tolist() == [False, True, False]
+    assert found.is_order_decided.tolist() == [False, True, False]
     assert np.array_equal(np.sort(kept[0]), [-1.0, 1.0])
 
 

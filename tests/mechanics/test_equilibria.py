@@ -27,7 +27,7 @@ def places(system, **parameters):
     count = max((np.size(value) for value in parameters.values()), default=1)
     columns = [np.resize(parameters.get(p.name, p.default), count) for p in system.parameters.values()]
     found = equilibria.find(landscape, columns)
-    return found.places, found.flat
+    return found.places, found.is_flat
 
 
 def bead(V, *, bounds=(-3, 4), most=8, periodic=False, **parameters):
@@ -198,7 +198,7 @@ def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
     landscape = Landscape(derive(system))
     columns = [np.ones(3), np.array([1.0, -1.0, 0.5])]
     found = equilibria.find(landscape, columns)
-    assert found.crowded.tolist() == [True, False, True]
+    assert found.is_crowded.tolist() == [True, False, True]
     assert np.isnan(found.places[::2]).all()
     assert found.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
     assert equilibria.refusal(landscape, found, columns) == ""  # one point has some
@@ -209,7 +209,7 @@ def test_no_equilibrium_is_none():
     landscape = landscape_of(bead(lambda x: x))
     found = equilibria.find(landscape, [np.ones(1)])
     assert np.isnan(found.places).all()
-    assert not found.flat.any()
+    assert not found.is_flat.any()
     assert "none within the bounds" in equilibria.refusal(landscape, found, [np.ones(1)])
 
 
@@ -239,8 +239,8 @@ def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alo
     for i in (0, 31):
         alone = equilibria.find(landscape, [p[i : i + 1] for p in parameters])
         assert np.array_equal(alone.places[0], together.places[i], equal_nan=True)  # to the last bit
-    monkeypatch.setattr(equilibria, "SHARING", 0)
-    monkeypatch.setattr(equilibria, "WORK", equilibria.SHARED * equilibria.WORK)
+    monkeypatch.setattr(equilibria, "MAX_SHARED_N", 0)
+    monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", equilibria.SHARED_WORK_FACTOR * equilibria.SEARCH_OPERATIONS)
     landscape.last = None, None
     plain = equilibria.find(landscape, parameters)
     assert np.array_equal(plain.certified, together.certified)

@@ -285,5 +285,5 @@ def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():
     system.rate(x, v)
     system.rate(v, -v)
     landscape, found = flow_of(system)
-    assert found.flat.tolist() == [True]
+    assert found.is_flat.tolist() == [True]
     assert "along x; allowed: a name" in equilibria.refusal(landscape, found, [])

@@ -27,7 +27,7 @@ def search(F, bounds, most=200, order=None):
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
     equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, hamiltonian=False)
     found = equilibria.find(Landscape(equations), [])
-    assert not found.crowded.any()
+    assert not found.is_crowded.any()
     return found
 
 
@@ -60,7 +60,7 @@ def test_multiple_zeros_are_found_and_undecided(name):
     # a double zero of terms of size 1 is known to the root of a rounding, a triple one to its cube root
     assert places(found)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), abs=1e-7)
     assert found.certified[0] == ROUNDING
-    assert np.isfinite(found.undecided).all()
+    assert np.isfinite(found.undecided_box).all()
 
 
 @pytest.mark.parametrize("name", FAINT)
@@ -68,23 +68,23 @@ def test_where_numbers_end_nothing_is_invented(name):
     V, bounds, expected = FAINT[name]
     found = search(slope(V), [bounds])
     assert places(found)[:, 0] == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-14)
-    assert not found.flat.any()
+    assert not found.is_flat.any()
     assert found.certified[0] == ROUNDING
 
 
 def test_a_line_of_zeros_is_flat():
     found = search([0 * x], [(-1, 2)])
-    assert found.flat.all()
+    assert found.is_flat.all()
     assert found.certified[0] == FAMILY
 
 
 def test_a_family_beside_single_zeros_is_the_same_after_few_boxes_as_after_many(monkeypatch):
     circle = x**2 + y**2 - sp.Rational(1, 2)
-    for few in (equilibria.FEW, equilibria.MANY):
-        monkeypatch.setattr(equilibria, "FEW", few)
+    for few in (equilibria.FEW_NARROW, equilibria.MAX_NARROW):
+        monkeypatch.setattr(equilibria, "FEW_NARROW", few)
         found = search([circle * (x - sp.Rational(1, 5)) * (x + 1), circle * (y - sp.Rational(1, 3))], [(-2, 3)] * 2)
         assert found.certified[0] == FAMILY
-        assert found.flat.all()
+        assert found.is_flat.all()
         assert np.isfinite(found.direction).all()
 
 
@@ -92,11 +92,11 @@ def test_what_is_undecided_about_a_pole_does_not_depend_on_what_was_searched_bef
     F = [1 / sp.sin(x * y) + z, y * z + x, z / x - sp.tan(y)]
     first = search(F, [(-1, 2)] * 3)
     search([sp.exp(40 * x) - 1, y**3 * x - z, z - y], [(-1, 3)] * 3)
-    assert first.undecided == pytest.approx(search(F, [(-1, 2)] * 3).undecided, rel=0, abs=0, nan_ok=True)
+    assert first.undecided_box == pytest.approx(search(F, [(-1, 2)] * 3).undecided, rel=0, abs=0, nan_ok=True)
 
 
 def test_a_search_that_is_cut_short_says_so(monkeypatch):
-    monkeypatch.setattr(equilibria, "WORK", 0)
+    monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", 0)
     monkeypatch.setattr(equilibria, "LEAST", 100)
     found = search(slope(-sp.cos(200 * x)), [(-3, 3)], most=400)
     assert found.certified[0] == TOO_LARGE
@@ -212,7 +212,7 @@ SEVERAL = {
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_all_equilibria_of_several_coordinates_are_found_and_proved(name, monkeypatch):
-    monkeypatch.setattr(equilibria, "WORK", 10**8)
+    monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", 10**8)
     V, bounds, count = SEVERAL[name]
     found = search(slope(V, len(bounds)), bounds)
     assert found.certified[0] == PROVED
@@ -245,7 +245,7 @@ def test_a_stiff_direction_hides_no_soft_one(power):
 def test_a_degenerate_place_is_undecided_and_no_more():
     found = search(slope(x**4 + y**4 + (x - 1) ** 2 * y**2, 2), [(-1, 2)] * 2)
     assert found.certified[0] == ROUNDING
-    assert np.abs(found.undecided).max() < 1e-5
+    assert np.abs(found.undecided_box).max() < 1e-5
     assert np.abs(places(found)).max() < 1e-5
 
 
