@@ -92,12 +92,12 @@ def test_what_is_undecided_about_a_pole_does_not_depend_on_what_was_searched_bef
     F = [1 / sp.sin(x * y) + z, y * z + x, z / x - sp.tan(y)]
     first = search(F, [(-1, 2)] * 3)
     search([sp.exp(40 * x) - 1, y**3 * x - z, z - y], [(-1, 3)] * 3)
-    assert first.undecided_box == pytest.approx(search(F, [(-1, 2)] * 3).undecided, rel=0, abs=0, nan_ok=True)
+    assert first.undecided_box == pytest.approx(search(F, [(-1, 2)] * 3).undecided_box, rel=0, abs=0, nan_ok=True)
 
 
 def test_a_search_that_is_cut_short_says_so(monkeypatch):
     monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", 0)
-    monkeypatch.setattr(equilibria, "LEAST", 100)
+    monkeypatch.setattr(equilibria, "MIN_BOXES", 100)
     found = search(slope(-sp.cos(200 * x)), [(-3, 3)], most=400)
     assert found.certified[0] == TOO_LARGE
 
