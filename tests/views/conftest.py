@@ -1,0 +1,118 @@
+"""Maps and pages that several tests of reports share; one browser a process."""
+
+import shutil
+
+import pytest
+from report_pages import PLANE, UNCERTAIN, Opened
+
+import sweeps
+from sweeps.maps.storage import open_map, write_map
+from sweeps.views import report
+
+
+@pytest.fixture(scope="session")
+def plane():
+    return sweeps.survey(PLANE)
+
+
+@pytest.fixture(scope="session")
+def breaking():
+    return sweeps.survey("breakdown")
+
+
+@pytest.fixture(scope="session")
+def uncertain():
+    return sweeps.survey(UNCERTAIN)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        pytest.skip("there is no Chromium: the report's own tests did not run")
+    with playwright.sync_playwright() as running:
+        browser = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(browser):
+    """Opens reports: what their consoles said is looked at in the end, and their windows are closed."""
+    visited = []
+
+    def opens(path, link="", **context):
+        visited.append(Opened(browser, path, link, **context))
+        return visited[-1]
+
+    yield opens
+    for one in visited:
+        one.context.close()
+    assert [said for one in visited for said in one.said] == []
+
+
+@pytest.fixture(scope="session")
+def pages(tmp_path_factory):
+    return tmp_path_factory.mktemp("reports")
+
+
+@pytest.fixture(scope="session")
+def plane_path(plane, pages):
+    """The report of a map that has gone through a file, as the workflow makes it."""
+    write_map(plane, pages / "plane.nc")
+    with open_map(pages / "plane.nc") as ds:
+        report.write(ds, pages / "plane.html")
+    return pages / "plane.html"
+
+
+@pytest.fixture(scope="session")
+def shared(browser, plane_path):
+    page = Opened(browser, plane_path)
+    page.first = page.page.evaluate("(({ listeners, ...chosen }) => chosen)(polhode.state)")
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def opened(shared, plane_path):
+    """The page as it was when it opened: unpacking it takes seconds, so that tests share one."""
+    shared.page.evaluate(
+        """(first) => {
+            document.querySelectorAll("details[open]").forEach((details) => details.removeAttribute("open"));
+            document.activeElement.blur();
+            if (polhode.motion.player.playing) document.getElementById("play").click();
+            polhode.choose(first);
+            document.querySelector('#map [data-title="Reset axes"]').click();
+            scrollTo(0, 0);
+        }""",
+        shared.first,
+    )
+    shared.page.mouse.move(0, 0)
+    yield shared
+    assert shared.said == []
+    assert {url.split("#")[0] for url in shared.asked} == {plane_path.as_uri()}
+
+
+SHAPES = {
+    "axes": [1, 2],
+    "grid": {
+        "ratios": {
+            "I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 9},
+            "thickness": {"start": 0.1, "stop": 0.9, "num": 9},
+        },
+        "I3": [1.0, 2.0],
+        "omega0": 1.0,
+    },
+}
+
+
+@pytest.fixture(scope="session")
+def shapes():
+    return sweeps.survey(SHAPES)
+
+
+@pytest.fixture(scope="session")
+def shapes_path(shapes, pages):
+    report.write(shapes, pages / "any-body.html")
+    return pages / "any-body.html"

@@ -1,0 +1,150 @@
+"""Reports as text and in a browser: what the tests of pages share."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from sweeps.views import report
+
+HOSTILE = "</script><script>globalThis.hostile = 1</script><img src=x onerror='globalThis.hostile = 1'>"
+HOSTILE += "<a href='https://example.org/'>a link</a>&lt;"
+
+
+PLANE = {
+    "title": "A plane",
+    "grid": {
+        "I1": {"start": 0.5, "stop": 1.7, "num": 9},
+        "I2": {"start": 0.55, "stop": 1.65, "num": 8},
+        "I3": [0.9, 1.0, 1.2],
+        "omega0": [2.0, 10.0],
+        "epsilon": 1.0e-3,
+    },
+}
+
+
+UNCERTAIN = {
+    "bodies": [{"name": "a_box", "I1": 1.0, "I2": 2.0, "I3": 2.5, "uncertainty": "10 %"}],
+    "draws": 100,
+    "grid": {"omega0": 0.1},
+    "keep": True,
+}
+
+
+def written(ds, path, **options):
+    report.write(ds, path, **options)
+    return path.read_text(encoding="utf-8")
+
+
+def data_of(html):
+    return json.loads(re.search(r'id="map-data">(.*?)</script>', html, re.DOTALL)[1])
+
+
+def hostile(ds):
+    """A map whose every text tries to run a script or to lead elsewhere, among them names in coordinates."""
+    bad = {"title": HOSTILE, "history": HOSTILE, HOSTILE: "x", "definition": f"# {HOSTILE}\ntitle: x\n"}
+    ds = ds.copy(deep=True).assign_attrs(bad)
+    for variable in ds.variables.values():
+        variable.attrs |= {"long_name": HOSTILE, "comment": HOSTILE, "units": HOSTILE}
+        if number := len(variable.attrs.get("flag_meanings", "").split()):
+            links = (f"<a_href='https://example.org/'>{k}</a>" for k in range(number))
+            variable.attrs["flag_meanings"] = " ".join(links)
+    names = [name for name in ("body", "equilibrium") if ds.get(name) is not None]
+    return ds.assign_coords({name: [HOSTILE, *ds[name].values[1:].tolist()] for name in names})
+
+
+PATIENCE = 60  # s until what must come has come, on however busy a machine
+
+
+class Opened:
+    """A report in a browser, with all that its console said and all that it asked for."""
+
+    def __init__(self, browser, path: Path, link="", **context):
+        self.said, self.asked = [], []
+        self.context = browser.new_context(
+            **({"viewport": {"width": 1280, "height": 2400}, "reduced_motion": "reduce"} | context)
+        )
+        self.context.set_default_timeout(1000 * PATIENCE)
+        self.page = self.context.new_page()
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.context.route(re.compile("^(?!file:)"), lambda route: route.abort())
+        self.page.goto(path.as_uri() + link)
+        self.page.wait_for_selector("html[data-ready]", state="attached")
+
+    def until(self, expression, argument=None):
+        """Waits for a condition; Playwright's own wait evaluates text in the page, which its policy forbids."""
+        for _ in range(20 * PATIENCE):
+            if self.page.evaluate(expression, argument):
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"still not true after {PATIENCE} s: {expression}")
+
+    def follow(self, link):
+        """Another link in the same page; what follows it is done when the event that it makes has been seen."""
+        self.page.evaluate(
+            """(link) => new Promise((done) => {
+                if (location.hash === link) return done();
+                addEventListener("hashchange", () => setTimeout(done), { once: true });
+                location.hash = link;
+            })""",
+            link,
+        )
+
+    def row(self, name):
+        """A value of the row that is shown: (the whole number behind it, its text)."""
+        self.page.evaluate(  # it is filled while it is open, by an event that comes before the next frame but one
+            """() => {
+                document.getElementById("all-values").open = true;
+                return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+            }"""
+        )
+        data = self.page.locator(f'#row tr[data-name="{name}"] data')
+        return data.get_attribute("value"), data.text_content()
+
+    def center(self, i, j):
+        """Where a cell of the plane lies on the screen."""
+        return on_map(self, *self.page.evaluate("([i, j]) => [polhode.map.plane.x[i], polhode.map.plane.y[j]]", [i, j]))
+
+
+def parsed(text):
+    """The number that a person reads in a text with a unit."""
+    text = text.replace("−", "-").replace("\u00a0", " ")
+    match = re.match(r"(-?[\d.]+)(?: × 10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?", text)
+    power = (match[2] or "⁰").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    return float(match[1]) * 10.0 ** int(power)
+
+
+def shown_point(page, ds):
+    """The row of the map at the point whose coordinates the page shows."""
+    return ds.sel({dim: float(page.row(dim)[0]) for dim in ds.dims}, method="nearest")
+
+
+def moments_of(ds, point):
+    return [float(point[name]) for name in ("I1", "I2", "I3")]
+
+
+def start_of(point):
+    axis, omega0, epsilon, phase = (float(point[name]) for name in ("axis", "omega0", "epsilon", "phase"))
+    start = np.zeros(3)
+    at = np.array([0, 1, 2]) + int(axis) - 1
+    start[at % 3] = omega0 * np.array([1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)])
+    return start
+
+
+OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
+
+
+def on_map(opened, x, y):
+    """Where a point of the picture lies on the screen."""
+    return opened.page.evaluate(
+        """([x, y]) => {
+            const plot = document.getElementById("map"), { xaxis, yaxis } = plot._fullLayout;
+            const box = plot.getBoundingClientRect();
+            return [box.left + xaxis._offset + xaxis.d2p(x), box.top + yaxis._offset + yaxis.d2p(y)];
+        }""",
+        [x, y],
+    )
