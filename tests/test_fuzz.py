@@ -17,7 +17,6 @@ import h5py
 import numpy as np
 import pytest
 from maps import BODIES, TOP, write
-from test_mutations import mutated
 
 from sweeps.points import tables
 
@@ -33,6 +32,34 @@ FEW = {"integration": {"variables": ["omega_squared", "regime", "status"]}, "axe
 MAPS = {"map": BODIES | FEW, "top": TOP, "pendulum": damages.OSCILLATOR}
 TABLES, MESHES = ("csv", "nc", "parquet"), ("stl", "ply", "obj", "off", "stl_ascii")
 WORDS = [SECRET.encode(), f"../{SECRET}".encode(), b"/etc/passwd", b"file:///etc/passwd", b"[[", b"&a [*a]"]
+WORDS += [
+    b"1e400",
+    b"-1",
+    b"0",
+    b"nan",
+    b".inf",
+    b"9" * 400,
+    b"[",
+    b"]",
+    b"{",
+    b"&a",
+    b"*a",
+    b"!!",
+    b"\x00",
+    b"\xff\xfe",
+]
+WORDS += [b"4294967295", b"1000000000000", b"\n", b": ", b"- ", b"#", b"\x1b[31m", "\u202e".encode(), b"e9", b"~"]
+
+
+def mutated(content, rng):
+    """Change, move, double or leave out some bytes, or put words in their place over which parsers stumble."""
+    content = bytearray(content)
+    for _ in range(rng.choice([1, 1, 2, 5, 20])):
+        at, size = rng.randrange(len(content) + 1), rng.choice([1, 1, 2, 8, 50])
+        new = rng.choice([rng.choice(WORDS), rng.randbytes(size), b"", bytes(content[at : at + size]) * 2])
+        content[at : at + rng.choice([0, size])] = new
+        content = content or bytearray(b"x")
+    return bytes(content)
 
 
 def spliced(content, rng):
