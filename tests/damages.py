@@ -216,11 +216,6 @@ def link(target):
     return make
 
 
-def elsewhere(v):
-    w = np.array(v, dtype=object)
-    return w
-
-
 REPLACED = {
     "nan": of(lambda v: np.full(v.shape, np.nan)),
     "infinite": of(lambda v: np.full(v.shape, np.inf)),
@@ -418,9 +413,7 @@ def commands(base):
     with h5py.File(base) as file:
         scales = [n for n in file if file[n].attrs.get("CLASS") == b"DIMENSION_SCALE" and file[n].shape != (1,)]
         at = {n: str(file[n][0].decode() if file[n].dtype.kind == "O" else file[n][0]) for n in scales}
-    at = {
-        name: value for name, value in at.items() if name not in ("quantile", "input", "draw")
-    }  # no dimensions of all
+    at = {name: value for name, value in at.items() if name not in ("quantile", "input", "draw")}
     place = [word for name, value in at.items() for word in (f"--{name}", value)]
     plane = [word for name, value in list(at.items())[: max(len(at) - 2, 0)] for word in (f"--{name}", value)]
     return {
@@ -499,11 +492,11 @@ def known(path):
 _KNOWN = {}  # map → what has been let in of it and of damaged ones, and its commands
 
 
-def tried(folder, base, damage, turn=None):
+def tried(folder, base, damage, turn):
     """Command → what went wrong with it at a damaged copy of a map, in this process; {} for what was tried before.
 
     Commands know of a file what the door lets in, so what it lets in as another file has shown it is not tried again.
-    With a turn, quick commands take turns, and `show` is run as well where the door lets the file in.
+    Quick commands take turns, and `show` is run as well where the file is read.
     """
     path = folder / "map.nc"
     shutil.copy(base, path)
@@ -518,11 +511,9 @@ def tried(folder, base, damage, turn=None):
     if found in seen:
         return {}
     seen |= {found} - {None}
-    if turn is not None:
-        quick = [name for name in chosen if name not in SLOW]
-        one = quick[turn % len(quick)]
-        chosen = {name: chosen[name] for name in ({one, "show"} if found else {one})}
-    return one_by_one(chosen)
+    quick = [name for name in chosen if name not in SLOW]
+    one = quick[turn % len(quick)]
+    return one_by_one({name: chosen[name] for name in ({one, "show"} if found else {one})})
 
 
 def one_by_one(chosen):

@@ -3,8 +3,6 @@
 import ast
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[1]
 INTERNAL = (
     "numba.core",
@@ -62,21 +60,3 @@ def test_internals_of_other_projects_are_these_and_each_has_a_reason():
     found = {use for path in files for use in uses(path)}
     assert found == set(REASONS)
     assert len(REASONS) <= 12
-
-
-@pytest.mark.parametrize(
-    ("line", "found"),
-    [
-        ("from numba.core import cgutils", ["numba.core"]),
-        ("import matplotlib._mathtext", ["matplotlib._mathtext"]),
-        ("from matplotlib import _pylab_helpers", ["matplotlib._pylab_helpers"]),
-        ("import numpy\nnumpy._core", ["numpy._core"]),
-        ("def f(theirs):\n    theirs._private = 1", ["theirs._private"]),
-        ("class A:\n    def f(self):\n        self._own = 1", []),
-        ("from kernels import lanes\nlanes._own", []),
-    ],
-)
-def test_each_kind_is_seen(line, found, tmp_path, monkeypatch):
-    monkeypatch.setitem(globals(), "ROOT", tmp_path)
-    (tmp_path / "file.py").write_text(line)
-    assert [use.removeprefix("file.py: ") for use in uses(tmp_path / "file.py")] == found

@@ -37,19 +37,15 @@ print("SEEN" + json.dumps(seen))
 """
 GRID = {"I1": 1.0, "I2": [2.0, 2.5], "I3": [3.0, 3.2], "omega0": 1.0}
 SURVEY = f"import sweeps; ds = sweeps.survey({{'grid': {GRID!r}}})\n"
-ENTRIES = {
-    "import kernels": "import kernels",
-    "a kernel": "from kernels import linear, exact, survey; exact.rotation",
-    "import sweeps": "import sweeps",
-    "the accessor": "import sweeps.accessor",
-    "survey": SURVEY,
-    "open_map": SURVEY + "ds.to_netcdf('map.nc'); sweeps.open_map('map.nc').close()",
-    "plot": SURVEY + "sweeps.plot.stability(ds, axis=2)",
-    "tumbler": "import sweeps; sweeps.tumbler(10.0, 12.0)",
-    "main": "from sweeps.__main__ import main; main(['check', 'tiny'])",
-    "main, body": "from sweeps.__main__ import main; main(['body', 'racket'])",
-    "main, run": "from sweeps.__main__ import main; main(['run', 'tiny'])",
-}
+ENTRIES = """
+from kernels import linear, exact, survey; exact.rotation
+import sweeps.accessor
+ds.to_netcdf('map.nc'); sweeps.open_map('map.nc').close()
+sweeps.plot.stability(ds, axis=2)
+sweeps.tumbler(10.0, 12.0)
+from sweeps.__main__ import main
+main(['check', 'tiny']); main(['body', 'racket']); main(['run', 'tiny'])
+"""
 
 
 def seen(code, folder):
@@ -76,10 +72,9 @@ def changed(before, after):
     return [str(one) for one in before if one not in after], [str(one) for one in after if one not in before]
 
 
-QUICK = ("import kernels", "import sweeps")
-
-
-@pytest.mark.parametrize("entry", [pytest.param(e, marks=() if e in QUICK else pytest.mark.slow) for e in ENTRIES])
-def test_nothing_is_left_in_the_process(entry, untouched, tmp_path):
-    found = seen(ENTRIES[entry], tmp_path)
+@pytest.mark.parametrize(
+    "code", ["import kernels, sweeps", pytest.param(SURVEY + ENTRIES, marks=pytest.mark.slow, id="every entry")]
+)
+def test_nothing_is_left_in_the_process(code, untouched, tmp_path):
+    found = seen(code, tmp_path)
     assert {name: changed(untouched[name], value) for name, value in found.items() if value != untouched[name]} == {}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from calls import refused, said
-from maps import BODIES, TOP, write
+from maps import BODIES, write
 from scipy.special import ellipk
 
 import sweeps
@@ -134,12 +134,9 @@ def test_show_as_json_is_the_same(path, capsys):
 
 
 COUNTED = {
-    "gyrostat": "50,176 points (2 eigenvalues each)",
-    "sleeping_top": "25,680 points (4 eigenvalues each)",
     "double_pendulum": "1,600 points (4 equilibria and 2 modes each)",
     "pendulum": "6,400 points (2 equilibria each)",
     "mathieu": "101,136 points",
-    "pumped_shapes": "119,400 points",
     "tiny": "864 points",
 }
 
@@ -156,13 +153,6 @@ def test_list_check_and_run_count_the_same_points(name, capsys):
     with progress.points(total, name, each) as advance:
         advance(total)
     assert capsys.readouterr().err.startswith(f"{name}: {number} of {number} points, ")
-
-
-def test_show_takes_maps_of_other_systems(path, capsys):
-    top = write(path.parent, TOP, "top.nc")
-    out = said(capsys, "show", top)
-    assert "against spin" in out
-    assert "x axis ratio" in out or "y axis ratio" in out
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -183,24 +173,6 @@ def test_slice_holds_the_plane_and_says_which(path, tmp_path, capsys):
         assert part.attrs["definition"] == whole.attrs["definition"]
 
 
-@pytest.mark.parametrize("tool", [["cdo", "-s", "infon", "-selname,growth_rate"], ["ncks", "-m", "-v", "growth_rate"]])
-@pytest.mark.parametrize("of_bodies", [False, True])
-def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bodies):
-    if shutil.which(tool[0]) is None:
-        pytest.skip(f"{tool[0]} is not here")
-    out = tmp_path / "slice.nc"
-    said(
-        capsys,
-        "slice",
-        *([bodies, "--axis", 2] if of_bodies else [path, "--axis", 2, "--omega0", 1, "--epsilon", 1e-6]),
-        "-o",
-        out,
-    )
-    answer = subprocess.run([*tool, out], capture_output=True, text=True, check=False)
-    assert answer.returncode == 0
-    assert "growth_rate" in answer.stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -216,13 +188,6 @@ def test_slice_refuses_what_is_no_plane(path, tmp_path, capsys, arguments, words
     answer = refused(capsys, "slice", path, "-o", tmp_path / "s.nc", *arguments)
     assert words.replace("1.0,", "1,") in answer
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_option_without_its_value_is_refused(path, capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["slice", str(path), "-o", "s.nc", "--axis"])
-    assert left.value.code == 2
-    assert "--axis: a value is missing" in capsys.readouterr().err
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -268,17 +233,6 @@ def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
     # crossings by straight lines between samples, 32 a rotation
     assert crossings[1] - crossings[0] == pytest.approx(half, rel=1e-4)
     assert len(crossings) == 2
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--axis", "2"], "4 dimensions have no value (I1, I2, omega0, epsilon)"),
-        (["--trajectory", "motion.txt"], "'motion.txt' has an unknown format; allowed: a name ending in .nc or .csv"),
-    ],
-)
-def test_point_refuses_what_is_no_point(path, capsys, arguments, words):
-    assert words in refused(capsys, "point", path, *arguments)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -391,21 +345,6 @@ def test_polhode_is_the_same_command(capsys):
     assert capsys.readouterr().out == f"Polhode {sweeps.__version__}\n"
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("chek", "'chek' is unknown (did you mean check?); allowed: check, run"),
-        ("check --jsn", "--jsn is an unknown option (did you mean --json?); allowed: -h, --help, --list, --json"),
-        ("check tiny extra", "extra is an unknown option; allowed: "),
-    ],
-)
-def test_a_word_that_is_none_is_refused_with_a_near_one(line, words, capsys):
-    with pytest.raises(SystemExit) as left:
-        main(line.split())
-    assert left.value.code == 2
-    assert words in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
 def test_a_shell_gets_its_completion(shell, capsys):
     pytest.importorskip("shtab")
@@ -436,22 +375,6 @@ def test_pictures_that_are_asked_for_at_a_place_in_a_form_for_print(path, tmp_pa
     assert "<text" in drawn
     assert "axis 2" in drawn
     assert [file.name for file in (tmp_path / "slides").iterdir()] == ["stability_axis_2.svg"]
-
-
-@pytest.mark.parametrize(
-    "asked",
-    [["--only", "stabilty_axis_1"], ["--format", "bmp"], ["--at", "I3"], ["--at", "I9=2"], ["--axis", "4"]],
-)
-def test_pictures_that_there_are_not_are_refused(path, tmp_path, capsys, asked):
-    try:
-        status = main(["figures", str(path), "-o", str(tmp_path / "slides"), *asked])
-    except SystemExit as left:  # argparse's own way
-        status = left.code
-    told = capsys.readouterr().err
-    assert status == 2
-    assert "allowed: " in told or "choose" in told
-    assert "Traceback" not in told
-    assert not (tmp_path / "slides").exists()
 
 
 # ---------------------------------------------------------------------------------------------------------

@@ -20,14 +20,6 @@ from sweeps.commands import program
 from sweeps.schema.refusals import DefinitionError
 
 GOOD = "grid: {I1: 1.0, I2: 2.0, I3: [2.5, 3.0], omega0: 1.0}\n"
-BAD = {
-    "key.yaml": (GOOD + "shard: 2\n", "did you mean shards?"),
-    "moment.yaml": (GOOD.replace("2.0", "-2.0"), "grid.I2"),
-    "epsilon.yaml": (GOOD.replace("1.0}", "1.0, epsilon: 1.5}"), "grid.epsilon"),
-    "axes.yaml": (GOOD + "axes: [0]\n", "axes"),
-    "syntax.yaml": ("grid: [", "syntax.yaml"),
-    "empty.yaml": ("", "empty.yaml"),
-}
 
 
 @pytest.fixture
@@ -44,35 +36,6 @@ def test_check_says_what_a_good_definition_takes(folder, capsys):
     assert "good.yaml: valid" in said.out
     assert "6 = 3 axis × 1 I1 × 1 I2 × 2 I3 × 1 omega0 × 1 epsilon × 1 phase" in said.out
     assert [p.name for p in folder.iterdir()] == ["good.yaml"]
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_check_refuses_a_bad_definition(folder, capsys, name):
-    text, word = BAD[name]
-    (folder / name).write_text(text)
-    said = refused(capsys, "check", name)
-    assert said.startswith(name)
-    assert word in said
-    assert sorted(p.name for p in folder.iterdir()) == sorted(["good.yaml", name])
-
-
-def test_check_as_a_process(folder):
-    (folder / "bad.yaml").write_text("grid: 7")
-    command = [sys.executable, "-m", "sweeps", "check"]
-    bad = subprocess.run([*command, "bad.yaml"], capture_output=True, text=True, check=False)
-    assert (bad.returncode, bad.stdout) == (2, "")
-    assert bad.stderr.startswith("bad.yaml: grid: 7")
-    assert "Traceback" not in bad.stderr
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("settings", [b"opt: [open\n", b"just text\n", b"\xff\xfe\n"])
-def test_settings_that_numba_cannot_read_are_said_in_a_line(folder, settings):
-    (folder / ".numba_config.yaml").write_bytes(settings)
-    told = subprocess.run([sys.executable, "-m", "sweeps", "compile"], cwd=folder, capture_output=True, text=True)
-    assert told.returncode == 2
-    assert "Numba's settings" in told.stderr
-    assert len(told.stderr.splitlines()) == 1
 
 
 def test_check_lists_what_ships(capsys):
@@ -107,17 +70,6 @@ def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
     assert not (folder / "results").exists()
 
 
-def test_hundreds_of_bodies_are_checked_in_a_page(folder, capsys):
-    bodies = [{"name": f"b{k}", "tensor": [[5, 0, 0], [0, 13, 0], [0, 0, 10]]} for k in range(300)]
-    (folder / "many.json").write_text(json.dumps({"bodies": bodies, "grid": {"omega0": 1.0}}))
-    assert main(["check", "many.json"]) == 0
-    said = capsys.readouterr().out
-    assert len(said.splitlines()) < 60
-    assert "and 290 more" in said
-    assert main(["check", "many.json", "--json"]) == 0
-    assert len(json.loads(capsys.readouterr().out)["bodies"]) == 300
-
-
 def test_an_unknown_name_suggests_a_near_one(folder, capsys):
     for text in ("tenis_racket", "tenis", "raket"):
         assert "did you mean tennis_racket?" in refused(capsys, "check", text)
@@ -126,11 +78,6 @@ def test_an_unknown_name_suggests_a_near_one(folder, capsys):
     far = refused(capsys, "check", "zzz")
     assert "did you mean" not in far
     assert "tiny, tumblers, tumbling, twist, viscous_slug, or the path of a YAML file" in far
-
-
-def test_the_name_of_a_sweep_that_ships_is_taken(folder, capsys):
-    (folder / "tiny.yaml").write_text(GOOD)
-    assert "'tiny' is the name of a sweep that ships" in refused(capsys, "check", "tiny.yaml")
 
 
 @pytest.mark.parametrize(
@@ -164,15 +111,6 @@ def test_shard_and_merge_make_the_map(folder, capsys):
     assert capsys.readouterr().out == f"content_hash {expected}\n"
     with sweeps.open_map("map.nc") as ds:
         assert ds.attrs["content_hash"] == expected
-
-
-def test_help_names_every_command(capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["--help"])
-    assert left.value.code == 0
-    said = capsys.readouterr().out
-    for command in ("check", "compile", "shard", "merge", "figures"):
-        assert f"\n    {command} " in said
 
 
 @pytest.mark.parametrize("arguments", [["--no"], ["chek"], ["shard", "good.yaml", "one", "2", "-o", "a.nc"], ["merge"]])

@@ -8,14 +8,12 @@ from fractions import Fraction
 import calls
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.stats import binomtest
 
 import sweeps
 from sweeps.maps import summary
 from sweeps.points.estimate import impossible
 from sweeps.points.loading import read
-from sweeps.systems.rigid_body.prediction import twist_of
 from sweeps.systems.uncertain_bodies import designs
 
 
@@ -128,49 +126,11 @@ def test_one_axis_and_the_twist_need_no_uncertainty(capsys):
     assert "axis: 4 is out of range; allowed: 1, 2 or 3" in said(capsys, "body", "racket", "--axis", 4, status=2)
 
 
-@pytest.mark.parametrize(("axis", "epsilon", "phase"), [(2, 0.05, 0.6), (2, 0.3, -2.0), (3, 0.2, 1.0)])
-def test_the_twist_of_a_throw_is_that_of_dop853(axis, epsilon, phase):
-    """Angular velocity and the handle's azimuth about L, and psi about the handle, integrated to one revolution."""
-    moments = np.array([0.00121, 0.01638, 0.01748])
-    a, b, c = axis - 1, axis % 3, (axis + 1) % 3
-    omega = np.zeros(3)
-    omega[a], omega[b], omega[c] = 1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)
-    euler = [(moments[i - 2] - moments[i - 1]) / moments[i] for i in range(3)]
-
-    def motion(t, y):
-        w = y[:3]
-        L = moments * w
-        azimuth = np.linalg.norm(L) * (w[1] * L[1] + w[2] * L[2]) / (L[1] ** 2 + L[2] ** 2)
-        side = (L[1] * moments[2] * euler[2] * w[0] * w[1] - L[2] * moments[1] * euler[1] * w[2] * w[0]) / (
-            L[1] ** 2 + L[2] ** 2
-        )
-        return [*(euler[i] * w[i - 2] * w[i - 1] for i in range(3)), azimuth, side]
-
-    def once(t, y):
-        return abs(y[3]) - 2 * math.pi
-
-    once.terminal = True
-    end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-12, atol=1e-13)
-    # 1e-12 a step, grown e^(lambda t) ~ 1e3 times
-    assert twist_of(tuple(moments), axis, {"epsilon": epsilon, "phase": phase}) == pytest.approx(
-        abs(end.y[4, -1]), abs=1e-8
-    )
-
-
-def test_the_twist_of_draws_states_its_perturbation(capsys):
-    call = ("body", "racket", "--uncertainty", "5%", "--draws", 64, "--twist")
-    out = said(capsys, *call)
-    assert "; thrown with ε = 1e-06, it twists by " in out
-    assert "it twists by" not in out.split("axis 1 P(")[1].split("axis 2 P(")[0]  # spun about its handle
-
-
 @pytest.mark.parametrize(
     ("option", "words"),
     [
         (("--draws", "1e9"), "draws: 1000000000 is out of range; allowed: a whole number from 64 to 4,000,000"),
         (("--draws", "10.5"), "draws: 10.5 is not a whole number; allowed: a whole number from 64 to 4,000,000"),
-        (("--draws", "many"), "draws: 'many' is not a whole number"),
-        (("--seed", "-1"), "seed: -1 is out of range"),
         (("--turns", "inf"), "turns: "),
     ],
 )

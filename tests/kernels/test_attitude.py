@@ -232,16 +232,6 @@ def test_far_on_the_separatrix_the_body_spins_on_about_its_middle_axis():
         np.testing.assert_allclose(rest.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
 
 
-@pytest.mark.slow
-def test_the_direct_integration_is_the_same_compiled(monkeypatch):
-    for moments, start in CASES.values():
-        found = direct.attitude(moments, start, [-2.3, 0.4, 5.1], 1e-13)
-        with monkeypatch.context() as patch:
-            in_plain_python(patch)
-            wanted = direct.attitude(moments, start, [-2.3, 0.4, 5.1], 1e-13)
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)  # products and sums are fused there
-
-
 @pytest.mark.usefixtures("plain")
 def test_random_starts_agree_with_scipy():
     rng = np.random.default_rng(8)

@@ -229,22 +229,6 @@ def test_where_nothing_can_be_written_code_is_compiled_for_the_process_alone(sto
     assert stored.call("1j") == ("2j", 0)
 
 
-USERS = """
-import sys; sys.path.insert(0, {folder!r})
-import kernels.exact, users, numba
-users.triple(1.0)
-print(users.triple._cache.cache_path)
-"""
-
-
-@pytest.mark.slow
-def test_a_users_kernel_stays_where_numba_puts_it(stored, tmp_path):
-    (tmp_path / "users.py").write_text("import numba\n@numba.njit(cache=True)\ndef triple(x):\n    return 3 * x\n")
-    said, _ = stored.begin(USERS.format(folder=str(tmp_path))).communicate()
-    assert said.strip() == str(tmp_path / "__pycache__")
-    assert {file.suffix for file in (tmp_path / "__pycache__").glob("users.triple*")} == {".nbi", ".nbc"}
-
-
 # The folder
 
 
@@ -279,20 +263,6 @@ def test_without_a_named_cache_it_is_the_home_folders(tmp_path, home, monkeypatc
         assert cache.cache_folder().parent == tmp_path / "home" / ".cache" / "polhode"
 
 
-def test_a_chosen_folder_is_any_that_can_be_written(home, tmp_path, monkeypatch):
-    for given in (str(tmp_path / "chosen"), os.path.relpath(tmp_path / "chosen")):
-        monkeypatch.setenv("NUMBA_CACHE_DIR", given)
-        assert cache.cache_folder().parent == tmp_path / "chosen"
-    (tmp_path / "file").write_text("a file stands where the folder should")
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    assert cache.cache_folder().parent == home / "polhode"
-
-
-def test_a_cache_that_cannot_be_made_gives_way_to_the_temporary_folder(home, tmp_path):
-    home.write_text("a file stands where the folder should")
-    assert cache.cache_folder().parent == tmp_path / "polhode"
-
-
 def test_a_cache_of_somebody_elses_is_not_used(home, tmp_path, monkeypatch):
     ours, uid = cache.cache_folder(), os.getuid()
     assert fingerprint.is_safe(ours)
@@ -323,9 +293,3 @@ def test_a_folder_in_which_nothing_can_be_kept_says_why(home, tmp_path, monkeypa
     shutil.rmtree(home)
     home.write_text("a file stands where the folder should")
     assert cache.why_unkept() == f"{home / 'polhode'}: {os.strerror(errno.ENOTDIR)}"
-
-
-def test_a_folder_that_cannot_be_written_is_not_safe(tmp_path, monkeypatch):
-    assert fingerprint.is_safe(tmp_path)
-    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
-    assert not fingerprint.is_safe(tmp_path)

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from kernels import collapse, flips, rigid_body, survey
+from kernels import collapse, rigid_body, survey
 
 # without the compiler NumPy's scalars warn of the wrap-around that a hash is made of
 pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
@@ -55,26 +55,6 @@ def test_points_of_one_motion_are_told():
 def test_any_signs_of_nought_and_what_is_no_number():
     points = grid(I1=1.0, I2=2.0, I3=3.0, axis=1, omega0=[1.0, 2.0], epsilon=0.1, phase=[0.0, -0.0, np.nan])
     assert first_of_each(points.values()) == [0, 0, 2, 0, 0, 5]
-
-
-@pytest.mark.parametrize(
-    "options", [{}, pytest.param({"nonlinear": True}, marks=pytest.mark.compiled), {"propagator": "exact"}]
-)
-def test_collapsed_columns_are_the_measured_ones_at_any_spin(options):
-    points = grid(I1=1.1, I2=1.7, I3=2.3, axis=[1, 2, 3], omega0=[-7.3, 1e-9, 0.3, 1e6], epsilon=[1e-6, 0.2], phase=0.6)
-    whole, expanded = (f(points, 4.0, 16, 1e-10, **options) for f in (survey.measured, survey.collapsed))
-    assert whole.keys() == expanded.keys()
-    for name in ("regime", "status", "samples_used"):
-        np.testing.assert_array_equal(expanded[name], whole[name], err_msg=name)
-    for name in (
-        "omega_squared",
-        "growth_rate",
-        "frequency",
-        "window_end",
-        *(flips.MEASURED if "nonlinear" in options else ()),
-    ):
-        # one rounding of each ratio of moments, which the differences of these moments magnify by four at most
-        np.testing.assert_allclose(expanded[name], whole[name], rtol=1e-12, atol=0, err_msg=name)
 
 
 @pytest.mark.compiled

@@ -33,12 +33,6 @@ def test_a_column_without_a_power_cannot_be_written():
         Column("forgotten")
 
 
-def test_numbers_are_the_places_in_the_table():
-    assert tuple(column.name for column in flips.COLUMNS) == flips.AT._fields
-    assert tuple(flips.AT) == tuple(range(len(flips.COLUMNS)))
-    assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
-
-
 def test_every_status_has_its_number():
     for number, name in enumerate(statuses.STATUSES):
         assert getattr(statuses, name.upper()) == number
@@ -53,7 +47,3 @@ def test_arrays_have_the_one_form_that_kernels_are_compiled_for():
         assert values.flags.writeable
         np.testing.assert_array_equal(values, [expected] * 3)
     assert [values.dtype for values in columns.arrays([1], 2)] == [np.float64, np.float64]
-
-
-def test_rows_of_lanes_lie_one_after_the_other():
-    assert columns.numbers(("a", "b", "c"), 2, 8)._asdict() == {"a": 16, "b": 24, "c": 32}

@@ -178,11 +178,6 @@ def test_every_order_of_axes_and_every_sign_solves_eulers_equations(case):
         assert distance(found, taylor(moments, begin, [4.0], order=28)) < 1e-14
 
 
-def test_both_regimes_and_all_roles_are_met():
-    seen = {exact.set_up(*moments, *np.roll((0.3, 0.9, 0.2), shift)).axes for moments in BODIES for shift in (0, 1, 2)}
-    assert seen == set(itertools.permutations((1, 2, 3)))
-
-
 def test_any_time_up_to_ten_thousand_rotations():
     rng = np.random.default_rng(3)
     tried = 0
@@ -513,15 +508,6 @@ def test_period_frequency_and_flip_period():
             assert distance([theirs(wanted)], [start]) < 1e-25
 
 
-def test_a_flip_reverses_the_spin():
-    start = perturbed(1, 2.0, 1e-6, 0.6)
-    top = exact.set_up(0.7, 1.0, 1.25, *start)
-    later = taylor((0.7, 1.0, 1.25), start, [exact.flip_period(top)])[0]
-    turned = np.array([later[axis - 1] / start[axis - 1] for axis in top.axes], float)
-    # after one flip, the rounding of the period, 1e-15 of p t = 30, has grown back by e^15 = 1/epsilon or so
-    assert turned == pytest.approx([-1.0, -1.0, 1.0], abs=1e-7)
-
-
 @pytest.mark.parametrize(
     ("moments", "start"),
     [
@@ -635,24 +621,6 @@ def test_a_polhode_is_where_the_motion_goes(signs):
         assert (curve[1] - start) @ motion(0.0, start) > 0  # and the same way round
 
 
-def test_a_polhode_spans_the_extremes():
-    for moments, start in drawn_trajectories(40, 14):
-        curve = exact.polhode(moments, start, 4001)
-        top, theirs = exact.set_up(*moments, *start), Textbook(moments, start)
-        # sn and cn are extreme at whole quarter periods, dn too
-        quarters = np.array([theirs((n * theirs.K - theirs.u0) / theirs.p) for n in range(4)]).astype(float)
-        low, high = quarters.min(0), quarters.max(0)
-        slack = 4e-15 * abs(start).max()  # some ten roundings
-        assert (curve >= low - slack).all()
-        assert (curve <= high + slack).all()
-        # half a step, pi/4000, from a crest: 1 - cos of it is 3e-7; dn curves as 1/sqrt(m1) there
-        reach = (3.1e-7 / math.sqrt(top.m1) if i == top.axes[2] else 3.1e-7 for i in (1, 2, 3))
-        for i, sag in enumerate(reach):
-            size = max(abs(low[i]), abs(high[i]))
-            assert low[i] + sag * size >= curve[:, i].min()
-            assert high[i] - sag * size <= curve[:, i].max()
-
-
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_small_polhode_keeps_its_own_invariant(axis):
     for moments in BODIES:
@@ -714,13 +682,6 @@ def test_a_polhode_wants_a_number_of_points(n):
 def test_what_has_no_polhode_is_refused(body):
     with pytest.raises(ValueError, match="must be three finite numbers"):
         exact.polhode(*body, 9)
-
-
-@pytest.mark.parametrize("unit", [1e-250, 1e250])
-def test_a_polhode_of_any_scale(unit):
-    wanted = exact.polhode((0.7, 1.0, 1.25), (0.3, 0.7, -0.5), 50)
-    found = exact.polhode(np.array([0.7, 1.0, 1.25]) * unit, np.array([0.3, 0.7, -0.5]) * unit, 50)
-    np.testing.assert_allclose(found, wanted * unit, rtol=1e-13, atol=1e-15 * unit)
 
 
 def test_the_exact_solution_shares_nothing_with_the_direct_integrator():

@@ -7,7 +7,7 @@ import repeated
 from calls import python
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from naive import rate_squared, samples, signed_rate
+from naive import signed_rate
 from numba import config
 from strategies import LANES, moment_triples, point_batches
 
@@ -178,13 +178,6 @@ def test_any_spin_rate_gives_the_same_dimensionless_results(omega0):
 
 
 @pytest.mark.compiled
-@given(point_batches(), st.integers(-200, 200))
-def test_moments_scaled_by_any_power_of_two_give_the_same_bits(points, exponent):
-    scaled = points | {name: points[name] * 2.0**exponent for name in ("I1", "I2", "I3")}
-    assert_same(survey.survey(points, *SETTINGS), survey.survey(scaled, *SETTINGS))
-
-
-@pytest.mark.compiled
 @given(point_batches(), st.integers(-60, 60), st.floats(1e-6, 1e6))
 def test_time_has_no_unit(points, exponent, factor):
     plain = survey.survey(points, *SETTINGS)
@@ -299,18 +292,6 @@ def test_extreme_common_scales_keep_the_sign(scale, ratios):
                 assert np.isfinite(column).all(), name
 
 
-@pytest.mark.compiled
-def test_any_split_and_order_gives_the_same_bits():
-    points = bodies(2 * survey.TILE + 300, seed=4)
-    n = points["I1"].size
-    whole = survey.survey(points, *SETTINGS)
-    for pieces in (3, 7):
-        for part in np.array_split(np.random.default_rng(5).permutation(n), pieces):
-            columns = survey.survey({name: value[part] for name, value in points.items()}, *SETTINGS)
-            for name in whole:
-                np.testing.assert_array_equal(columns[name], whole[name][part], err_msg=name)
-
-
 def test_no_measured_bit_depends_on_the_theory(monkeypatch):
     points = bodies(300, seed=6)
     honest = survey.survey(points, *SETTINGS)
@@ -322,42 +303,6 @@ def test_no_measured_bit_depends_on_the_theory(monkeypatch):
     assert (nonsense["omega_squared_theory"] == -7.0).all()
     for name in survey.measured(points, *SETTINGS):
         np.testing.assert_array_equal(honest[name], nonsense[name], err_msg=name)
-
-
-@pytest.mark.parametrize("epsilon", [1e-6, 1e-2])
-def test_naive_twin_agrees(epsilon):
-    points = bodies(12 * FEWER, seed=7, epsilon=epsilon)
-    points = {name: value[:12] for name, value in points.items()}
-    columns = survey.survey(points, *SETTINGS)
-    spacing = 2 * np.pi / 16
-    for i in range(12):
-        I1, I2, I3, axis, omega0, phase = (points[n][i] for n in ("I1", "I2", "I3", "axis", "omega0", "phase"))
-        motion = samples(I1, I2, I3, axis, np.sign(omega0), epsilon, phase, spacing, 64)
-        value, stderr, used = rate_squared(motion[:, 1:], spacing)
-        assert columns["samples_used"][i] == used
-        # the twin's samples carry SciPy's 1e-13, amplified by 1/(Omega h)²
-        assert columns["omega_squared"][i] == pytest.approx(value * omega0**2, rel=1e-9, abs=1e-11 * omega0**2)
-        assert columns["omega_squared_stderr"][i] == pytest.approx(stderr * omega0**2, rel=1e-2, abs=1e-11 * omega0**2)
-
-
-def test_drifts_stay_below_the_tolerance():
-    columns = survey.survey(bodies(5000, seed=8), *SETTINGS)
-    assert columns["perturbation_drift"].max() <= 1e-10
-    # sums of products of order one, over 64 steps: rounding only
-    assert columns["energy_drift"].max() <= 1e-13
-    assert columns["momentum_drift"].max() <= 1e-13
-
-
-def test_log_slope_agrees_where_it_has_a_window():
-    points = bodies(2000, seed=9)
-    columns = survey.survey(points, *SETTINGS)
-    told = np.isfinite(columns["growth_rate_logslope"])
-    assert (columns["e_folds"][told] >= 2.0).all()
-    assert (columns["regime"][told] == linear.UNSTABLE).all()
-    # from twice the start on, the decaying mode still bends the line by up to a few per cent
-    ratio = columns["growth_rate_logslope"][told] / columns["growth_rate"][told]
-    assert told.any()
-    assert np.abs(np.median(ratio) - 1) < 0.02
 
 
 # without the compiler NumPy's scalars warn of the NaN that is meant here
@@ -566,15 +511,6 @@ def test_the_theory_is_that_of_the_linear_solution():
     np.testing.assert_allclose(columns["frequency_theory"], np.where(regime < linear.UNSTABLE, rate, 0), rtol=4 * ULP)
     np.testing.assert_array_equal(columns["shape"], rigid_body.shape(I1, I2, I3))
     np.testing.assert_array_equal(columns["triangle_margin"], triangle.triangle_margin(I1, I2, I3))
-
-
-@given(st.floats(1e-3, 1e3), st.floats(-8, -0.01), st.floats(0, 6.3), st.floats(-100, 100), st.integers(1, 3))
-def test_a_sphere_is_a_sphere(moment, exponent, phase, omega0, axis):
-    columns = one(moment, moment, moment, axis, omega0 or 1.0, 10.0**exponent, phase)
-    assert columns["regime"] == columns["regime_theory"] == linear.SPHERE
-    for name in ("omega_squared", "growth_rate", "frequency", "energy_drift", "perturbation_drift", "growing_fraction"):
-        assert columns[name] == 0, name
-    assert columns["status"] == survey.OK
 
 
 @pytest.mark.parametrize("collapse", [False, True])

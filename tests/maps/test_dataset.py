@@ -200,16 +200,6 @@ def test_one_point_of_a_lazy_map_runs_one_chunk(tiny, monkeypatch):
     assert value.tobytes() == tiny.omega_squared[2, 1, 3].values.tobytes()
 
 
-@pytest.mark.parametrize("threads", [2, 3, 5])
-def test_threads_change_no_bit(tiny, threads):
-    assert_same_bits(sweeps.survey("tiny", threads=threads), tiny)
-
-
-def test_more_threads_than_points():
-    mapping = {"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}}
-    assert_same_bits(sweeps.survey(mapping, threads=4), sweeps.survey(mapping))
-
-
 def test_bodies_carry_what_is_theirs_along_body():
     ds = sweeps.survey(PER_BODY)
     assert ds.omega_squared.dims == ("body", "axis", "epsilon", "phase")
@@ -232,12 +222,6 @@ def test_bodies_share_what_the_grid_gives():
     alone = sweeps.survey({"grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, **SHARED_SPIN["grid"]}})
     for name in ds.data_vars:
         assert ds[name][0].values.tobytes() == alone[name].values.tobytes(), name
-
-
-@pytest.mark.parametrize("mapping", [PER_BODY, pytest.param(SHARED_SPIN, marks=pytest.mark.slow)])
-def test_lazy_bodies_equal_eager_ones(mapping):
-    lazy = sweeps.survey(mapping, chunks={"body": 1, "axis": 1})
-    assert_same_bits(lazy.compute(), sweeps.survey(mapping))
 
 
 def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):

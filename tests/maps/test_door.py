@@ -27,15 +27,8 @@ from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import extremes
 from sweeps.shards import content
 
-TRIED = 45  # damages of each system's map
-FIRST = 2  # of which so many are quick
-MANY = int(os.environ.get("POLHODE_DAMAGES", 20))  # of which every command is tried; there are some 1,500
-
-
-@pytest.fixture(scope="session")
-def few(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("bases")
-    return {name: write(folder, definition, f"{name}.nc") for name, definition in damages.FEWER.items()}
+QUICK_DAMAGES = 2
+DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 45))  # of each system's map; there are some 1,500
 
 
 @pytest.fixture(scope="module")
@@ -43,43 +36,30 @@ def path(tmp_path_factory):
     return write(tmp_path_factory.mktemp("map"), damages.FEWER["rigid"])
 
 
-@pytest.mark.parametrize(
-    "part", [slice(0, FIRST), pytest.param(slice(FIRST, TRIED), marks=pytest.mark.slow, id="others")]
-)
-@pytest.mark.parametrize("base", damages.FEWER)
-def test_strange_files_end_well_or_are_refused_in_words(few, tmp_path, monkeypatch, base, part):
+CASES = [
+    *((name, slice(0, QUICK_DAMAGES)) for name in damages.FEWER),
+    *(pytest.param(name, slice(QUICK_DAMAGES, DAMAGES), marks=pytest.mark.slow) for name in damages.FEWER),
+    *(
+        pytest.param(name, slice(0, DAMAGES), marks=pytest.mark.faults)
+        for name in damages.BASES
+        if name not in damages.FEWER
+    ),
+]
+
+
+@pytest.mark.parametrize(("base", "part"), CASES)
+def test_strange_files_end_well_or_are_refused_in_words(tmp_path, monkeypatch, base, part):
+    """POLHODE_DAMAGES=2000 pytest -m "slow or faults" tests/maps/test_door.py tries the whole table of each system."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
+    path = write(tmp_path, (damages.BASES | damages.FEWER)[base], "base.nc")
     damages.look_once()
-    for k, (name, damage) in enumerate(shuffled(few[base], base)[part]):
+    shuffled = list(damages.table(path).items())
+    random.Random(base).shuffle(shuffled)
+    for k, (name, damage) in enumerate(shuffled[part]):
         folder = tmp_path / str(k)
         folder.mkdir()
-        assert not damages.tried(folder, few[base], damage, turn=k), name
-
-
-def shuffled(path, seed):
-    """Return the names and damages of a map's table in a random order."""
-    found = list(damages.table(path).items())
-    random.Random(seed).shuffle(found)
-    return found
-
-
-@pytest.mark.faults
-@pytest.mark.parametrize("name", damages.BASES)
-def test_strange_files_of_every_system_end_well_through_every_command(tmp_path, monkeypatch, name):
-    """POLHODE_DAMAGES=2000 pytest -m faults tests/maps/test_door.py tries the whole table of each system."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
-    base, faults = write(tmp_path, damages.BASES[name], "base.nc"), {}
-    with damages.light():
-        shutil.copy(base, "map.nc")
-        damages.one_by_one(damages.commands(base))  # which loads and compiles what commands take
-        damages.look_once()
-        for k, (word, damage) in enumerate(shuffled(base, name)[:MANY]):
-            folder = tmp_path / str(k)
-            folder.mkdir()
-            faults[word] = damages.tried(folder, base, damage)
-    assert {word: fault for word, fault in faults.items() if fault} == {}
+        assert not damages.tried(folder, path, damage, turn=k), name
 
 
 # Bounds

@@ -97,20 +97,6 @@ def test_every_system_has_points(system):
         assert column.size == 24
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("few_frames")
-@pytest.mark.parametrize("system", OTHERS)
-def test_every_system_makes_and_shows_them(system, folder):
-    definition = other(system)
-    ds, path = sweeps.survey(definition), folder / f"{system}.nc"
-    storage.write_map(ds, path)
-    with sweeps.open_map(path) as again:
-        assert set(again.variables) == set(ds.variables)
-    assert main(["show", str(path)]) == 0
-    assert main(["figures", str(path), "-o", str(folder / system)]) == 0
-    assert (folder / system / "points.png").stat().st_size > 10_000
-
-
 def test_a_map_of_points_verifies(path, capsys):
     assert main(["verify", path, "--points", "10"]) == 0
     assert "holds" in capsys.readouterr().out

@@ -79,26 +79,6 @@ def test_what_is_no_place_is_refused(ds, values, words):
     assert "allowed: " in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"axis": "2"}, "axis: 2 is not in this map"),
-        ({"epsilon": "small"}, "epsilon: 'small' is no number"),
-        (
-            {"epsilom": "1"},
-            "epsilom: is no dimension of this map (did you mean epsilon?); allowed: body, axis, epsilon",
-        ),
-        ({"body": "rackett"}, "body: 'rackett' is not among the names"),
-        ({"I1": "1"}, "I1: is a coordinate along body"),
-    ],
-)
-def test_messages_to_python_have_no_options_of_the_shell(ds, values, words):
-    with pytest.raises(selection.SelectionError) as refused:
-        selection.nearest(ds, values)
-    assert str(refused.value).startswith(words)
-    assert "--" not in str(refused.value)
-
-
 def test_a_choice_is_written_as_the_caller_writes_it(ds):
     assert selection.how_to_choose(ds, ["axis", "epsilon"]) == "axis=1, 3, epsilon=1e-08, 0.0001, 0.01"
     assert selection.how_to_choose(ds, ["axis"], "--") == "--axis 1, 3"

@@ -17,7 +17,7 @@ from maps import assert_same_bits
 import sweeps
 from sweeps.maps import dataset, storage
 from sweeps.maps.storage import open_map
-from sweeps.points import catalogue, columns, estimate
+from sweeps.points import catalogue, columns
 from sweeps.points.loading import read
 from sweeps.process import files
 from sweeps.reading import stored_values
@@ -298,13 +298,6 @@ def test_open_map_looks_for_what_its_own_system_makes(tmp_path, tiny):
     sweeps.open_map(tmp_path / "without.nc").close()
 
 
-def test_a_truncated_map_is_refused(tmp_path, tiny_map):
-    half = tmp_path / "half.nc"
-    half.write_bytes(tiny_map.read_bytes()[: tiny_map.stat().st_size // 2])
-    with pytest.raises(MapError, match="cannot be read as netCDF"):
-        sweeps.open_map(half)
-
-
 def test_open_map_passes_options_on(tiny_map, tiny):
     with sweeps.open_map(tiny_map, chunks={}) as ds:
         assert ds.omega_squared.chunks
@@ -544,19 +537,6 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
     (folder / "7-of-24.nc").unlink()
     with pytest.raises(MapError, match="7-of-24"):
         merging.merge(definition, [folder], tmp_path / "map.nc")
-
-
-def test_small_parts_change_no_bit(tmp_path, monkeypatch):
-    sizes, measure = [], TINY.system.columns
-    counted = lambda points, integration: sizes.append(points["I1"].size) or measure(points, integration)  # noqa: E731
-    monkeypatch.setattr(TINY.system, "columns", counted)
-    monkeypatch.setattr(sharding, "PART_SECONDS", estimate.integration_seconds(TINY, 10))
-    monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
-    (path,) = write_shards(tmp_path, TINY, 1, threads=2)
-    assert sum(sizes) == TINY.grid.size
-    assert max(sizes) <= 10  # who breaks off waits for no more
-    told = merging.merge(TINY, [path], tmp_path / "map.nc")
-    assert told == sweeps.survey("tiny").attrs["content_hash"]
 
 
 def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):

@@ -128,23 +128,11 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
         assert drawn.panels[0].ends == ("0.5", "1.5")
 
 
-def test_bodies_stand_upwards_by_name():
-    drawn = textmap.draw(sweeps.survey(BODIES), {})
-    assert drawn.y == "body"
-    assert [label for label, _ in drawn.panels[1].rows] == ["Tennis racket", "Plate"]
-    assert drawn.panels[1].rows[0][1] == "###"
-
-
 def test_equal_panels_are_one(ds):
     alike = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
     drawn, whole = textmap.draw(alike, {}), textmap.draw(ds, {})
     assert [panel.title for panel in drawn.panels] == ["axis 1 … 3"]
     assert drawn.panels[0].rows == whole.panels[1].rows
-
-
-def test_a_single_point_has_no_map():
-    ds = sweeps.survey({"axes": [2], "grid": {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}})
-    assert textmap.draw(ds, {}) is None
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,6 @@ from sweeps.maps import verify
 from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.reading.definitions import plain, read_text
-from sweeps.schema.refusals import MapError
 from sweeps.shards import content
 
 TINY = read(catalogue.shipped()["tiny"])
@@ -75,15 +74,6 @@ def test_a_whole_map_holds(definition, tmp_path, capsys):
     assert "Traceback" not in said.err
 
 
-@pytest.mark.slow
-def test_every_point_of_tiny_holds(whole, monkeypatch):
-    monkeypatch.setattr(verify, "MOST_SECONDS", 1e6)  # however slow the machine is
-    checks = {check.name: check for check in verify.verify(whole, points=4000, seed=3)}
-    assert not any(check.findings or check.skipped for check in checks.values())
-    assert int(checks["SciPy DOP853"].covers.split()[0]) > 800  # of 864, the others are not drawn or not ok
-    assert checks["closed form"].covers.split()[0] == checks["SciPy DOP853"].covers.split()[0]
-
-
 def flip_a_bit(path, name="growth_rate"):
     with netCDF4.Dataset(path, "a") as file:
         file.set_auto_maskandscale(False)
@@ -107,17 +97,6 @@ def test_it_says_which_variable_differs(tiny, capsys):
     assert main(["verify", str(tiny)]) == 1
     assert "growth_rate: holds other values than were written" in capsys.readouterr().out
     assert findings(tiny, points=0) == {"content": ("growth_rate: holds other values than were written",)}
-
-
-@pytest.mark.slow
-def test_one_flipped_bit_in_a_sealed_file_is_found_by_the_kernels(tiny):
-    flip_a_bit(tiny, "omega_squared")
-    sealed(tiny)
-    size = TINY.grid.size
-    seed = next(s for s in range(1000) if 9 in np.random.default_rng(s).integers(0, size, 40))  # draws that point
-    found = findings(tiny, points=40, seed=seed)
-    assert set(found) == {"this project's kernels"}
-    assert found["this project's kernels"][0].startswith("omega_squared at point 9: the map holds ")
 
 
 def shift(path, by):
@@ -205,20 +184,6 @@ def test_changed_attributes_are_found(tiny, change):
         holder = file[name] if name else file
         holder.delncattr(attribute) if value is None else holder.setncattr(attribute, value)
     assert findings(tiny, points=0)["attributes"][0].startswith(ATTRIBUTES[change])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda ds: ds.assign_coords(a=ds["a"].astype("f4")), "'a' has no coordinate of type float64"),
-        (lambda ds: ds.assign(mine=2.0 * ds["multiplier_real"]), "mine: lies along a, .*, multiplier; allowed: a, q"),
-    ],
-)
-def test_a_message_names_what_a_colleague_changed(tmp_path, change, message):
-    change(sweeps.survey(system="mathieu", a=[0.5, 1.5], q=0.3)).to_netcdf(tmp_path / "map.nc")
-    with pytest.raises(MapError, match=message):
-        sweeps.open_map(tmp_path / "map.nc")
 
 
 def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(tiny):

@@ -205,27 +205,10 @@ def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
     assert "there are 3, at mass=1, c=1; allowed: at most 2" in equilibria.refusal(landscape, found[:1], columns)
 
 
-def test_no_equilibrium_is_none():
-    landscape = landscape_of(bead(lambda x: x))
-    found = equilibria.find(landscape, [np.ones(1)])
-    assert np.isnan(found.places).all()
-    assert not found.is_flat.any()
-    assert "none within the bounds" in equilibria.refusal(landscape, found, [np.ones(1)])
-
-
 def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):
     landscape = Landscape(derive(bead(lambda x: sp.exp(-x), bounds=(0, 800))))  # underflows
     found = equilibria.find(landscape, [np.ones(1)])
     assert "none is found and none excluded at 1 of 1" in equilibria.refusal(landscape, found, [np.ones(1)])
-
-
-def test_a_point_does_not_depend_on_its_neighbours():
-    rng = np.random.default_rng(8)
-    radius, spin = rng.uniform(0.1, 5, 40), rng.uniform(0, 10, 40)
-    together, _ = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
-    for i in (0, 17, 39):
-        alone, _ = places(shipped("bead_on_hoop"), radius=radius[i], spin_rate=spin[i])
-        assert np.array_equal(alone[0], together[i], equal_nan=True)
 
 
 @pytest.mark.parametrize("name", ["relative.lagrange_points", "central_potential", "relative.foucault"])

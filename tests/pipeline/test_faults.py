@@ -82,18 +82,6 @@ def flip(path):
     path.write_bytes(content)
 
 
-def test_damaged_shards_are_measured_again_and_never_merged(house):
-    broken_off(house)
-    first, second = sorted(house.shards.glob("[0-9]*.nc"))[:2]
-    cut(first)
-    flip(second)
-    status, said = house.run()
-    assert status == 0, said
-    log = (house.folder / "results/broken/logs/merge.log").read_text()
-    assert_words(log, first.name, second.name, "measured again")
-    assert_whole(house)
-
-
 # Disks
 
 

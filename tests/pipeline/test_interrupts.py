@@ -16,7 +16,6 @@ from houses import PATIENCE, wait_for
 
 import sweeps
 from sweeps import __main__
-from sweeps.__main__ import main
 from sweeps.commands import program
 from sweeps.maps import storage
 from sweeps.process import interrupts
@@ -180,7 +179,6 @@ def test_a_pool_that_is_abandoned_leaves_no_thread():
 
 
 ROOT = Path(sweeps.__file__).parents[1]
-MADE = ("stability_map.nc", "figures", "report.html")
 MINE = {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 6}, "I2": [0.6, 0.75, 0.9], "I3": 1.0, "omega0": 1.0}}
 
 
@@ -221,17 +219,6 @@ def is_in(group, number):
         return os.getpgid(number) == group
     except ProcessLookupError:
         return False
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.0, 1.0, 2.0])
-def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_on(tmp_path, seconds):
-    drawing, _, said = disturbed(tmp_path, seconds, "[child.kill() for child in multiprocessing.active_children()]")
-    assert (drawing.returncode, said.count("\n")) in ((1, 1), (0, 0)), said  # 0: it had drawn its last picture
-    assert not said or said.startswith("a process that this command started was ended from outside")
-    assert not list(tmp_path.glob(".drawn*"))
-    assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn")]) == 0
-    assert list((tmp_path / "drawn").glob("*.png"))
 
 
 @pytest.mark.slow

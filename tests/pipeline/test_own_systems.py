@@ -70,29 +70,3 @@ def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, caps
     said = capsys.readouterr()
     assert said.err == ""
     assert json.loads(said.out[said.out.rindex("\n{") :])["system"] == f"{name}.py"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
-def test_a_users_own_system_from_its_definition_to_its_report(folder, name, capsys):
-    """By the commands that a user types; the map is the same whether it is run, or merged from shards."""
-    definition, result = str(own_systems.write(folder, name)), f"results/{name}"
-    for command in (
-        ["check", definition],
-        ["run", definition],
-        ["show", result],
-        ["figures", result, "-o", "figures"],
-        ["report", result, "-o", "report.html"],
-        ["verify", result, "--definition", definition],
-        ["shard", definition, "1", "2", "-o", "1.nc"],
-        ["shard", definition, "2", "2", "-o", "2.nc"],
-        ["merge", definition, "1.nc", "2.nc", "-o", "merged.nc"],
-        ["verify", "merged.nc", "--definition", definition],
-    ):
-        assert main(command) == 0, capsys.readouterr()
-    with sweeps.open_map(result) as ds, sweeps.open_map("merged.nc") as merged:
-        assert ds.attrs["content_hash"] == merged.attrs["content_hash"]
-        assert (ds["status"] == 0).mean() > 0.5
-        gap = abs(ds["growth_rate"] - ds["growth_rate_theory"]).where(ds["status"] == 0)
-        assert (gap <= ds["growth_rate_error"]).where(gap.notnull(), True).all()
-    assert KINDS.get(name, OTHER)[1] <= {p.stem for p in (folder / "figures").iterdir()}

@@ -1,9 +1,7 @@
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -79,14 +77,6 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
     assert not Path("results").exists()
     assert main(["run", "mine.yaml", "--cores", "1", "--again", "--quiet", "-o", "elsewhere"]) == 0
     assert capsys.readouterr() == ("elsewhere/mine/stability_map.nc\n", "")
-
-
-@pytest.mark.slow
-def test_threads_change_no_bit(mine, monkeypatch):
-    monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))
-    paths = made(mine, workers=2)
-    with sweeps.open_map(paths[0]) as ds:
-        assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
 
 
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
@@ -177,31 +167,6 @@ def test_run_refuses_before_any_work(mine, capsys, arguments):
     assert not Path("results").exists()
 
 
-@pytest.mark.slow
-def test_broken_off_it_leaves_nothing_half_written_and_goes_on(mine):
-    grid = GRID | {"I1": {"start": 0.5, "stop": 1.5, "num": 100}, "I2": {"start": 0.5, "stop": 1.5, "num": 100}}
-    mine.write_text(json.dumps({"grid": grid, "shards": 12, "integration": {"rotations": 40}}))
-    command = [sys.executable, "-m", "sweeps", "run", "mine.yaml", "--cores", "1"]
-    root = str(Path(pipeline.__file__).parents[2])
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": root})
-    folder = Path("results/mine/shards")
-    deadline = time.monotonic() + 240
-    while len(list(folder.glob("[0-9]*.nc"))) < 2 and running.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.02)
-    running.send_signal(signal.SIGINT)
-    _, words = running.communicate()
-    if running.returncode == 0:
-        pytest.skip("it was done before it could be broken off")
-    assert running.returncode == 130
-    assert b"Traceback" not in words
-    sweep = catalogue.plan(mine).sweep
-    finished = [path for path in folder.iterdir() if path.suffix == ".nc"]
-    assert finished
-    assert not list(folder.glob(".*.part"))
-    for path in finished:
-        assert shards.holds_shard(path, sweep, *map(int, path.stem.split("-of-")))
-
-
 # Two definitions of one file name
 
 
@@ -253,15 +218,3 @@ def test_one_definition_is_not_refused(two, change):
         path = "c/mine.yaml"
     made(path, **({"results": "others"} if change == "elsewhere" else {}))
     assert spin() == 1.0
-
-
-@pytest.mark.parametrize("damage", ["deleted", pytest.param("cut short", marks=pytest.mark.slow)])
-def test_a_damaged_figure_is_drawn_again_and_the_map_is_kept(mine, capsys, damage):
-    assert main(["run", "mine.yaml", "--quiet"]) == 0
-    dated = Path("results/mine/stability_map.nc").stat().st_mtime_ns
-    picture = next(Path("results/mine/figures").glob("*.png"))
-    whole = picture.read_bytes()
-    picture.unlink() if damage == "deleted" else os.truncate(picture, len(whole) // 2)
-    assert main(["run", "mine.yaml", "--quiet"]) == 0
-    assert picture.read_bytes() == whole
-    assert Path("results/mine/stability_map.nc").stat().st_mtime_ns == dated

@@ -133,25 +133,6 @@ def untouched(folder):
     return not (folder / "results").exists() and not (folder / ".cache").exists()
 
 
-@pytest.mark.slow
-def test_both_doors_refuse_in_the_same_words(fresh):
-    path = fresh / "given" / "values.yaml"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(BAD)
-    answers = [
-        run(fresh, "-m", "sweeps", "run", path.relative_to(fresh)),
-        snakemake(fresh, "--config", f"definition={path.relative_to(fresh)}"),
-    ]
-    for answer in answers:
-        assert answer.returncode == 2
-        assert "Traceback" not in answer.stderr
-        assert answer.stdout == ""
-        assert "given/values.yaml" in answer.stderr
-        assert "allowed" in answer.stderr
-    assert answers[0].stderr == answers[1].stderr
-    assert not (fresh / "results").exists()
-
-
 @pytest.mark.parametrize("name", INVALID)
 def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, capsys, name):
     """Without their processes: what the Snakefile asks first, and prints before it leaves with 2."""
@@ -168,17 +149,6 @@ def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, ca
     assert words[0] == words[1]
     assert name.removesuffix(".yaml") in words[0]
     assert not Path("results").exists()
-
-
-@pytest.mark.slow
-def test_a_target_of_no_known_sweep_is_refused(fresh):
-    answer = snakemake(fresh, "--", "results/a;touch owned/stability_map.nc")
-    assert answer.returncode == 2
-    assert answer.stderr.startswith("target: ")
-    assert "tennis_racket, tiny" in answer.stderr
-    assert answer.stderr.count("\n") == 1
-    assert not (fresh / "results").exists()
-    assert not (fresh / "owned").exists()
 
 
 @pytest.mark.parametrize(
@@ -211,20 +181,3 @@ def test_files_that_rules_do_not_make_are_refused(file):
     assert what.startswith(f"target: 'results/tiny/{file}' is made by no rule")
     assert ("did you mean results/tiny/stability_map.nc?" in what) == ("stability" in file)
     assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed.split(", "))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("target", ["stability_map", "shards/0-of-2.nc"])
-def test_a_file_of_a_sweep_that_no_rule_makes_is_refused(fresh, target):
-    target = f"results/tiny/{target}"
-    answer = snakemake(fresh, "--", target)
-    assert answer.returncode == 2
-    assert answer.stderr.startswith(f"target: '{target}' is made by no rule")
-    assert answer.stderr.count("\n") == 1
-    allowed = answer.stderr.strip().partition("; allowed: ")[2].split(", ")
-    assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed)
-    assert ("did you mean results/tiny/stability_map.nc?" in answer.stderr) == ("stability" in target)
-    assert not (fresh / "results").exists()
-    if target.endswith("shards/0-of-2.nc"):  # what is allowed is planned, once and together
-        planned = snakemake(fresh, "-n", "--", *allowed, "results/tiny/shards/1-of-2.nc")
-        assert planned.returncode == 0, planned.stderr

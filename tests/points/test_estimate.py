@@ -74,14 +74,6 @@ def test_the_wait_holds_more_than_the_integration(monkeypatch):
     assert cold.wait_seconds - found.wait_seconds == pytest.approx(cold.compile_seconds, rel=1e-12)  # sums, rounded
 
 
-def test_what_fits_is_not_refused(monkeypatch, tmp_path):
-    sweep = sweep_of(10)
-    needed = estimate(sweep)
-    asked = free(monkeypatch, needed.disk_bytes, needed.memory_bytes)
-    refuse_if_too_large(sweep, tmp_path / "not" / "yet")
-    assert asked == [tmp_path]
-
-
 @pytest.mark.parametrize("short", ["disk", "memory"])
 def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, short):
     sweep = sweep_of(10)

@@ -109,22 +109,8 @@ def test_the_text_of_a_mapping_is_that_sweep(tmp_path_factory, mapping):
 PRINTABLE = st.text(min_size=1, max_size=20).filter(lambda t: t.strip() and t.isprintable())
 LOOKS_LIKE_ANOTHER_TYPE = st.sampled_from(
     [
-        "1e-6",
-        "8e37",
-        ".5",
-        "1.",
-        "no",
-        "010",
-        "1:30",
-        "null",
-        "~",
-        "true",
-        "1_000",
-        "2001-01-01",
-        "0o7",
-        "<<",
-        "=",
-        ".nan",
+        *("1e-6", "8e37", ".5", "1.", "no", "010", "1:30", "null", "~", "true", "1_000", "2001-01-01", "0o7"),
+        *("<<", "=", ".nan"),
     ]
 )
 
@@ -140,47 +126,21 @@ def test_text_stays_text_in_the_written_yaml(tmp_path_factory, title):
 # YAML 1.2, core schema: the table in section 10.3.2 of the specification, and JSON
 
 
-@pytest.mark.parametrize(
-    ("scalar", "value"),
-    [
-        ("8e37", 8e37),
-        ("1e-6", 1e-6),
-        ("1e+160", 1e160),
-        (".5", 0.5),
-        ("1.", 1.0),
-        ("+12.3", 12.3),
-        ("010", 10),
-        ("0o17", 15),
-        ("0xFF", 255),
-        ("-.5E-3", -5e-4),
-        ("-2E+05", -2e5),
-    ],
-)
+NUMBERS = {"8e37": 8e37, "1e-6": 1e-6, "1e+160": 1e160, ".5": 0.5, "1.": 1.0, "+12.3": 12.3, "010": 10, "0o17": 15}
+NUMBERS |= {"0xFF": 255, "-.5E-3": -5e-4, "-2E+05": -2e5}
+
+
+@pytest.mark.parametrize(("scalar", "value"), NUMBERS.items())
 def test_numbers_of_the_core_schema(tmp_path, scalar, value):
     phase = load(written(tmp_path, GRID.replace("}", f", phase: {scalar}}}"))).grid.phase
     assert type(phase) is float
     assert phase == value
 
 
-@pytest.mark.parametrize(
-    "scalar",
-    [
-        "no",
-        "yes",
-        "on",
-        "1:30",
-        "1_000",
-        "2001-01-01",
-        "1e",
-        "e5",
-        "0b1",
-        "1.5.2",
-        "<<",
-        "1e5x",
-        "1__",
-        "٣",
-    ],
-)
+TEXTS = "no yes on 1:30 1_000 2001-01-01 1e e5 0b1 1.5.2 << 1e5x 1__ ٣"
+
+
+@pytest.mark.parametrize("scalar", TEXTS.split())
 def test_text_of_the_core_schema(tmp_path, scalar):
     assert load(written(tmp_path, f"title: {scalar}\n{GRID}")).title == scalar
 
@@ -198,10 +158,6 @@ def test_json_is_a_definition(tmp_path, layout):
     sweep = load(written(tmp_path, json.dumps(mapping, **layout).replace("/", "\\/")))
     assert sweep.title == mapping["title"]
     assert sweep.model_dump() == load(mapping).model_dump()
-
-
-def test_a_flow_mapping_that_is_no_json(tmp_path):
-    assert load(written(tmp_path, "{grid: {I1: 1, I2: 2, I3: 3, omega0: 1}}")).grid.I3 == 3.0
 
 
 def test_quoted_surrogate_escapes_are_one_character(tmp_path):
@@ -226,9 +182,7 @@ def test_an_alias_repeats_a_value(tmp_path):
     ("text", "said"),
     [
         ("", "empty"),
-        ("# nothing\n", "empty"),
         ("---\n", "not a mapping"),
-        ("12", "12 is not a mapping"),
         ("[1, 2]", "[1, 2] is not a mapping"),
         (GRID + "---\n" + GRID, "line 2: --- is a second document"),
         (GRID + "...\n" + "x: 1", "line 3: --- is a second document"),
@@ -236,27 +190,22 @@ def test_an_alias_repeats_a_value(tmp_path):
         ('{"grid": {"I1": 1, "I1": 2}}', "grid.I1: 2 is under a key given twice"),
         ("grid: {I1: !!float 1}", "line 1: 'tag:yaml.org,2002:float' is a tag"),
         ("grid: !custom {I1: 1}", "is a tag"),
-        ("title: ! x", "is a tag"),
         ("%YAML 1.1\n---\n" + GRID, "%YAML 1.1 is another YAML"),
         ("grid: {I1: *a}", "'*a' has no whole value"),
         ("grid: &a {I1: *a}", "'*a' has no whole value"),
         ("? [1, 2]\n: 3", "(top level): [1, 2] is a key"),
         ("grid: {1: 2}", "grid: 1 is a key"),
-        ("grid: {null: 2}", "grid: null is a key"),
         ('"a\\nb": 2', "'a\\nb' is a key"),
         ('{"\\u0000range": 2}', "is a key"),
         ("grid: [1", "line 1: 'grid: [1' is not YAML"),
         (GRID + "a: b: c", "line 2: 'a: b: c' is not YAML"),
         ("\ta: 1", "line 1: 'a: 1' is not YAML"),
         ('title: "\\UFFFFFFFF"', "is not YAML"),
-        ("title: \x00", "is not YAML"),
         ("title: \x1b[31m", "is not YAML"),
         ('title: "\\ud83d"\n' + GRID, "title: '\\ud83d' holds half a surrogate pair"),
         ('{"title": "\\ud83d"}', "title: '\\ud83d' holds half a surrogate pair"),
         (b"\xff\xfe\x00g", "byte 0 is not UTF-8"),
         ("a: " + "[" * 5000, "nested too deeply"),
-        ("[" * 20_000, "nested too deeply"),
-        ("- " * 5000 + "1", "nested too deeply"),
         ('{"a":' * 20_000, "nested too deeply"),
         ('{"a":' * 30 + "1" + "}" * 30, "nested too deeply"),
         ("grid: {I1: " + "9" * 5000 + "}", "line 1: " + "9" * 59 + "… is a number of 5,000 digits"),
@@ -273,15 +222,6 @@ def test_files_that_are_no_definition(tmp_path, text, said):
     message = refusal(written(tmp_path, text))
     assert said in message
     assert len(message.splitlines()) == 1
-
-
-def test_files_that_cannot_be_opened(tmp_path):
-    os.mkfifo(tmp_path / "pipe.yaml")
-    assert "cannot be opened (No such file" in refusal(tmp_path / "none.yaml")
-    assert "is not a regular file" in refusal(tmp_path)
-    assert "is not a regular file" in refusal(tmp_path / "pipe.yaml")
-    assert "cannot be opened" in refusal(str(tmp_path / ("x/" * 3000 + "a.yaml")))
-    assert "cannot be opened" in refusal(str(tmp_path / "a\0b" / "c.yaml"))
 
 
 def test_a_file_without_permission(tmp_path, monkeypatch):
@@ -301,12 +241,6 @@ def test_sources_of_another_kind(source):
 # What is refused in a sweep: the path, the value, and what is allowed, of each
 
 NOT_A_NUMBER = [True, "1.0", None, {}, [], float("nan"), math.inf, -math.inf, 10**400, -(10**400), b"1", 1j]
-
-
-@pytest.mark.parametrize("value", NOT_A_NUMBER, ids=lambda value: repr(value)[:9])
-@pytest.mark.parametrize("name", ["I1", "I2", "I3", "omega0", "epsilon", "phase"])
-def test_grid_entries_that_are_no_numbers(name, value):
-    assert f"definition: grid.{name}" in refusal(with_grid(**{name: value}))
 
 
 @pytest.mark.parametrize("value", [*NOT_A_NUMBER, [1.0]], ids=lambda value: repr(value)[:9])
@@ -376,26 +310,20 @@ def test_quantities_at_the_edge_are_allowed(name, value):
     ("changes", "said"),
     [
         ({"grd": {}}, "grd: is an unknown key (did you mean grid?); allowed: the keys title"),
-        ({"name": "x"}, "name: is an unknown key"),
         ({"text": "x"}, "text: is an unknown key"),
         ({"title": 5}, "title: 5 is not text"),
-        ({"title": ""}, "title: '' is empty"),
         ({"title": "a\x1b[31mb"}, "title: 'a\\x1b[31mb' is empty, too long or not printable"),
         ({"title": "x" * 201}, "title: '" + "x" * 58 + "… is empty, too long"),
         ({"system": "symmetric_topp"}, "system: 'symmetric_topp' is not available (did you mean symmetric_top?)"),
         ({"system": ["rigid_body"]}, "system: ['rigid_body'] is not available"),
         ({"axes": []}, "axes: [] is empty"),
-        ({"axes": 2}, "axes: 2 is not a list"),
         ({"axes": [1, 1]}, "axes: [1, 1] holds 1 twice"),
-        ({"axes": [0]}, "axes[0]: 0 is out of range; allowed: 1, 2 or 3"),
         ({"axes": [1, 4]}, "axes[1]: 4 is out of range; allowed: 1, 2 or 3"),
         ({"axes": [1.0]}, "axes[0]: 1.0 is not a whole number"),
         ({"grid": []}, "grid: [] is not a mapping; allowed: what is varied"),
-        ({"grid": None}, "grid: null is not a mapping"),
         ({"grid": {}}, "grid.I2: is missing; allowed: moment of inertia about axis 2, kg m2"),
         ({"grid": {"I1": 1, "I2": 1, "I3": 1}}, "grid.omega0: is missing; allowed: spin rate"),
         ({"bodies": []}, "bodies: [] is empty"),
-        ({"bodies": {}}, "bodies: {} is not a list"),
         ({"bodies": [3]}, "bodies[0]: 3 is not a mapping"),
         (
             {"integration": {"propagator": "leapfrog"}},
@@ -407,23 +335,16 @@ def test_quantities_at_the_edge_are_allowed(name, value):
             "integration.variables[0]: 'omega_squares' is not a variable of this sweep (did you mean omega_squared",
         ),
         ({"integration": {"flips": 1}}, "integration.flips: 1 is"),
-        ({"integration": {"steps": 1}}, "integration.steps: is an unknown key"),
         ({"integration": {"rotations": 0}}, "integration.rotations: 0 is out of range; allowed: a finite"),
         ({"integration": {"rotations": 0.4}}, "integration.rotations: 0.4 makes 6.4 samples"),
-        ({"integration": {"rotations": 1e8}}, "integration.rotations: 100000000.0 makes 1.6e+09 samples"),
-        ({"integration": {"rotations": 1e308}}, "integration.rotations: 1e+308 makes inf samples"),
         ({"integration": {"samples_per_rotation": 3}}, "integration.samples_per_rotation: 3 is out of range"),
-        ({"integration": {"samples_per_rotation": 16.0}}, "integration.samples_per_rotation: 16.0 is not a"),
         (
             {"integration": {"samples_per_rotation": 10**400}},
             "integration.samples_per_rotation: a whole number of 1329 bits is out of range",
         ),
         ({"integration": {"tolerance": 9e-14}}, "integration.tolerance: 9e-14 is out of range; allowed: a"),
-        ({"integration": {"tolerance": 2e-3}}, "integration.tolerance: 0.002 is out of range"),
         ({"shards": 0}, "shards: 0 is out of range; allowed: auto, or a whole number from 1"),
-        ({"shards": 10**6}, "shards: 1000000 is out of range"),
         ({"shards": "many"}, "shards: 'many' is neither auto nor a whole number"),
-        ({"shards": 2.0}, "shards: 2.0 is neither auto nor a whole number"),
     ],
 )  # fmt: skip
 def test_refusals_of_a_sweep(changes, said):
@@ -439,12 +360,10 @@ def test_refusals_of_a_sweep(changes, said):
         ({"start": 1, "stop": 2}, "grid.I1.num: is missing; allowed: number of values"),
         ({"start": 1, "stop": 2, "nums": 3}, "grid.I1.nums: is an unknown key (did you mean num?)"),
         ({"start": 1, "stop": 2, "num": 0}, "grid.I1.num: 0 is out of range"),
-        ({"start": 1, "stop": 2, "num": 2.0}, "grid.I1.num: 2.0 is not a whole number"),
         ({"start": 1, "stop": 2, "num": 1}, "has one value but two ends"),
         ({"start": 1, "stop": 1, "num": 2}, "has values that coincide"),
         ({"start": 1, "stop": 1 + 4e-16, "num": 9}, "has values that coincide"),
         ({"start": 1, "stop": 2, "num": 10**16}, "grid.I1.num: 10000000000000000 is out of range"),
-        ({"start": 1, "stop": 2, "num": 9 * 10**15}, "has values that coincide"),
         ({"start": 1, "stop": 2, "num": 9 * 10**15, "spacing": "log"}, "has values that coincide"),
         (
             {"start": 1, "stop": 2, "num": 5, "spacing": "lin"},
@@ -460,13 +379,10 @@ def test_refusals_of_a_moment(entry, said):
     ("name", "entry", "said"),
     [
         ("omega0", {"start": -1.0, "stop": 1.0, "num": 3}, "holds the spin rate 0"),
-        ("omega0", {"start": -0.3, "stop": 0.3, "num": 7}, "holds the spin rate 0"),
         ("omega0", {"start": 0.7, "stop": -0.1, "num": 9}, "holds the spin rate 0"),
         ("omega0", {"start": -2e-150, "stop": 2e-150, "num": 6}, "holds the spin rate 0"),
-        ("omega0", {"start": -1.0, "stop": 1.0, "num": 10**9 + 1}, "holds the spin rate 0"),
         ("omega0", {"start": -1.0, "stop": 1.0, "num": 4, "spacing": "log"}, "has log spacing through zero"),
         ("phase", {"start": 0.0, "stop": 1.0, "num": 4, "spacing": "log"}, "has log spacing through zero"),
-        ("phase", {"start": -1.0, "stop": 0.0, "num": 4, "spacing": "log"}, "has log spacing through zero"),
         ("phase", {"start": -1e308, "stop": 1e308, "num": 4}, "is wider than a double can hold"),
     ],
 )
@@ -479,17 +395,13 @@ def test_refusals_of_what_a_range_makes(name, entry, said):
     ("changes", "said"),
     [
         ({"name": ""}, "bodies[0].name: '' is empty"),
-        ({"name": "x" * 101}, "too long"),
         ({"name": "a\nb"}, "bodies[0].name: 'a\\nb' is empty, too long or not printable"),
-        ({"name": 3}, "bodies[0].name: 3 is not text"),
         ({"ratios": {"I1": 1, "I2": 1, "I3": 1}}, "bodies[0].I3: 3.0 is given beside ratios"),
         ({"ratios": {"I1": 1, "I2": 1}}, "bodies[0].ratios.I3: is missing"),
         ({"axis": 4}, "bodies[0].axis: 4 is out of range; allowed: 1, 2 or 3"),
         ({"mass": 4}, "bodies[0].mass: is an unknown key; allowed: the keys name, I1"),
-        ({"observed": {"period_days": 1}}, "bodies[0].observed.what: is missing"),
         ({"observed": {"period_days": 0, "what": "x"}}, "bodies[0].observed.period_days: 0 is out of range"),
         ({"note": "\x07"}, "bodies[0].note: '\\x07' is empty, too long or not printable"),
-        ({"source": ["x"]}, "bodies[0].source: ['x'] is not text"),
     ],
 )
 def test_refusals_of_a_body(changes, said):
@@ -513,12 +425,6 @@ def test_bodies_and_grid_share_the_work():
     assert "bodies[1].name: 'a' is an earlier body's name" in refusal(twice)
     assert load({"bodies": spinning}).bodies[1].moments == (1.0, 1.0, 1.0)
     assert load({"bodies": [spinning[0], two], "grid": {"omega0": 5}}).grid.omega0 == 5.0
-
-
-def test_another_systems_keys_are_not_called_unknown():
-    message = refusal({"system": "bead_on_spiral", "grid": {"radius": 0.5, "spin": 1.0}})
-    assert message.startswith("definition: system: 'bead_on_spiral' is not available (did you mean bead_on_wire?)")
-    assert len(message.splitlines()) == 1
 
 
 def test_many_problems_fit_on_a_screen():
@@ -612,11 +518,6 @@ def test_the_largest_doubles_do_not_overflow():
     assert np.all(np.isfinite(values))
 
 
-def test_a_range_of_one_value():
-    entry = {"start": 2.0, "stop": 2.0, "num": 1}
-    np.testing.assert_array_equal(load(with_grid(I1=entry)).grid.I1.values(np.arange(1)), [2.0])
-
-
 @pytest.mark.parametrize(
     "entry",
     [
@@ -678,19 +579,11 @@ def shipped(name):
     return load(catalogue.FOLDER / f"{name}.yaml")
 
 
-RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "omega0": 10.0}  # Ashbaugh et al. (1991), footnote 4
-
-
 def default_points():
     """The default sweep's points about one axis, all of them."""
     grid = read(catalogue.FOLDER / "tennis_racket.yaml").grid
     assert (grid.size, grid.shape[0]) == (331_776, 3)
     return grid.points(0, grid.size // 3)
-
-
-def test_the_racket_stands_on_its_grid():
-    away = [np.abs(default_points()[name] / value - 1) for name, value in RACKET.items()]
-    assert np.max(away, axis=0).min() < 4 * np.finfo(float).eps  # ratio, room and two products
 
 
 def test_every_point_of_the_racket_map_is_a_body():
@@ -749,22 +642,6 @@ def test_ideal_shapes_have_their_moments(name, inside, half_edges):
     given_moments = np.array(body.moments)
     # 120 cells across put the surface wrong by 1e-3 at most; the nearest wrong integers differ by 4 %.
     np.testing.assert_allclose(given_moments / given_moments[2], summed / summed[2], rtol=2e-3)
-
-
-def test_the_tiny_sweep_holds_every_kind_of_body():
-    grid = shipped("tiny").grid
-    triples = [(a, b, c) for a in grid.I1 for b in grid.I2.values(np.arange(grid.I2.num)) for c in grid.I3]
-    kinds = {
-        "sphere": any(a == b == c for a, b, c in triples),
-        "12": any(a == b != c for a, b, c in triples),
-        "23": any(b == c != a for a, b, c in triples),
-        "31": any(a == c != b for a, b, c in triples),
-        "flat": any(a + b == c for a, b, c in triples),
-        "cannot exist": any(a + b < c or b + c < a or c + a < b for a, b, c in triples),
-        "both senses": min(grid.omega0) < 0 < max(grid.omega0),
-        "two nudges": len(grid.epsilon) == 2,
-    }
-    assert all(kinds.values()), kinds
 
 
 @pytest.mark.parametrize("value", [{"gravity:": None}, {3: 1}, [1], "x", {"a": math.inf}, {"a": 10**400}, {"a": True}])

@@ -45,10 +45,6 @@ def test_a_racket_on_the_grid_is_shown_about_its_own_axis_2():
     assert [found[name] for name in ("I1", "I2", "I3", "axis", "omega0")] == [I1, I2, I3, 2, 11.0]
 
 
-def test_no_racket_is_found_where_none_stands(ds):
-    assert figure_flip.racket(ds) is None
-
-
 def mean_squares(faces):
     """Mean square of each coordinate over what closed surfaces enclose, by tetrahedra from the origin."""
     volume, squares, total = 0.0, np.zeros(3), np.zeros(3)

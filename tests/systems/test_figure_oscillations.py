@@ -57,19 +57,6 @@ def listed(figure):
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
-def test_one_panel_holds_its_subtitle_and_the_label_of_its_bar():
-    square = np.linspace(0.5, 1.0, 30).reshape(5, 6, 1)
-    figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
-    figure.draw_without_rendering()
-    panel, bar = figure.axes
-    boxes = [t.get_window_extent() for t in (*figure.texts, bar.yaxis.label, panel.xaxis.label)]
-    for i, box in enumerate(boxes):
-        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
-        assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1
-        assert not any(box.overlaps(other) for other in boxes[i + 1 :])
-    assert "gravity = 9.807 m s⁻²" in " ".join(figure.texts[1].get_text().split())
-
-
 def test_the_legend_lists_what_is_drawn():
     square = np.linspace(0.5, 1.0, 30).reshape(5, 6, 1)
     assert listed(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []

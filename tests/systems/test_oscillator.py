@@ -7,13 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from oscillators import LIBRARY
 
 import sweeps
 from kernels import statuses
 from kernels.cache import cache_folder
 from sweeps import systems
-from sweeps.points import catalogue
 from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import of_file, script
@@ -51,15 +49,6 @@ def spring(tmp_path):
 
 def small(name, **grid):
     return {"system": name, "grid": grid}
-
-
-@pytest.mark.slow
-def test_all_eight_ship_with_a_definition_of_ten_thousand_points():
-    assert set(LIBRARY) <= set(systems.names())
-    for name in LIBRARY:
-        sweep = read(catalogue.shipped()[name])
-        assert sweep.definition.system == sweep.system.name == name
-        assert sweep.grid.size >= 10_000
 
 
 def test_map_has_the_contracts_names_and_dimensions():

@@ -7,9 +7,7 @@ import sweeps
 from kernels.codes import REGIMES
 from sweeps.maps import verify
 from sweeps.points import estimate as counted
-from sweeps.points.catalogue import shipped
 from sweeps.points.loading import read
-from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
 from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, figure_held, figure_shapes
@@ -130,19 +128,3 @@ def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     assert np.ptp([picture[::7, ::7].astype(float) for picture in pictures[::50]], axis=0).max() > 100  # it moves
     steady = ds.isel(I2=[0])
     assert not list(PumpedBodyPresentation(resolve("pumped_body")).animations(steady)["held"]())
-
-
-@pytest.mark.parametrize(("name", "gids"), [("pumped_shapes", {"measured"}), ("pumped_breakdown", {"series", "error"})])
-def test_shipped_sweeps_of_shaken_bodies_are_drawn(name, gids):
-    definition = plain(read_text(file_text(shipped()[name])))
-    for entry in definition["grid"].values():
-        for side in entry.values() if isinstance(entry, dict) and "num" not in entry else (entry,):
-            if isinstance(side, dict):
-                side["num"] = 24 if "spacing" in side else 12
-    ds = sweeps.survey(definition)
-    ((_, picture),) = PumpedBodyPresentation(resolve("pumped_body")).figures(ds).items()
-    assert {artist.get_gid() for ax in picture().axes for artist in (*ax.lines, *ax.collections)} >= gids
-    if name == "pumped_breakdown":  # quadratic by symmetry: from 1e-2 down to rounding
-        labels = [line.get_label() for ax in picture().axes for line in ax.lines]
-        found = [float(label.rsplit(" ", 1)[1]) for label in labels if "exponent" in label]
-        np.testing.assert_allclose(found, [2.0] * 4, atol=0.05)

@@ -9,35 +9,19 @@ from matplotlib.figure import Figure
 
 import sweeps
 from sweeps import systems
-from sweeps.points import catalogue
 from sweeps.points.loading import load
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.described import shipped
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
 from sweeps.systems.relative_equilibrium.system import INVARIANTS, REGIMES, VARIABLES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
-NAMES = (
-    *("foucault", "gravity_gradient", "gravity_gradient_damped", "gyrostat", "lagrange_points", "rotating_saddle"),
-    *("rotor", "sleeping_top", "steady_precession", "viscous_slug"),
-)
 TOP = {"system": "sleeping_top", "grid": {"spin_rate": [3.0, 4.7, 4.8, 6.0], "moment_of_weight": [0.0, 2.0]}}
 
 
 @pytest.fixture(scope="module")
 def top():
     return sweeps.survey(TOP)
-
-
-def test_all_ten_ship_with_a_definition_of_a_hundred_thousand_points():
-    assert shipped(relative.KIND) == NAMES
-    for name in NAMES:
-        definition = load(catalogue.shipped()[name], check=False)
-        system = systems.resolve(name)
-        sizes = [v.num if hasattr(v, "num") else len(v) for v in system.dimensions(definition).values()]
-        assert definition.system == name
-        assert np.prod(sizes) >= 100_000
 
 
 def test_map_has_the_contracts_names_and_dimensions(top):

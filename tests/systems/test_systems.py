@@ -1,7 +1,6 @@
 """What every system promises, each on a small definition of its own."""
 
 import pickle
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from hypothesis import strategies as st
 
 import kernels
 import sweeps
-from kernels import fingerprint, flips, survey
+from kernels import flips, survey
 from kernels.fingerprint import sources
 from sweeps import systems
 from sweeps.maps import dataset
@@ -205,24 +204,6 @@ def test_tops_that_are_refused(changes, said):
     assert said in refusal(TOP | changes)
 
 
-def test_a_top_needs_each_parameter_and_no_bodies_or_axes():
-    for name in TOP:
-        rest = {key: value for key, value in TOP.items() if key != name}
-        assert f"grid.{name}: is missing; allowed: " in refusal(rest)
-    with pytest.raises(DefinitionError, match=r"grid: is missing; allowed: .*ratio, omega3, half_angle"):
-        read({"system": "symmetric_top"})
-    for key in ("bodies", "axes"):
-        said = refusal(TOP, **{key: [1]})
-        assert f"{key}: is an unknown key; allowed: the keys title, system, grid, integration, " in said
-    assert "integration.propagator: is an unknown key" in refusal(TOP, integration={"propagator": "direct"})
-    assert read({"system": "symmetric_top", "grid": TOP}).definition.integration.tolerance == 1e-12
-
-
-def test_a_rigid_body_does_not_know_a_tops_keys():
-    with pytest.raises(DefinitionError, match=r"grid.ratio: is an unknown key .*; allowed: the keys I1, I2, I3"):
-        read({"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0, "ratio": 0.5}})
-
-
 def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
     grid = read(catalogue.shipped()["symmetric"]).grid
     assert grid.size >= 10_000
@@ -274,40 +255,6 @@ print(*(name for name in sys.modules if name.startswith("kernels.")))
 """
     loaded = {KERNELS / f"{module.removeprefix('kernels.')}.py" for module in python(code).split()}
     assert set(sources(*systems.resolve(name).kernels)) == loaded | {KERNELS / "__init__.py"}
-
-
-@pytest.mark.parametrize(
-    ("edited", "foreign"),
-    [
-        *(
-            pytest.param(edited, foreign, marks=pytest.mark.slow)
-            for edited, foreign in (
-                ("survey", {"rigid_body", "uncertain_bodies"}),
-                ("exact", {"rigid_body", "uncertain_bodies"}),
-                ("solution", {"rigid_body", "uncertain_bodies", "twist", "tumbling", "observed_periods"}),
-                ("tumbling", {"rigid_body", "tumbling", "observed_periods"}),
-                ("symmetric_top", {"symmetric_top"}),
-                ("oscillations", {OSCILLATOR}),
-                ("measure", {"rigid_body", "uncertain_bodies", "pumped_body", OSCILLATOR}),
-            )
-        ),
-        (
-            "taylor",
-            {*systems.MODULES, OSCILLATOR},
-        ),
-    ],
-)
-def test_a_comment_in_a_kernel_makes_maps_of_its_own_systems_foreign(edited, foreign, tmp_path, monkeypatch):
-    every = {name: systems.resolve(name) for name in (*systems.MODULES, OSCILLATOR)}
-    before = {name: system.fingerprint() for name, system in every.items()}
-    copy = shutil.copytree(KERNELS, tmp_path / "kernels")
-    with (copy / f"{edited}.py").open("a") as kernel:
-        kernel.write("# another comment\n")
-    # only what is read moves; a value that was kept would hide the edit
-    monkeypatch.setattr(fingerprint, "__file__", str(copy / "fingerprint.py"))
-    monkeypatch.setattr(fingerprint, "fingerprint", fingerprint.fingerprint.__wrapped__)
-    after = {name: system.fingerprint() for name, system in every.items()}
-    assert {name for name in every if after[name] != before[name]} == foreign
 
 
 @pytest.mark.parametrize("column", [*survey.COLUMNS, *flips.COLUMNS], ids=lambda column: column.name)
