@@ -125,7 +125,7 @@ def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list,
     """Follow the motions of points until the drive has its full amplitude.
 
     Args:
-        rates: (points' numbers, states, phases) → rates and their slopes (`sweeps.mechanics.periodic.Base.mean_rates`).
+        rates: (points' numbers, states, phases) → rates and slopes (`periodic.BaseMotions.mean_rates`).
         has_jumps: the rates may jump in time, so that the harmonics fall off as a power of their order.
         period: s, shape (points,).
         sizes: of the states, shape (points, n).

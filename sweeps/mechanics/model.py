@@ -217,9 +217,9 @@ class Model:
 
     def _of_a_period(self, parameters):
         variation, parameters = self.variation, self.with_switches(parameters)
-        linear, odd = (np.array([flags]) for flags in (self.perturbed_code(True).linear, variation.odd))
+        linear, odd = (np.array([flags]) for flags in (self.perturbed_code(True).linear, variation.is_odd))
         yield "linear about an equilibrium at all times: followed with one size and from one side", linear
         yield "odd about the origin: followed from one side where it is an equilibrium", odd & ~linear
-        _, reciprocal, even = variation.proved(parameters)
+        _, reciprocal, even = variation.prove_symmetries(parameters)
         yield "Hamilton's equations, or no divergence: multipliers come in pairs μ, 1/μ", reciprocal
         yield "even in the time: about an equilibrium half a period gives the whole", even

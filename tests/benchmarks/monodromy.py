@@ -35,20 +35,20 @@ def alike(model, values) -> list[tuple]:
     """Return the base motions of points, in parts of one kind, each with the numbers of its points."""
     size = len(next(iter(values.values())))
     points = {p.name: np.full(size, p.default) for p in model.system.parameters.values()} | values
-    base = periodic.Base(model, model.parameters(points, size), np.zeros(size, dtype=int))
-    return [(which, base.chosen(which)) for which in periodic.alike(base)]
+    base = periodic.BaseMotions(model, model.parameters(points, size), np.zeros(size, dtype=int))
+    return [(which, base.select(which)) for which in periodic.groups(base)]
 
 
 def steps(part) -> int:
     """Return the steps of the first try of a certificate."""
-    return 2 * (5 * int(part.number[0]) // 8 + 1)
+    return 2 * (5 * int(part.num_segments[0]) // 8 + 1)
 
 
 def error(model, values, matrices) -> float:
     """Return the error of the matrices of the first points, shape (points, n, n), that 99 % do not exceed."""
     errors = np.empty(COMPARED)
     for which, part in alike(model, {name: x[:COMPARED] for name, x in values.items()}):
-        exact = part.varied(3 * steps(part))[0].matrix
+        exact = part.integrate_variation(3 * steps(part))[0].matrix
         found = matrices(which, part)
         errors[which] = floquet.largest(found - exact) / floquet.largest(exact)
     return float(np.quantile(errors, 0.99))
@@ -58,14 +58,14 @@ def ours(model, values) -> None:
     """Print the rates of a system: steps alone, one matrix, the blind measurement, the certificate, all columns."""
     parts, small = [part for _, part in alike(model, values)], np.full(POINTS, 1e-8)
     works = {
-        "variational flow by collocation": lambda p: p.varied(steps(p)),
-        "the same with its error, from two phases": lambda p: p.certified(),
-        "one matrix from perturbed motions": lambda p: p.followed(small[: p.period.size], periodic.STEPS),
-        "blind measurement, with errors": lambda p: p.measured(small[: p.period.size], 1e-12),
+        "variational flow by collocation": lambda p: p.integrate_variation(steps(p)),
+        "the same with its error, from two phases": lambda p: p.certify(),
+        "one matrix from perturbed motions": lambda p: p.measure_in_steps(small[: p.period.size], periodic.FIRST_STEPS),
+        "blind measurement, with errors": lambda p: p.measure(small[: p.period.size], 1e-12),
     }
     for words, work in works.items():
         print(f"{words}: {rate(lambda work=work: [work(part) for part in parts])}")
-    print("error of the flow:", error(model, values, lambda _, part: part.varied(steps(part))[0].matrix))
+    print("error of the flow:", error(model, values, lambda _, part: part.integrate_variation(steps(part))[0].matrix))
 
 
 def theirs(model, values) -> None:

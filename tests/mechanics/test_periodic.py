@@ -293,11 +293,11 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
             assert abs(trace - found["trace_theory"][i]) <= 1e-11
     assert found["status"].tolist()[4:] == [OK] * 2
     assert set(found["status"][:4].tolist()) <= {NO_PERIODIC_MOTION, NOT_FOUND}
-    base = periodic.Base(model, [frequencies, first], np.zeros(6, dtype=int))
+    base = periodic.BaseMotions(model, [frequencies, first], np.zeros(6, dtype=int))
     base.sizes[:] = base.sizes[4]  # none are known of motions that are not found
     base._polish(np.arange(6), places[:, None])
     assert base.status[:4].tolist() == [NO_PERIODIC_MOTION] * 4
-    assert (base.closed < 1e-9).tolist() == [False] * 4 + [True] * 2
+    assert (base.residual < 1e-9).tolist() == [False] * 4 + [True] * 2
 
 
 def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
@@ -419,13 +419,13 @@ def test_no_pair_of_multipliers_loses_digits_beside_a_large_one():
 def test_the_measurement_is_blind(monkeypatch):
     a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
     found = survey("mathieu", a=a, q=q)
-    right = periodic.Base.varied
+    right = periodic.BaseMotions.integrate_variation
 
     def wrong(*given):
         flow, *further = right(*given)
         return floquet.Matrices(*(1.0 + values for values in flow)), *(1.0 + values for values in further)
 
-    monkeypatch.setattr(periodic.Base, "varied", wrong)
+    monkeypatch.setattr(periodic.BaseMotions, "integrate_variation", wrong)
     other = survey("mathieu", a=a, q=q)
     assert not np.allclose(found["trace_theory"], other["trace_theory"])
     for name in found:

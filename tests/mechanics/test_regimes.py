@@ -56,9 +56,9 @@ def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
 
     model = verdicts.of_coordinates(2, build, period=sp.pi, depth=pulse or 1.0)
     parameters = [np.full(1, pulse)]
-    terms = model.variation.bounds(parameters, np.zeros((4, 1, 1)), (np.arange(32) + 0.5) / 32)[1]
+    terms = model.variation.term_bounds(parameters, np.zeros((4, 1, 1)), (np.arange(32) + 0.5) / 32)[1]
     assert not terms[:, 2, 1].any()
-    assert model.variation.acting(parameters, terms)[0, 2, 1] == (pulse > 0.0)
+    assert model.variation.coupling(parameters, terms)[0, 2, 1] == (pulse > 0.0)
 
 
 @pytest.mark.slow

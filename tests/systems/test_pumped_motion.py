@@ -205,11 +205,11 @@ def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
     given = bodies(4, 50)
     whole = equations.survey(given)
 
-    def wrong(*given, right=periodic.Base.certified):
+    def wrong(*given, right=periodic.BaseMotions.certify):
         flow, *further = right(*given)
         return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *further
 
-    monkeypatch.setattr(periodic.Base, "certified", wrong)
+    monkeypatch.setattr(periodic.BaseMotions, "certify", wrong)
     other = equations.survey(given)
     for name in whole:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):

@@ -195,7 +195,7 @@ def reference_of(system: Periodic) -> Reference:
     is shared with the generated integrators or with theory's Jacobian. Only the states of the base motion are taken
     from these, at the starts of segments that are so short that no large multiplier ruins the motion.
     """
-    from sweeps.mechanics.periodic import Base
+    from sweeps.mechanics.periodic import BaseMotions
 
     model = system.mechanism
     rates = rates_of(model.equations)
@@ -204,8 +204,13 @@ def reference_of(system: Periodic) -> Reference:
     def trace(given, slot):
         from scipy.integrate import solve_ivp
 
-        base, n = Base(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
-        T, K, steps, M = float(base.period[0]), int(max(base.count, base.pieces)[0]), 1j * STEP * np.eye(n), np.eye(n)
+        base, n = BaseMotions(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
+        T, K, steps, M = (
+            float(base.period[0]),
+            int(max(base.num_nodes, base.num_pieces)[0]),
+            1j * STEP * np.eye(n),
+            np.eye(n),
+        )
         if not T * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
@@ -216,7 +221,7 @@ def reference_of(system: Periodic) -> Reference:
         begin, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
         parameters = np.array([np.broadcast_to(p, (K, 1))[:, 0] for p in parameters])
         for k, times in enumerate(pairwise(T * np.append(begin, 1.0))):
-            y, at = [*base.nodes[0, min(k, int(base.count[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
+            y, at = [*base.nodes[0, min(k, int(base.num_nodes[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
             M = solve_ivp(both, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[n:, -1].reshape(n, n)
         return float(np.trace(M))
 
