@@ -224,14 +224,15 @@ class Polhode:
 
         from rich.console import Console
 
-        from sweeps.maps import selection, summary
+        from sweeps.maps import description, selection, summary
         from sweeps.views import textmap
 
-        ds = summary.pointwise(_whole(self._ds))
+        ds = description.pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})
-        textmap.write(console, ds, summary.summarise(ds), textmap.draw(ds, {}, console.width))
+        described = description.describe_map(ds)
+        textmap.write(console, described, summary.summarise(ds), textmap.draw(ds, described, {}, console.width))
         return written.getvalue()
 
 

@@ -11,8 +11,8 @@ from sweeps.process import progress
 from sweeps.schema.refusals import RefusedError, shortened
 
 SHOW = """\
-The map in characters is drawn at the middle of the dimensions that it does not show, or at --DIMENSION VALUE (the
-nearest grid value). The numbers above it are of the whole map.
+A grid is also drawn in characters, at the middle of the dimensions that the drawing does not show, or at
+--DIMENSION VALUE (the nearest grid value). The numbers above it are of the whole map.
 """
 
 
@@ -25,33 +25,30 @@ def add_show(commands) -> None:
 
 
 def _show(args):
-    from sweeps.maps import selection, storage, summary
+    from sweeps.maps import description, selection, storage, summary
     from sweeps.views import textmap
 
     with storage.open_map(args.map) as whole:
-        ds = summary.pointwise(whole)
+        ds = description.pointwise(whole)
         places = selection.nearest(ds, args.coordinates, "--")
-        totals = summary.summarise(ds)
+        described, totals = description.describe_map(ds), summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
-            printing.print_json(_facts(ds, totals))
+            printing.print_json(_facts(described, totals))
         else:
             console = printing.console()
-            textmap.write(console, ds, totals, textmap.draw(ds, chosen, console.width))
+            textmap.write(console, described, totals, textmap.draw(ds, described, chosen, console.width))
 
 
-def _facts(ds, totals) -> dict:
-    from sweeps.maps.summary import place
-    from sweeps.schema.boxes import dimensions
-
+def _facts(described, totals) -> dict:
     def said(worst):
-        return {"value": worst.value, "at": place(ds, worst.at), "points": worst.points}
+        return {"value": worst.value, "at": described.place(worst.at), "points": worst.points}
 
     table = {}
     for (meaning, status), number in totals.table.items():
         table.setdefault(meaning, {})[status] = number
-    facts = {name: str(ds.attrs.get(name, "")) for name in ("title", "system", "source", "content_hash")}
-    facts |= {"dimensions": dimensions(ds), "points": totals.points, "counts": totals.counts, "table": table}
+    facts = {name: str(described.attributes.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    facts |= {"dimensions": described.sizes, "points": totals.points, "counts": totals.counts, "table": table}
     facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared, "deviations": {}}
     for (reference, name), deviation in totals.deviations.items():
         entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
@@ -155,12 +152,12 @@ def add_slice(commands) -> None:
 
 
 def _slice(args):
-    from sweeps.maps import selection, storage, summary
+    from sweeps.maps import description, selection, storage
     from sweeps.shards.mapfile import write_part
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest(ds, args.coordinates, "--")
-        remaining, further = selection.left(ds, places), summary.further_dimensions(ds)
+        remaining, further = selection.left(ds, places), description.further_dimensions(ds)
         plane = [dim for dim in remaining if dim not in further]
         _check_plane(args.map, ds, plane)
         write_part(selection.at(ds, places), args.output, "slice")

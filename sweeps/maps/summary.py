@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps import systems
-from sweeps.schema.boxes import blocks, dimensions, flags
-from sweeps.schema.variables import POINT, POINT_NAME, Role, Variable, of_role
+from sweeps.maps.description import MapDescription, describe_map
+from sweeps.schema.boxes import blocks
+from sweeps.schema.variables import Role, of_role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,23 +101,24 @@ class Deviation:
 class Summary:
     """Gathers a map's numbers while it is read box by box."""
 
-    def __init__(self, ds: "xr.Dataset"):
-        self._specs, self._held = specifications(ds), tuple(ds.data_vars)
-        self._flags = {name: flags(variable) for name, variable in ds.data_vars.items() if flags(variable)}
-        self._lead, self._status = leading_flag(ds), of_role(self._specs, Role.STATUS)
+    def __init__(self, described: MapDescription):
+        self._specs, variables = described.specs, described.variables
+        self._all = tuple(variables)
+        self._flags = {name: variable.flags for name, variable in variables.items() if variable.flags}
+        self._lead, self._status = described.leading_flag, of_role(self._specs, Role.STATUS)
         #: points: how many it has; compared: how many of them the rule compares with theory; impossible: points that
         #: cannot exist
         self.points = self.compared = self.impossible = 0
         #: flag variable → meaning → number of points
         self.counts = {name: dict.fromkeys(meanings.values(), 0) for name, meanings in self._flags.items()}
-        #: of the headline (see `leading_flag`) and the status: (meaning, status) → number of points
+        #: of the headline (see `MapDescription.leading_flag`) and the status: (meaning, status) → number of points
         self.table: dict[tuple[str, str], int] = {}
-        pairs = [(r, n) for n, spec in self._specs.items() for r in spec.references if r in ds.data_vars]
+        pairs = [(r, n) for n, spec in self._specs.items() for r in spec.references if r in variables]
         #: pair (theory's flag variable, flag variable) → table [theory's meaning, meaning] of points
         lengths = {name: len(meanings) for name, meanings in self._flags.items()}
         shapes = {(r, n): (lengths[r], lengths[n]) for r, n in pairs if r in lengths and n in lengths}
         self.confusion = {pair: np.zeros(shape, np.int64) for pair, shape in shapes.items()}
-        floats = {name for name, variable in ds.data_vars.items() if variable.dtype.kind == "f"}
+        floats = {name for name, variable in variables.items() if variable.kind == "f"}
         #: variable that should be zero → its worst magnitude
         self.checks = {
             n: Worst() for n, spec in self._specs.items() if spec.role in (Role.CHECK, Role.CERTIFICATE) and n in floats
@@ -137,7 +138,7 @@ class Summary:
         existing = (name for name, spec in self._specs.items() if spec.role == Role.EXISTENCE)
         compared = (each for (r, n), d in self.deviations.items() for each in (r, n, self._specs[n].error, d.scale))
         wanted = {*self._flags, *self.checks, *existing, *compared}
-        return [name for name in self._held if name in wanted]
+        return [name for name in self._all if name in wanted]
 
     def role(self, name: str) -> Role:
         """Return the role of a variable (see `sweeps.schema.variables`)."""
@@ -201,34 +202,11 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
     return [value for value, meaning in meanings.items() if meaning == word]
 
 
-def specifications(ds: "xr.Dataset") -> dict[str, Variable]:
-    """Return the variables of a map that its system's table contains."""
-    table = systems.of_map(ds).layout().variables
-    return {name: table[name] for name in ds.data_vars if name in table}
-
-
-def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
-    """Return a map without the variables that have further dimensions at each point, and without those dimensions."""
-    return ds.drop_dims(further_dimensions(ds))
-
-
-def further_dimensions(ds: "xr.Dataset") -> set[str]:
-    """Return the dimensions that some variables have at each point, such as the multipliers of a periodic motion."""
-    return {dim for spec in specifications(ds).values() for dim in spec.over} & {*ds.dims}
-
-
-def leading_flag(ds: "xr.Dataset") -> str:
-    """Return the flag variable that describes the motion, else any flag; "" without one."""
-    lead = of_role(specifications(ds), Role.HEADLINE)
-    return lead or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
-
-
 def summarise(ds: "xr.Dataset") -> Summary:
     """Summarise a map block by block, so that it may exceed the memory."""
-    ds = pointwise(ds)
-    summary = Summary(ds)
-    sizes = dimensions(ds)
-    for box in blocks(sizes, BLOCK_POINTS):
+    described = describe_map(ds)
+    summary = Summary(described)
+    for box in blocks(described.sizes, BLOCK_POINTS):
         summary.add(box, {name: read(ds, name, box) for name in summary.names})
     return summary
 
@@ -241,14 +219,6 @@ def read(ds: "xr.Dataset", name: str, box: Mapping[str, slice]) -> np.ndarray:
     )
     lengths = iter(values.shape)
     return values.values.reshape([next(lengths) if dim in variable.dims else 1 for dim in box])
-
-
-def place(ds: "xr.Dataset", at: Mapping[str, int]) -> dict[str, float | int | str]:
-    """Return dimension → coordinate of a point given by its indices."""
-    values = {dim: ds[dim].values[i] if dim in ds.coords else i for dim, i in at.items()}
-    if POINT_NAME.name in ds.coords and POINT.name in at:
-        values[POINT_NAME.name] = ds[POINT_NAME.name].values[at[POINT.name]]
-    return {dim: v.item() if hasattr(v, "item") else v if isinstance(v, int) else str(v) for dim, v in values.items()}
 
 
 def rule(summary: Summary) -> str:

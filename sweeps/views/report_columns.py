@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sweeps.maps.description import MapDescription
+from sweeps.maps.summary import Summary, read
+from sweeps.schema.boxes import blocks
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -35,9 +39,33 @@ class PageColumn:
     exact: bool = False  #: whether the page has its numbers as they are, because it works with them
 
 
-def is_number(variable: "xr.DataArray") -> bool:
-    """Return True if a variable is a column of real numbers, flags or booleans."""
-    return variable.dtype.kind in "fiub"
+def gather(ds: "xr.Dataset", described: MapDescription) -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Read a map once.
+
+    Returns:
+        Its totals, the columns at the points that a page can hold at most, and the indices kept along each dimension.
+    """
+    kept = thinned(described.sizes, described.real_dimensions, MOST_POINTS)
+    shapes = {name: [len(kept[d]) if d in one.dims else 1 for d in kept] for name, one in described.columns.items()}
+    columns = {name: np.empty(shape, ds[name].dtype) for name, shape in shapes.items()}
+    summary = Summary(described)
+    for box in blocks(described.sizes, BLOCK_POINTS):
+        values = {name: read(ds, name, box) for name in columns}
+        summary.add(box, {name: column for name, column in values.items() if name in described.variables})
+        for name, column in columns.items():
+            _keep(column, values[name], box, kept)
+    return summary, columns, kept
+
+
+def _keep(column: np.ndarray, values: np.ndarray, box: Mapping[str, slice], kept: Mapping[str, np.ndarray]) -> None:
+    """Add the kept points of one column in one box, as `read` returns them."""
+    into = []
+    for k, (dim, indices) in enumerate(kept.items()):
+        inside, place = within(box[dim], indices)
+        is_constant = values.shape[k] == 1 and column.shape[k] == 1
+        values = values if is_constant else np.take(values, inside, axis=k)
+        into.append(slice(None) if is_constant else place)
+    column[tuple(into)] = values
 
 
 def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str, np.ndarray]:
@@ -62,26 +90,34 @@ def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
     return kept[low:high] - box.start, slice(low, high)
 
 
-class Gatherer:
-    """Gathers the kept points of each column while a map is read box by box."""
+def fewer(
+    described: MapDescription, columns: Mapping[str, np.ndarray], kept: Mapping[str, np.ndarray], points: int
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return columns and kept indices thinned to at most so many points."""
+    chosen = thinned({dim: len(indices) for dim, indices in kept.items()}, described.real_dimensions, points)
+    columns = dict(columns)
+    for name, values in columns.items():
+        for k, indices in enumerate(chosen.values()):
+            if values.shape[k] > 1:
+                values = np.take(values, indices, axis=k)
+        columns[name] = values
+    return columns, {dim: kept[dim][indices] for dim, indices in chosen.items()}
 
-    def __init__(self, ds: "xr.Dataset", names, kept: Mapping[str, np.ndarray]):
-        self.kept = kept
-        self.columns = {}
-        for name in names:
-            shape = [len(kept[d]) if d in ds[name].dims else 1 for d in kept]
-            self.columns[name] = np.empty(shape, ds[name].dtype)
 
-    def add(self, box: Mapping[str, slice], name: str, values: np.ndarray) -> None:
-        """Add the kept points of one column in one box, as `read` returns them."""
-        target = self.columns[name]
-        source, into = values, []
-        for k, (dim, kept) in enumerate(self.kept.items()):
-            inside, place = within(box[dim], kept)
-            whole = values.shape[k] == 1 and target.shape[k] == 1
-            source = source if whole else np.take(source, inside, axis=k)
-            into.append(slice(None) if whole else place)
-        target[tuple(into)] = source
+def scaling_laws(
+    described: MapDescription, columns: Mapping[str, np.ndarray], kept: Mapping[str, np.ndarray]
+) -> list[PageColumn]:
+    """Return columns without the dimensions along which they only scale; coordinates keep their exact values."""
+    scales = {dim: _scale(described, dim, indices) for dim, indices in kept.items()}
+    return [reduced(name, values, scales, name in described.coordinates) for name, values in columns.items()]
+
+
+def _scale(described: MapDescription, dim: str, indices: np.ndarray) -> np.ndarray | None:
+    """Return magnitudes of a dimension's values; None for a dimension along which no law can hold."""
+    if dim not in described.real_dimensions:
+        return None
+    values = np.abs(described.coordinates[dim].values[indices])
+    return values if np.isfinite(values).all() and (values > 1e-100).all() and (values < 1e100).all() else None
 
 
 def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None], exact: bool = False) -> PageColumn:

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.text import Text
 
-from sweeps import systems
 from sweeps.figure.printing import table
+from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, in_words
-from sweeps.maps.summary import Deviation, Summary, leading_flag, place, rule, share
-from sweeps.schema.boxes import along, dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.maps.summary import Deviation, Summary, rule, share
+from sweeps.schema.boxes import along
 from sweeps.schema.refusals import shortened
+from sweeps.schema.variables import POINT
 from sweeps.systems.presentation.look import Look
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 24
 NARROWEST = 4
-MOST_POINTS = 2**18  # of a cloud
-EMPTY = None  # in place of a flag, where a cloud has no point
 
 
 @dataclass(frozen=True)
@@ -47,21 +46,20 @@ class TextMap:
     colors: dict[str, str]  #: character → colour, "" where it has none
 
 
-def write(console: "Console", ds: "xr.Dataset", totals: Summary, drawn: TextMap | None) -> None:
+def write(console: "Console", described: MapDescription, totals: Summary, drawn: TextMap | None) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
-    look = systems.presentation_of(ds).look
-    sizes = dimensions(ds)
-    console.print(f"{ds.attrs.get('title', '')}", style="bold")
-    console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in sizes.items())}")
+    look = described.presentation.look
+    console.print(described.title, style="bold")
+    console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in described.sizes.items())}")
     console.print()
     if totals.table:
-        console.print(_counts(totals, leading_flag(ds), look))
+        console.print(_counts(totals, described.leading_flag, look))
     for name, number in totals.unlike.items():
         console.print(f"{name} differs from theory at {number:,} of {totals.points:,} points")
     if totals.impossible:
         console.print(f"physically impossible: {totals.impossible:,} points")
     console.print()
-    worst = _worst(ds, totals, {dim for dim, size in sizes.items() if size > 1})
+    worst = _worst(described, totals)
     if worst.row_count:
         console.print(worst)
     if totals.deviations:
@@ -82,17 +80,14 @@ def _counts(totals: Summary, lead: str, look: Look) -> "Table":
     return made
 
 
-def _worst(ds: "xr.Dataset", totals: Summary, dims: set[str]) -> "Table":
+def _worst(described: MapDescription, totals: Summary) -> "Table":
     made = table("worst", "value", "where", right=(1,))
     rows = [(_against(deviation), deviation.worst) for deviation in totals.deviations.values()]
     at_zero = [(f"{d.name} over its error, {d.reference} 0", d.worst_at_zero) for d in totals.deviations.values()]
     for name, worst in (*rows, *at_zero, *totals.checks.items()):
         if worst.points:
-            where = ", ".join(
-                f"{dim} {in_words(value)}"
-                for dim, value in place(ds, worst.at).items()
-                if dim in dims or dim not in ds.sizes
-            )
+            at = {dim: value for dim, value in described.place(worst.at).items() if described.sizes.get(dim) != 1}
+            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in at.items())
             made.add_row(name, f"{worst.value:.2g}", where)
     return made
 
@@ -129,34 +124,34 @@ def _print_map(console: "Console", drawn: TextMap, look: Look) -> None:
             console.print(f"{mark.words}; {mark.more}", style="dim")
 
 
-def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap | None:
-    """Draw the leading flag over two dimensions, one panel per spin axis or mode; return None where impossible.
+def draw(ds: "xr.Dataset", described: MapDescription, places: dict[str, Place], width: int = 80) -> TextMap | None:
+    """Draw the leading flag over two dimensions, one panel per spin axis or mode.
 
-    Names (of bodies, of equilibria) stand upwards; of numbers, the two dimensions that are longest make the plane. Of
-    points that are drawn or listed, the first two coordinates do, and each cell has the flag of most points in it.
-    Equal panels, as those of the eigenvalues of one regime, are one.
+    Names (of bodies, of equilibria) are along the vertical; of numbers, the two longest dimensions make the plane.
+    Equal panels, as those of the eigenvalues of one regime, are one. Return None for a map without a flag or a plane,
+    and for sampled and listed points.
 
     Args:
         ds: a map.
+        described: its description.
         places: where to stand along other dimensions; those not given stand in their middle.
         width: characters in a line.
     """
-    flag = leading_flag(ds)
-    sizes = {dim: size for dim, size in dimensions(ds).items() if size > 1 and dim not in places}
-    whole = (dim for dim in sizes if ds[dim].dtype.kind in "iu" and dim != "point" and len(sizes) > 1)
-    beside = next(whole, None)
-    count = sizes.pop(beside) if beside else 1
-    drawn = sizes and flag and (_Cloud.of(ds) if "point" in sizes else _Grid(ds, sizes))
-    if not drawn:
+    flag = described.leading_flag
+    sizes = {dim: size for dim, size in described.sizes.items() if size > 1 and dim not in places}
+    if not (sizes and flag) or POINT.name in sizes:
         return None
-    fixed = {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*drawn.over, beside)}
+    beside = next((dim for dim in sizes if ds[dim].dtype.kind in "iu" and len(sizes) > 1), None)
+    count = sizes.pop(beside) if beside else 1
+    drawn = _Grid(ds, sizes)
+    fixed = {dim: (n - 1) // 2 for dim, n in described.sizes.items() if dim not in (drawn.x, drawn.y, beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
     names = [f"{beside} {value}" for value in ds[beside].values] if beside else [""]
     if beside and not np.ptp(values.values, axis=values.dims.index(beside)).any():  # a regime is one of all eigenvalues
         values, names, count = values.isel({beside: 0}), [f"{names[0]} … {ds[beside].values[-1]}"], 1
     room = max(NARROWEST, (width - drawn.label_width() - 2 * (count - 1)) // count)
-    look, meanings = systems.presentation_of(ds).look, flags(ds[flag])
+    look, meanings = described.presentation.look, described.variables[flag].flags
     glyphs = _glyphs(meanings, look)
     panels = []
     for number in range(count):
@@ -165,17 +160,15 @@ def draw(ds: "xr.Dataset", places: dict[str, Place], width: int = 80) -> TextMap
         panels.append(Panel(names[number], list(zip(labels, rows, strict=True)), drawn.ends))
     occurs = {character for panel in panels for _, row in panel.rows for character in row}
     legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
-    at = {dim: ds[dim].values[i] for dim, i in fixed.items() if dimensions(ds)[dim] > 1}
-    at = {dim: value.item() if hasattr(value, "item") else str(value) for dim, value in at.items()}
+    at = described.place({dim: i for dim, i in fixed.items() if described.sizes[dim] > 1})
     tints = {glyph: look.color(meaning) for glyph, meaning in legend.items()}
     return TextMap(flag, drawn.x, drawn.y, at, panels, legend, tints)
 
 
-def _glyphs(meanings: dict[int, str], look: Look) -> dict[int | None, str]:
+def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
     """Return flag → its character; a letter for those without one of their own."""
     marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
-    glyphs = {v: mark.glyph if mark else chr(ord("a") + k % 26) for k, (v, mark) in enumerate(marks.items())}
-    return glyphs | {EMPTY: " "}
+    return {value: mark.glyph if mark else chr(ord("a") + k % 26) for k, (value, mark) in enumerate(marks.items())}
 
 
 class _Grid:
@@ -186,7 +179,6 @@ class _Grid:
         self.names = [dim for dim in sizes if ds[dim].dtype.kind in "OU"]
         self.y = self.names[0] if self.names else longest[:2][-1]
         self.x = next((dim for dim in longest if dim != self.y), "")
-        self.over = (self.x, self.y)
         self.labels = [_short(value) for value in ds[self.y].values]
         self.ends = tuple(in_words(ds[self.x].values[i].item()) for i in (0, -1)) if self.x else ("", "")
 
@@ -200,50 +192,6 @@ class _Grid:
         rows, columns = _few(numbers.shape[0], MOST_ROWS), _few(numbers.shape[1], room)
         rows = rows if self.names else rows[::-1]
         return [self.labels[i] for i in rows], numbers[np.ix_(rows, columns)].tolist()
-
-
-class _Cloud:
-    """Points over the first two of their coordinates that vary; each cell has the flag of most points in it."""
-
-    over = ("point",)
-
-    def __init__(self, ds: "xr.Dataset", names: list[str], stride: int):
-        self.x, self.y = (*names, "points")[:2]
-        self.stride = stride
-        self.sides = [ds[name].values[::stride] for name in names]
-        self.ends, *others = ((in_words(float(side.min())), in_words(float(side.max()))) for side in self.sides)
-        self.ends_upwards = others[0] if others else ("",)
-
-    @classmethod
-    def of(cls, ds: "xr.Dataset") -> "_Cloud | None":
-        """Return the cloud of a map's points; None where no coordinate varies."""
-        stride = -(-ds.sizes["point"] // MOST_POINTS)
-        names = [name for name in own_of_points(ds) if np.ptp(ds[name].values[::stride]) > 0][:2]
-        return cls(ds, names, stride) if names else None
-
-    def label_width(self) -> int:
-        """Return the characters beside the rows."""
-        return max(map(len, self.ends_upwards)) + 1
-
-    def cells(self, values: "xr.DataArray", room: int) -> tuple[list[str], list[list[int | None]]]:
-        """Return labels and flags of the rows from the top."""
-        flag, upwards = values.values.reshape(-1)[:: self.stride], self.ends_upwards
-        shape = (MOST_ROWS if len(self.sides) > 1 else 1, room)
-        x, y = (*map(_shares, self.sides), np.zeros(flag.size))[:2]
-        at = [np.minimum((share * n).astype(int), n - 1) for share, n in zip((y, x), shape, strict=True)]
-        kinds = np.unique(flag)
-        counts = np.array(
-            [np.bincount(np.ravel_multi_index(at, shape)[flag == k], minlength=room * shape[0]) for k in kinds]
-        )
-        most = np.where(counts.any(axis=0), kinds[counts.argmax(axis=0)].astype(object), EMPTY)
-        labels = [upwards[-1], *[""] * (shape[0] - 2), upwards[0]][: shape[0]]
-        return labels, most.reshape(shape)[::-1].tolist()
-
-
-def _shares(values: np.ndarray) -> np.ndarray:
-    """Return where each value stands between the least (0) and the greatest (1), by ratio where that is more even."""
-    values = np.log(values) if spreads_by_ratio(values) else values
-    return (values - values.min()) / np.ptp(values)
 
 
 def _few(size: int, most: int) -> list[int]:

@@ -6,13 +6,14 @@ from maps import BODIES, DEFINITION, TOP
 import sweeps
 from sweeps import systems
 from sweeps.maps import storage, summary, verify
+from sweeps.maps.description import describe_map
 from sweeps.maps.selection import nearest
 from sweeps.schema.boxes import blocks, dimensions
 from sweeps.systems.presentation import agreement
 from sweeps.systems.presentation.look import Compared
 from sweeps.systems.relative_equilibrium.system import REGIMES
 from sweeps.systems.rigid_body.presentation.look import LOOK
-from sweeps.views import report, textmap
+from sweeps.views import report_columns, textmap
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +87,7 @@ def test_show_and_report_say_the_same_of_one_map(ds):
     bad["status"][0, 0, 0, 0, 0, 0] = 2
     bad["omega_squared"][0, 0, 0, 0, 0, 0] *= 1.5
     shown = summary.summarise(bad)
-    reported, _, _ = report._gather(bad)
+    reported, _, _ = report_columns.gather(bad, describe_map(bad))
     pair = ("omega_squared_theory", "omega_squared")
     assert shown.deviations[pair].worst == reported.deviations[pair].worst
     assert shown.deviations[pair].worst.value < 1e-2
@@ -101,12 +102,12 @@ def test_flat_bodies_exist():
 
 
 def test_a_map_without_regimes_leads_with_what_it_has():
-    assert summary.leading_flag(sweeps.survey(TOP)) == "sense"
+    assert describe_map(sweeps.survey(TOP)).leading_flag == "sense"
 
 
 def test_characters_are_the_regimes(ds):
     places = nearest(ds, {"omega0": "1", "epsilon": "1e-6"})
-    drawn = textmap.draw(ds, {dim: places[dim] for dim in ("omega0", "epsilon")})
+    drawn = textmap.draw(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
     assert (drawn.x, drawn.y, [panel.title for panel in drawn.panels]) == ("I1", "I2", ["axis 1", "axis 2", "axis 3"])
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
     names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
@@ -122,7 +123,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
         {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 201}, "I2": [0.9, 1.1], "I3": 1.0, "omega0": 1.0}}
     )
     for width in (40, 80, 200):
-        drawn = textmap.draw(ds, {}, width)
+        drawn = textmap.draw(ds, describe_map(ds), {}, width)
         line = "  ".join(panel.rows[0][1] for panel in drawn.panels)
         assert len(line) + len(drawn.panels[0].rows[0][0]) + 1 <= width
         assert drawn.panels[0].ends == ("0.5", "1.5")
@@ -130,7 +131,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
 
 def test_equal_panels_are_one(ds):
     alike = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
-    drawn, whole = textmap.draw(alike, {}), textmap.draw(ds, {})
+    drawn, whole = textmap.draw(alike, describe_map(alike), {}), textmap.draw(ds, describe_map(ds), {})
     assert [panel.title for panel in drawn.panels] == ["axis 1 … 3"]
     assert drawn.panels[0].rows == whole.panels[1].rows
 

@@ -15,9 +15,15 @@ from report_pages import HOSTILE, PLANE, data_of, hostile, written
 import sweeps
 from sweeps import systems
 from sweeps.maps import summary as maps_summary
+from sweeps.maps.description import describe_map
 from sweeps.systems.presentation.moving import equations
 from sweeps.systems.uncertain_bodies.presentation import page as drawn
 from sweeps.views import plotly, report, report_columns
+
+
+def gathered(ds):
+    """The totals of a map, its columns, and the indices kept along each dimension."""
+    return report_columns.gather(ds, describe_map(ds))
 
 
 def unpacked(column, ds, kept):
@@ -36,20 +42,16 @@ def unpacked(column, ds, kept):
 @pytest.mark.parametrize(("bits", "tolerance"), [(53, 3e-11), (24, 6e-8), (15, 2.0**-15)])
 def test_packed_columns_hold_the_map(plane, bits, tolerance):
     """3e-11: laws are believed to 1e-11 each, along at most three dimensions; else half a unit of the last bit."""
-    _, columns, kept = report._gather(plane)
-    scales = {dim: report._scale(plane, dim, indices) for dim, indices in kept.items()}
-    for name, values in columns.items():
-        packed = report_columns.pack(report_columns.reduced(name, values, scales), bits)
-        np.testing.assert_allclose(
-            unpacked(packed, plane, kept), plane[name].values, rtol=tolerance + 1e-11, err_msg=name
-        )
+    _, columns, kept = gathered(plane)
+    for column in report_columns.scaling_laws(describe_map(plane), columns, kept):
+        numbers = unpacked(report_columns.pack(column, bits), plane, kept)
+        np.testing.assert_allclose(numbers, plane[column.name].values, rtol=tolerance + 1e-11, err_msg=column.name)
 
 
 def test_scaling_laws_are_those_of_the_physics(plane):
     """The rate's square goes as the spin rate's square, a time as its inverse; the triangle knows no axis."""
-    _, columns, kept = report._gather(plane)
-    scales = {dim: report._scale(plane, dim, indices) for dim, indices in kept.items()}
-    laws = {name: report_columns.reduced(name, values, scales).powers for name, values in columns.items()}
+    _, columns, kept = gathered(plane)
+    laws = {one.name: one.powers for one in report_columns.scaling_laws(describe_map(plane), columns, kept)}
     assert laws["omega_squared"]["omega0"] == -2
     assert laws["window_end"]["omega0"] == 1
     assert laws["triangle_margin"] == {"axis": 0, "omega0": 0}
@@ -113,7 +115,7 @@ def test_a_limit_that_no_point_meets_is_refused(plane, tmp_path):
 
 
 def test_deviations_from_theory_are_those_of_the_map(plane):
-    summary, _, _ = report._gather(plane)
+    summary, _, _ = gathered(plane)
     agreement = summary.deviations["omega_squared_theory", "omega_squared"]
     theory, measured = plane.omega_squared_theory.values, plane.omega_squared.values
     same = (plane.regime.values == plane.regime_theory.values) & (plane.regime.values != 3)
