@@ -18,14 +18,16 @@ papers use: 1/f for SAM, 1/f_d for LAM.
 *Start.* The energy is given as ``E = 2T I_3/L^2`` with :math:`I_1\le I_2\le I_3`, from 1 (spin about axis 3) to I_3/I_1
 (about axis 1); SAM where E < I_3/I_2. The motion starts at L_2 = 0, in units of L/I_3 = 1.
 
-*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.taylor`).
-P_psi is the time until L_2 vanishes for the second time, found by Newton's method on the last step; which axis is
-encircled is seen from the component that has kept its sign; the turn about L in that time is the angle of the fixed
-vector seen from the axis d, and of the steps' angles the sum gives its windings alone: thousands of nearly equal ones
-round alike. A second run with other steps gives the error: three
-times the difference, and what rounding grows to between the slowest and the fastest place of the polhode. Neither
-closed form nor mode is asked for. Where rounding alone moves a period by a tenth, the motion is on the separatrix for
-all that can be seen.
+*Measuring.* L_2 rises from 0 at the start; P_psi is the time until it rises through 0 again (:mod:`kernels.events`).
+The encircled axis is the one whose component has kept its sign. Axis 1 goes round L by the angle Phi_1 meanwhile, at a
+rate between L/I_3 and L/I_2 in either mode, and in SAM axis 3 by 2 pi more:
+
+.. math:: P_\phi = 2\pi P_\psi/\Phi_1, \qquad
+          1/f_d = 2\pi P_\psi/(\Phi_1 + 2\pi) \;(\text{SAM}), \quad 1/f_d = P_\phi \;(\text{LAM})
+
+A first run with longer steps gives the error: three times the difference, and what rounding grows to between the
+slowest and the fastest place of the polhode. Neither closed form nor mode is used. If rounding alone moves a period by
+a tenth, the motion is reported as on the separatrix.
 
 Source: Landau and Lifshitz, Mechanics, section 37; Samarasinha and A'Hearn, Icarus 93 (1991) 194, and Kaasalainen,
 Astronomy and Astrophysics 376 (2001) 302, for the modes and the names. The single integral is derived in
@@ -36,16 +38,17 @@ import math
 
 import numpy as np
 
-from kernels import attitude, direct, elliptic, solution
+from kernels import attitude, elliptic, events, solution
+from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.elliptic import climb, ladder
-from kernels.jit import INNER, OPTIONS, njit
-from kernels.rigid_body import relabel
-from kernels.taylor import carry_12
+from kernels.events import B, row
+from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 
 IMPOSSIBLE, SAM, LAM, SEPARATRIX, PRINCIPAL = range(-1, 4)
-MOST_STEPS = 200_000
 EPSILON = float(np.finfo(np.float64).eps)
+TWO_PI = 2.0 * math.pi
+STEPS_IN_A_PERIOD = 100.0  # The steps' error stays below the tolerance over so many of them, a typical number.
 LOST = 0.1  # share of a period that rounding moves it by: on the separatrix for all that can be seen
 NEAR = 8.0 * EPSILON  # of the greater term of L^2 - 2T I_mid: rounding of the start makes as much
 
@@ -173,134 +176,83 @@ def fill_exact(I1, I2, I3, energy, modes, out):
 
 
 @njit(**INNER)
-def _step_length(c1, c2, c3, size, tolerance):
-    """Return the step, in units of I3/L, whose error in some hundred steps of G_12(1) x^13 is a tenth of tolerance."""
-    x = (tolerance / (1000.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
-    return min(x, 0.25) / (size * max(1.0, abs(c1), abs(c2), abs(c3)))
+def _start_lane(S, lane, bodies, i, step):
+    """Put a lane at the start of body i, to run for a period; not if w is constant or the energy impossible."""
+    I1, I2, I3, energy = bodies
+    moments = scaled(I1[i], I2[i], I3[i])
+    omega = start(*moments, energy[i])
+    c1, c2, c3 = solution.coefficients(*moments)
+    rate = math.hypot(omega[0], omega[2]) * max(1.0, abs(c1), abs(c2), abs(c3))
+    events.start(S, lane, moments, omega, (0.0, 1.0, 0.0), step / rate)
+    S[row.due_b + lane] = events.PERIOD
+    is_steady = solution.is_stationary((c1, c2, c3), omega)
+    S[row.active + lane] = 0.0 if is_steady or not possible(moments[0] / moments[2], energy[i]) else 1.0
 
 
 @njit(**INNER)
-def _heading(m, n, axis):
-    """Return cosine and sine, to a positive factor, of psi about ``axis`` (1 or 3): of the space-fixed vector.
+def _period(S, crossings, lane):
+    """Return the period of w, by how much axis 1 has gone round L in it (rad), and the encircled axis.
 
-    The shortest arc from m to the axis e takes a vector n at right angles to m to ``n - n_e (m + e)/(1 + m_e)``, and
-    psi is minus its azimuth in the plane of the two other axes. The end of the axis is the one that m is nearer to.
+    That is 3 or 1, whose component of w has kept its sign; 0 if both or neither have, or if the period did not end.
+    Axis 2, at right angles to L at the start as at the end, gives the angle but for whole turns; the half turns of
+    axis 1 were counted.
     """
-    m_e, m_j, m_k = relabel(*m, axis)
-    n_e, n_j, n_k = relabel(*n, axis)
-    side = 1.0 if m_e >= 0.0 else -1.0
-    bend = n_e * side / (1.0 + abs(m_e))
-    return n_j - bend * m_j, -side * (n_k - bend * m_k)
+    a, b, c = events.omega_at(crossings, B, lane)
+    x, y, z = events.vector_at(crossings, B, lane)
+    L1, L2, L3 = S[row.Ia + lane] * a, S[row.Ib + lane] * b, S[row.Ic + lane] * c
+    angle = math.atan2(L3 * x - L1 * z, math.sqrt(L1 * L1 + L2 * L2 + L3 * L3) * y)
+    turns = np.round((math.pi * S[row.changes_azimuth + lane] - angle) / TWO_PI)
+    keeps_1, keeps_3 = S[row.changes_a + lane] == 0.0, S[row.changes_c + lane] == 0.0
+    period = crossings[B, events.TIME, lane]
+    axis = 0 if keeps_1 == keeps_3 or math.isnan(period) else (3 if keeps_3 else 1)
+    return period, angle + TWO_PI * turns, axis
 
 
 @njit(**INNER)
-def _turned(c0, s0, c1, s1):
-    """Return angle from one heading to the next, in (-pi, pi]."""
-    return math.atan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)
-
-
-@njit(**INNER)
-def _whole_turn(roughly, c0, s0, c1, s1):
-    """Return the angle from the first heading to the last, of which a sum of many small ones knows the windings."""
-    rest = _turned(c0, s0, c1, s1)
-    return rest + 2.0 * math.pi * round((roughly - rest) / (2.0 * math.pi))
-
-
-@njit(**OPTIONS)
-def follow(moments, omega, h):
-    """Follow a start with w2 = 0 through one period of w; moments ascending, all near one.
-
-    Returns:
-        period (float): Time until w2 vanishes for the second time; NaN where it has not after MOST_STEPS.
-        turn (float): psi's growth in it, rad, about the axis that kept its sign.
-        encircled (int): That axis: 3 or 1, or 0 where both or neither kept theirs.
-        growth (float): Ratio of the fastest to the slowest change of w on the way.
-    """
-    I1, I2, I3 = moments
-    w1, w2, w3 = omega
-    k1, k2, k3 = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
-    a, b, c, x, y, z = w1, w2, w3, 0.0, 1.0, 0.0
-    kept1, kept3, zeros = True, True, 0
-    about1, about3 = 0.0, 0.0
-    slowest, fastest = math.inf, 0.0
-    L = math.sqrt((I1 * a) ** 2 + (I2 * b) ** 2 + (I3 * c) ** 2)
-    m, n = (I1 * a / L, 0.0, I3 * c / L), (x, y, z)
-    p1, q1 = _heading(m, n, 1)
-    p3, q3 = _heading(m, n, 3)
-    first1, first3 = (p1, q1), (p3, q3)
-    for k in range(MOST_STEPS):
-        a0, b0, c0, x0, y0, z0 = a, b, c, x, y, z
-        speed = (k1 * b * c) ** 2 + (k2 * c * a) ** 2 + (k3 * a * b) ** 2
-        slowest, fastest = min(slowest, speed), max(fastest, speed)
-        a, b, c, x, y, z = carry_12(a, b, c, x, y, z, k1, k2, k3, h)
-        share = 1.0
-        last = False
-        if k > 0 and (b0 > 0.0) != (b > 0.0):
-            zeros += 1
-            if zeros == 2:
-                last = True
-                share = b0 / (b0 - b)
-                for _ in range(6):
-                    a, b, c, x, y, z = carry_12(a0, b0, c0, x0, y0, z0, k1 * share, k2 * share, k3 * share, h * share)
-                    share -= b / (k2 * c * a)
-        kept1 &= a * w1 > 0.0
-        kept3 &= c * w3 > 0.0
-        m, n = (I1 * a / L, I2 * b / L, I3 * c / L), (x, y, z)
-        r1, s1 = _heading(m, n, 1)
-        r3, s3 = _heading(m, n, 3)
-        about1 += _turned(p1, q1, r1, s1)
-        about3 += _turned(p3, q3, r3, s3)
-        p1, q1, p3, q3 = r1, s1, r3, s3
-        if last:
-            axis = (3 if kept3 else 1) if kept1 != kept3 else 0
-            turn = _whole_turn(about3, *first3, p3, q3) if axis == 3 else _whole_turn(about1, *first1, p1, q1)
-            return (k + share) * h, turn, axis, math.sqrt(fastest / slowest)
-    return math.nan, math.nan, 0, math.nan
-
-
-@njit(**INNER)
-def _phi(period, turn, axis):
-    """Return the periods about L of the long axis and of the encircled one, from one period of w and psi's turn."""
-    encircled = 2.0 * math.pi * period / (turn + (2.0 * math.pi if axis == 3 else -2.0 * math.pi))
-    return (2.0 * math.pi * period / turn if axis == 3 else encircled), encircled
-
-
-@njit(**OPTIONS)
-def measure_one(I1, I2, I3, energy, tolerance, out):
-    """Write periods as PERIODS and their errors, measured from two runs, in units of I3/L; return the mode."""
-    out[:] = math.nan
-    w1, w2, w3 = start(I1, I2, I3, energy)
-    if not possible(I1 / I3, energy):
+def _write(S, crossings, lane, energy, out):
+    """Write PERIODS of a lane's run, and their errors from those of a coarser run in ``out``; return the mode."""
+    if not possible(S[row.Ia + lane] / S[row.Ic + lane], energy):
         return IMPOSSIBLE
-    c = solution.coefficients(I1, I2, I3)
-    if solution.is_stationary(c, (w1, w2, w3)):
+    if S[row.steps + lane] == 0.0:
         return PRINCIPAL
-    h = _step_length(*c, math.hypot(w1, w3), tolerance)
-    period, turn, axis, growth = follow((I1, I2, I3), (w1, w2, w3), h)
-    other, other_turn, other_axis, _ = follow((I1, I2, I3), (w1, w2, w3), 0.71 * h)
+    period, turn, axis = _period(S, crossings, lane)
     # rounding moves the state to a neighbouring polhode, which near the separatrix has another period: of the turn
     # about L, which goes on at the rate 2T/L while w stands still, most of that takes no share
-    rounding = 8.0 * EPSILON * (4.0 + math.sqrt(period / h))
-    share = rounding * (1.0 + growth * growth / min(period, SLOW))
-    if axis == 0 or axis != other_axis or not share < LOST:
+    rounding = 8.0 * EPSILON * (4.0 + math.sqrt(S[row.steps + lane]))
+    share = rounding * (1.0 + S[row.fastest + lane] / S[row.slowest + lane] / min(period, SLOW))
+    if axis == 0 or not share < LOST:
         return SEPARATRIX
-    about = rounding + share * (0.05 + abs(1.0 - energy * period / turn))
-    if axis == 1:
-        about *= max(1.0, turn / abs(turn - 2.0 * math.pi))
-    out[0], out[3] = period, 3.0 * abs(period - other) + share * period
-    out[1], out[2] = _phi(period, turn, axis)
-    other_long, other_encircled = _phi(other, other_turn, axis)
-    out[4] = 3.0 * abs(out[1] - other_long) + about * abs(out[1])
-    out[5] = 3.0 * abs(out[2] - other_encircled) + about * abs(out[2])
+    along, encircled = (turn, turn + TWO_PI) if axis == 3 else (turn + TWO_PI, turn)
+    about = (rounding + share * (0.05 + abs(1.0 - energy * period / along))) * max(1.0, along / encircled)
+    values = period, TWO_PI * period / turn, TWO_PI * period / encircled
+    for k in range(3):
+        error = 3.0 * abs(values[k] - out[k]) + (share if k == 0 else about) * abs(values[k])
+        out[k], out[k + 3] = values[k], error
     return SAM if axis == 3 else LAM
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(bodies, tolerance, modes, out):
-    """Fill measured modes, and ``out`` (6, n) with PERIODS and their errors, in units of I3/L."""
-    I1, I2, I3, energy = bodies
-    for i in range(I1.size):
-        modes[i] = measure_one(*scaled(I1[i], I2[i], I3[i]), energy[i], tolerance, out[:, i])
+def fill(bodies, order, tolerance, modes, out):
+    """Fill measured modes, and ``out`` (6, n) with PERIODS and their errors, in units of I3/L; NaN where missing.
+
+    Bodies are taken W at a time in the given order, which changes no result: best those of like periods together.
+    """
+    whole_vectors()
+    S, crossings = events.new_block()
+    step = events.largest_step(STEPS_IN_A_PERIOD, tolerance)
+    for first in range(0, order.size, W):
+        points = order[first : first + W]
+        for is_finer in (False, True):
+            for lane in range(W):
+                i = points[min(lane, points.size - 1)]
+                _start_lane(S, lane, bodies, i, events.FINER * step if is_finer else step)
+            events.follow(S, crossings, True)
+            for lane, i in enumerate(points):
+                mode = _write(S, crossings, lane, bodies[3][i], out[:, i])
+                modes[i] = mode if mode == modes[i] or not is_finer else SEPARATRIX
+        for i in points:
+            if modes[i] != SAM and modes[i] != LAM:
+                out[:, i] = math.nan
 
 
 def survey(points, tolerance, measured=True):
@@ -324,7 +276,7 @@ def survey(points, tolerance, measured=True):
     columns = {"mode_exact": modes} | {f"{name}_exact": out[k] / omega0 for k, name in enumerate(PERIODS)}
     if measured:
         seen, periods_seen = np.empty(energy.size, dtype=np.int8), np.empty((6, energy.size))
-        fill(bodies, tolerance, seen, periods_seen)
+        fill(bodies, np.argsort(out[0]), tolerance, seen, periods_seen)
         names = (*PERIODS, *(f"{name}_error" for name in PERIODS))
         columns |= {"mode": seen} | dict(zip(names, periods_seen / omega0, strict=True))
     return columns

@@ -19,10 +19,9 @@ the growth rate about axis 2 in units of the spin. On the separatrix (c = 0) a r
 
 so the defect from half a turn, 2 eps, falls with :math:`e^{-\pi\sigma/\omega_0}`.
 
-*Measuring.* The direct integrator carries the angular velocity and one vector fixed in space (:mod:`kernels.taylor`);
-phi is the handle's azimuth against it. Its return is found by Newton's method on the last step. chi is unwound by its
-crossings on the way. A second run with other steps gives the error: three times the difference, and what rounding grows
-to, the ratio of the fastest to the slowest change of w on the way.
+*Measuring.* The handle's azimuth phi is followed until it has grown by 2 pi (:mod:`kernels.events`); chi is unwound by
+its crossings on the way. A first run with longer steps gives the error: three times the difference, and what rounding
+grows to, the ratio of the fastest to the slowest change of w on the way.
 
 *Exactly.* The same angle from the closed form of :mod:`kernels.attitude`, whose phi is searched to rounding. The two
 share no code but the start.
@@ -35,24 +34,19 @@ import math
 
 import numpy as np
 
-from kernels import attitude, direct, elliptic, solution
+from kernels import attitude, elliptic, events, solution
 from kernels.blocks import W
 from kernels.columns import arrays
+from kernels.events import AZIMUTH, row
 from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 from kernels.rigid_body import relabel
-from kernels.taylor import carry_12
 
 EPSILON = float(np.finfo(np.float64).eps)
 TWO_PI = 2.0 * math.pi
-MOST_STEPS = 100_000
-MOST_STRIDES = 10_000  # half turns of the closed form: only impossible bodies need more than four
-ARRIVED = 1e-9  # rad that a turn may be off by when the closed form's search has ended
+STEPS_IN_A_TURN = 30.0  # The steps' error stays below the tolerance over so many of them, a typical number.
+MAX_STRIDES = 10_000  # half turns of the closed form: only impossible bodies need more than four
+MAX_TURN_ERROR = 1e-9  # rad that a turn may be off by when the closed form's search has ended
 NEAR_HANDLE = 0.01  # squared sine of L's angle to the handle, below which the handle's components about L cancel
-
-# Rows of the scratch array, W long each: state, fixed vector, step, moments, azimuth's state, and what was kept.
-A, B, C, X, Y, Z, KA, KB, KC, H = (W * r for r in range(10))
-M1, M2, M3, HALF, DONE, WRAPS, STEP, SLOW, FAST = (W * r for r in range(10, 19))
-ROWS = 19
 
 
 @njit(**OPTIONS)
@@ -64,108 +58,37 @@ def start(I1, I2, I3, chi, theta):
     return along * (I2 / I1), sine * math.cos(chi), sine * math.sin(chi) * (I2 / I3)
 
 
-@njit(**OPTIONS)
-def step_length(moments, omega, tolerance):
-    """Return the step, in units of I2/L, whose error over one turn, some thirty steps, is a tenth of tolerance.
-
-    |w| never exceeds sqrt(2T/I1), and no rate exceeds it.
-    """
+@njit(**INNER)
+def _largest_rate(moments, omega):
+    """Return a bound on the rates of the motion, in L/I2: |w| never exceeds sqrt(2T/I1), and no rate exceeds it."""
     I1, I2, I3 = moments
     w1, w2, w3 = omega
     bound = math.sqrt(w1 * w1 + (I2 / I1) * w2 * w2 + (I3 / I1) * w3 * w3)
     rate = max(1.0, (I3 - I2) / I1, (I3 - I1) / I2)
-    size = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
-    x = (tolerance / (300.0 * direct.truncation(1.0, 12))) ** (1.0 / 13.0)
-    return min(x, 0.4) / (rate * max(size, 0.5 * bound))
+    return rate * max(math.sqrt(w1 * w1 + w2 * w2 + w3 * w3), 0.5 * bound)
 
 
 @njit(**INNER)
-def _advance(S):
-    """Take one step of every lane that is not done; return whether any is not. Lanes that are done keep their last."""
-    whole_vectors()
-    active = 0
-    for lane in range(W):
-        a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
-        x0, y0, z0 = S[X + lane], S[Y + lane], S[Z + lane]
-        ka, kb, kc = S[KA + lane], S[KB + lane], S[KC + lane]
-        a, b, c, x, y, z = carry_12(a0, b0, c0, x0, y0, z0, ka, kb, kc, S[H + lane])
-        L2, L3 = S[M2 + lane] * b, S[M3 + lane] * c
-        M2_, M3_ = S[M2 + lane] * b0, S[M3 + lane] * c0
-        across = L2 * z - L3 * y  # the handle's component along L x n: sin(phi)
-        done = S[DONE + lane] > 0.0
-        half = S[HALF + lane] > 0.0
-        arrived = half & (across >= 0.0) & (x > 0.0)
-        live = (not done) & (not arrived)
-        wrap = (1.0 if (L3 < 0.0) & (M3_ >= 0.0) else (-1.0 if (L3 >= 0.0) & (M3_ < 0.0) else 0.0)) * (
-            1.0 if L2 + M2_ < 0.0 else 0.0
-        )
-        da, db, dc = ka * (b0 * c0), kb * (c0 * a0), kc * (a0 * b0)
-        speed = da * da + db * db + dc * dc
-        S[SLOW + lane] = S[SLOW + lane] if done | (speed >= S[SLOW + lane]) else speed
-        S[FAST + lane] = S[FAST + lane] if done | (speed <= S[FAST + lane]) else speed
-        S[A + lane], S[B + lane], S[C + lane] = (a if live else a0), (b if live else b0), (c if live else c0)
-        S[X + lane], S[Y + lane], S[Z + lane] = (x if live else x0), (y if live else y0), (z if live else z0)
-        S[HALF + lane] = 1.0 if half | ((across < 0.0) & (not done)) else 0.0
-        S[WRAPS + lane] += wrap if live else 0.0
-        S[STEP + lane] += 1.0 if live else 0.0
-        S[DONE + lane] = 0.0 if live else 1.0
-        active |= 1 if live else 0
-    return active > 0
+def _start_lane(S, lane, throws, i, step):
+    """Put a lane at the start of throw i, to run until the handle has come round L; not at all along the handle."""
+    I1, I2, I3, chi, theta = throws
+    moments = scaled(I1[i], I2[i], I3[i])
+    omega = start(*moments, chi[i], theta[i])
+    L1, L2, L3 = moments[0] * omega[0], moments[1] * omega[1], moments[2] * omega[2]
+    across = math.sqrt(L2 * L2 + L3 * L3)
+    L = math.sqrt(L1 * L1 + across * across)
+    # the fixed vector: at right angles to L, in the plane of L and the handle, whose azimuth is 0
+    n = (across / L, -L1 * L2 / (across * L), -L1 * L3 / (across * L))
+    events.start(S, lane, moments, omega, n, step / _largest_rate(moments, omega))
+    S[row.azimuth + lane], S[row.due_azimuth + lane] = 0.0, events.PERIOD
+    S[row.active + lane] = 1.0 if across > 0.0 else 0.0
 
 
 @njit(**INNER)
-def _finish(S, lane, chi):
-    """Return twist and time of the turn of one lane, by Newton's method on the step after the last whole one."""
-    a0, b0, c0 = S[A + lane], S[B + lane], S[C + lane]
-    x0, y0, z0 = S[X + lane], S[Y + lane], S[Z + lane]
-    h, share = S[H + lane], 0.5
-    a, b, c = a0, b0, c0
-    for _ in range(6):
-        a, b, c, x, y, z = carry_12(
-            *(a0, b0, c0, x0, y0, z0),
-            *(S[KA + lane] * share, S[KB + lane] * share, S[KC + lane] * share, h * share),
-        )
-        L1, L2, L3 = S[M1 + lane] * a, S[M2 + lane] * b, S[M3 + lane] * c
-        square = L2 * L2 + L3 * L3
-        L = math.sqrt(L1 * L1 + square)
-        rate = L * (b * L2 + c * L3) / square
-        ahead = math.atan2(L2 * z - L3 * y, L * x)
-        share -= ahead / (rate * h)
-        if abs(ahead) < 1e-15:
-            break
-    end = math.atan2(S[M3 + lane] * c, S[M2 + lane] * b)
-    before = math.atan2(S[M3 + lane] * c0, S[M2 + lane] * b0)
-    wraps = S[WRAPS + lane] + (1.0 if before - end > math.pi else (-1.0 if end - before > math.pi else 0.0))
-    return end + TWO_PI * wraps - chi, (S[STEP + lane] + share) * h
-
-
-@njit(**INNER)
-def _run(S, block, shrink, tolerance, out):
-    """Follow W throws: moments (3, W), angular velocity (3, W) and chi; out is (2, W): twist and time of the turn."""
-    whole_vectors()
-    moments, omega, chi = block
-    for lane in range(W):
-        I1, I2, I3 = moments[0, lane], moments[1, lane], moments[2, lane]
-        w1, w2, w3 = omega[0, lane], omega[1, lane], omega[2, lane]
-        h = shrink * step_length((I1, I2, I3), (w1, w2, w3), tolerance)
-        S[A + lane], S[B + lane], S[C + lane] = w1, w2, w3
-        S[KA + lane], S[KB + lane], S[KC + lane] = (I2 - I3) / I1 * h, (I3 - I1) / I2 * h, (I1 - I2) / I3 * h
-        S[M1 + lane], S[M2 + lane], S[M3 + lane], S[H + lane] = I1, I2, I3, h
-        L1, L2, L3 = I1 * w1, I2 * w2, I3 * w3
-        across = math.sqrt(L2 * L2 + L3 * L3)
-        L = math.sqrt(L1 * L1 + across * across)
-        # the fixed vector: at right angles to L, in the plane of L and the handle
-        S[X + lane], S[Y + lane], S[Z + lane] = across / L, -L1 * L2 / (across * L), -L1 * L3 / (across * L)
-        S[HALF + lane], S[WRAPS + lane], S[STEP + lane] = 0.0, 0.0, 0.0
-        S[DONE + lane] = 0.0 if across > 0.0 else 1.0
-        S[SLOW + lane], S[FAST + lane] = math.inf, 0.0
-    for _ in range(MOST_STEPS):
-        if not _advance(S):
-            break
-    for lane in range(W):
-        out[0, lane], out[1, lane] = _finish(S, lane, chi[lane])
-        if not (S[HALF + lane] > 0.0 and S[DONE + lane] > 0.0):
-            out[0, lane], out[1, lane] = math.nan, math.nan
+def _rounding(S, lane):
+    """Return an upper estimate of the roundings of a lane's steps at the end of its run, rad."""
+    growth = math.sqrt(S[row.fastest + lane] / S[row.slowest + lane]) if S[row.slowest + lane] > 0.0 else 1.0
+    return 4.0 * EPSILON * (4.0 + math.sqrt(S[row.steps + lane])) * (1.0 + growth)
 
 
 @njit(**INNER)
@@ -218,7 +141,7 @@ def exact_turn(moments, begin, chi):
     half = math.pi * moments[1] / L
     t, phi, last, left = 0.0, 0.0, 0.0, TWO_PI
     stride = TWO_PI * moments[1] / L / 2.0
-    for _ in range(int(min(2.0 * math.ceil(moments[2] / moments[1]), MOST_STRIDES)) + 12):
+    for _ in range(int(min(2.0 * math.ceil(moments[2] / moments[1]), MAX_STRIDES)) + 12):
         t += stride
         q, m = attitude.at(t, top)
         _, m2, m3 = m
@@ -230,7 +153,7 @@ def exact_turn(moments, begin, chi):
         stride = max(min(left / rate, half), -0.5 * half)
         if abs(left) < 1e-14:  # some ten roundings of a turn
             break
-    if not abs(left) < ARRIVED:
+    if not abs(left) < MAX_TURN_ERROR:
         return math.nan, math.nan
     return _unwound(math.atan2(m3, m2) - chi, t, top), t
 
@@ -305,27 +228,24 @@ def fill_exact(throws, out):
 def fill(throws, tolerance, out):
     """Fill (4, n) with measured twist (rad) and time of the turn (in I_mid/L), then the errors of both."""
     whole_vectors()
-    S, both = np.zeros(ROWS * W), np.empty((2, 2, W))
-    moments, starts, angle = np.empty((3, W)), np.empty((3, W)), np.empty(W)
-    I1, I2, I3, chi, theta = throws
-    for first in range(0, I1.size, W):
-        count = min(W, I1.size - first)
-        for lane in range(W):
-            i = first + min(lane, count - 1)
-            low, middle, high = scaled(I1[i], I2[i], I3[i])
-            moments[0, lane], moments[1, lane], moments[2, lane] = low, middle, high
-            starts[0, lane], starts[1, lane], starts[2, lane] = start(low, middle, high, chi[i], theta[i])
-            angle[lane] = within(chi[i])
-        for k, shrink in enumerate((1.0, 0.77)):
-            _run(S, (moments, starts, angle), shrink, tolerance, both[k])
-        for lane in range(count):
-            i = first + lane
-            growth = math.sqrt(S[FAST + lane] / S[SLOW + lane]) if S[SLOW + lane] > 0.0 else 1.0
-            rounding = 4.0 * EPSILON * (4.0 + math.sqrt(S[STEP + lane])) * (1.0 + growth)
-            for k in range(2):
-                value = both[1, k, lane]
-                out[k, i] = value
-                out[k + 2, i] = 3.0 * abs(value - both[0, k, lane]) + rounding * max(1.0, abs(value))
+    S, crossings = events.new_block()
+    step = events.largest_step(STEPS_IN_A_TURN, tolerance)
+    chi = throws[3]
+    for first in range(0, chi.size, W):
+        points = np.arange(first, min(first + W, chi.size))
+        for is_finer in (False, True):
+            for lane in range(W):
+                i = points[min(lane, points.size - 1)]
+                _start_lane(S, lane, throws, i, events.FINER * step if is_finer else step)
+            events.follow(S, crossings, True)
+            for lane, i in enumerate(points):
+                _, b, c = events.omega_at(crossings, AZIMUTH, lane)
+                angle = math.atan2(S[row.Ic + lane] * c, S[row.Ib + lane] * b) + TWO_PI * S[row.wraps + lane]
+                values = angle - within(chi[i]), crossings[AZIMUTH, events.TIME, lane]
+                rounding = _rounding(S, lane)
+                for k in range(2):
+                    error = 3.0 * abs(values[k] - out[k, i]) + rounding * max(1.0, abs(values[k]))
+                    out[k, i], out[k + 2, i] = values[k], error
 
 
 def survey(points, tolerance, measured=True):

@@ -121,7 +121,7 @@ def test_a_search_that_does_not_end_is_told():
     assert told["status"][0] == survey.SHORT_WINDOW
     assert np.isnan(told["flip_period"][0])
     assert np.isnan(told["max_tilt"][0])
-    assert told["flip_period_exact"][0] > 2 * np.pi * flips.MOST_ROTATIONS
+    assert told["flip_period_exact"][0] > 2 * np.pi * flips.MAX_ROTATIONS
     # the same motion with a larger nudge ends within the bound
     told = survey.measured(points | {"epsilon": 1e-2}, 4.0, 16, 1e-10, nonlinear=True)
     assert told["status"][0] == survey.OK
@@ -134,9 +134,9 @@ def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
     one = dict(zip(NAMES, (1.9, 1.2, 2.4, 1, 1.0, 1e-2, 0.6), strict=True))
     other = dict(zip(NAMES, (*neighbour, 1.0, 1e-6, 0.6), strict=True))
     # the compiler freezes the bounds; without it rotations more and fewer than the 2.3 that the way to a flip takes
-    for most in (4, 1) if config.DISABLE_JIT else (flips.MOST_ROTATIONS,):
-        monkeypatch.setattr(flips, "MOST_ROTATIONS", most)
-        monkeypatch.setattr(flips, "MOST_STEPS", 400 if config.DISABLE_JIT else flips.MOST_STEPS)
+    for most in (4, 1) if config.DISABLE_JIT else (flips.MAX_ROTATIONS,):
+        monkeypatch.setattr(flips, "MAX_ROTATIONS", most)
+        monkeypatch.setattr(flips, "MAX_STEPS", 400 if config.DISABLE_JIT else flips.MAX_STEPS)
         alone = columns(one)
         beside = columns({name: np.array([one[name], other[name]]) for name in NAMES})
         for name in alone:
