@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from kernels import attitude, direct, exact, measure, rigid_body, solution, tumbling
+from kernels import attitude, columns, direct, exact, measure, rigid_body, solution, tumbling
 from kernels.blocks import W, cut, scratch
 from kernels.circular import arctangent
 from kernels.jit import INNER, OPTIONS, njit, whole_vectors
@@ -28,16 +28,18 @@ from kernels.taylor import turn_12
 IN_SPACE = ("attitude_error", "psi_rate", "psi_rate_error", "space_rate_exact", "geometric_phase_residual")
 EPSILON = float(np.finfo(np.float64).eps)
 
-# Rows of the scratch array, W long each. The direct state: angular velocity, quaternion, steps.
-A, B, C, Q0, QA, QB, QC, KA, KB, KC, HALF = (W * r for r in range(11))
-# The exact state, by (d, j, k): direction of L, its step, the unfinished quaternion with its factor, and constants.
-MD, MJ, MK, SD, SJ, SK, R0, RD, RJ, RK, SIZE = (W * r for r in range(11, 22))
-EX0, EXD, EXDD, EXJK, EY0, EYD, EYDD, EYJK, AXIS, TURNED = (W * r for r in range(22, 32))
-# Moments over L, the start's direction of L, window, and what is found.
-MA, MB, MC, NA, NB, NC, START, OPEN, APART, USED = (W * r for r in range(32, 42))
-# psi's turn in the first interval, and the sum of what those of the others differ from it.
-ZR, ZI, FIRST, PSI, SPACING = (W * r for r in range(42, 47))
-ROWS = 47
+_NAMES = (  # rows of the scratch array, W long each
+    # the direct state: angular velocity, quaternion, steps
+    *("a", "b", "c", "q0", "qa", "qb", "qc", "ka", "kb", "kc", "half_step"),
+    # the exact state, by (d, j, k): direction of L, its step, the unfinished quaternion with its factor, and constants
+    *("m_d", "m_j", "m_k", "step_d", "step_j", "step_k", "r0", "r_d", "r_j", "r_k", "scale"),
+    *("ex_0", "ex_d", "ex_dd", "ex_jk", "ey_0", "ey_d", "ey_dd", "ey_jk", "axis", "side"),
+    # moments over L, the direction of L and the squared perturbation at the start, window and results
+    *("Ia", "Ib", "Ic", "n_a", "n_b", "n_c", "initial_size", "in_window", "distance", "samples"),
+    # psi/2 as a direction, psi's growth in the first interval, and the sum of those of all others less the first
+    *("heading_x", "heading_y", "first_turn", "psi", "spacing"),
+)
+row = columns.numbers(_NAMES, width=W)
 
 
 @njit(**OPTIONS)
@@ -55,27 +57,29 @@ def _load(S, lane, moments, omega, h, steps):
     a, b, c = omega
     ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
     step = h / steps
-    S[A + lane], S[B + lane], S[C + lane] = a, b, c
-    S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = 1.0, 0.0, 0.0, 0.0
-    S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane] = ca * step, cb * step, cc * step, 0.5 * step
-    d, turned, g, x, y = attitude.short_step_constants(moments, omega, h)
+    S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
+    S[row.q0 + lane], S[row.qa + lane], S[row.qb + lane], S[row.qc + lane] = 1.0, 0.0, 0.0, 0.0
+    S[row.ka + lane], S[row.kb + lane], S[row.kc + lane] = ca * step, cb * step, cc * step
+    S[row.half_step + lane] = 0.5 * step
+    d, side, g, x, y = attitude.short_step_constants(moments, omega, h)
     q = rigid_body.relabel(*exact.short_step_constants(moments, omega, h), d)
-    S[SD + lane], S[SJ + lane], S[SK + lane] = attitude.of_direction(q, g)
-    g_d, g_j, g_k = g
     w_d, w_j, w_k = rigid_body.relabel(a, b, c, d)
-    m_d, m_j, m_k = g_d * (turned * w_d), g_j * w_j, g_k * (turned * w_k)
-    S[MD + lane], S[MJ + lane], S[MK + lane] = m_d, m_j, m_k
-    S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane] = x
-    S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane] = y
-    S[AXIS + lane], S[TURNED + lane], S[SIZE + lane] = d, turned, 0.5
-    S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = attitude.lifted((m_d, m_j, m_k), 1.0, 0.0)
+    m = g[0] * (side * w_d), g[1] * w_j, g[2] * (side * w_k)
+    r = attitude.lifted(m, 1.0, 0.0)
+    S[row.axis + lane], S[row.side + lane], S[row.scale + lane] = d, side, 0.5
+    S[row.step_d + lane], S[row.step_j + lane], S[row.step_k + lane] = attitude.of_direction(q, g)
+    S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane] = m
+    S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane] = r
+    S[row.ex_0 + lane], S[row.ex_d + lane], S[row.ex_dd + lane], S[row.ex_jk + lane] = x
+    S[row.ey_0 + lane], S[row.ey_d + lane], S[row.ey_dd + lane], S[row.ey_jk + lane] = y
     L = math.sqrt((Ia * a) ** 2 + (Ib * b) ** 2 + (Ic * c) ** 2)
     # seen from the end of the spin axis on the side of L: for a spin the other way, half a turn about b
-    S[MA + lane], S[MB + lane], S[MC + lane] = Ia / L * a, Ib / L, Ic / L * a
-    S[NA + lane], S[NB + lane], S[NC + lane] = S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c
-    S[START + lane] = b * b + c * c
-    S[OPEN + lane], S[USED + lane], S[APART + lane], S[PSI + lane] = 1.0, 0.0, 0.0, 0.0
-    S[ZR + lane], S[ZI + lane], S[FIRST + lane], S[SPACING + lane] = 1.0, 0.0, 0.0, h
+    Ia, Ib, Ic = Ia / L * a, Ib / L, Ic / L * a
+    S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane] = Ia, Ib, Ic
+    S[row.n_a + lane], S[row.n_b + lane], S[row.n_c + lane] = Ia * a, Ib * b, Ic * c
+    S[row.initial_size + lane], S[row.in_window + lane], S[row.spacing + lane] = b * b + c * c, 1.0, h
+    S[row.samples + lane], S[row.distance + lane], S[row.psi + lane] = 0.0, 0.0, 0.0
+    S[row.heading_x + lane], S[row.heading_y + lane], S[row.first_turn + lane] = 1.0, 0.0, 0.0
 
 
 @njit(**OPTIONS)
@@ -85,12 +89,12 @@ def _advance(S, steps):
     for _ in range(steps):
         for lane in range(W):
             a, b, c, w, x, y, z = turn_12(
-                *(S[A + lane], S[B + lane], S[C + lane]),
-                *(S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane]),
-                *(S[KA + lane], S[KB + lane], S[KC + lane], S[HALF + lane]),
+                *(S[row.a + lane], S[row.b + lane], S[row.c + lane]),
+                *(S[row.q0 + lane], S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]),
+                *(S[row.ka + lane], S[row.kb + lane], S[row.kc + lane], S[row.half_step + lane]),
             )
-            S[A + lane], S[B + lane], S[C + lane] = a, b, c
-            S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane] = w, x, y, z
+            S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
+            S[row.q0 + lane], S[row.qa + lane], S[row.qb + lane], S[row.qc + lane] = w, x, y, z
 
 
 @njit(**OPTIONS)
@@ -98,16 +102,18 @@ def _advance_exact(S):
     """Take one exact step of every lane; :func:`_compare` completes it, so that both loops stay short."""
     whole_vectors()
     for lane in range(W):
-        m_d, m_j, m_k = S[MD + lane], S[MJ + lane], S[MK + lane]
+        m_d, m_j, m_k = S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]
         r0, rd, rj, rk = attitude.step(
             (m_d, m_j, m_k),
-            (S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane]),
-            S[SIZE + lane],
-            (S[EX0 + lane], S[EXD + lane], S[EXDD + lane], S[EXJK + lane]),
-            (S[EY0 + lane], S[EYD + lane], S[EYDD + lane], S[EYJK + lane]),
+            (S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane]),
+            S[row.scale + lane],
+            (S[row.ex_0 + lane], S[row.ex_d + lane], S[row.ex_dd + lane], S[row.ex_jk + lane]),
+            (S[row.ey_0 + lane], S[row.ey_d + lane], S[row.ey_dd + lane], S[row.ey_jk + lane]),
         )
-        S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane] = r0, rd, rj, rk
-        S[MD + lane], S[MJ + lane], S[MK + lane] = exact.step(m_d, m_j, m_k, S[SD + lane], S[SJ + lane], S[SK + lane])
+        S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane] = r0, rd, rj, rk
+        S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane] = exact.step(
+            m_d, m_j, m_k, S[row.step_d + lane], S[row.step_j + lane], S[row.step_k + lane]
+        )
 
 
 @njit(**OPTIONS)
@@ -116,37 +122,39 @@ def _compare(S):
     whole_vectors()
     opened = 0
     for lane in range(W):
-        e0, ed, ej, ek, S[SIZE + lane] = attitude.land(
-            (S[MD + lane], S[MJ + lane], S[MK + lane]), (S[R0 + lane], S[RD + lane], S[RJ + lane], S[RK + lane])
+        e0, ed, ej, ek, S[row.scale + lane] = attitude.land(
+            (S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]),
+            (S[row.r0 + lane], S[row.r_d + lane], S[row.r_j + lane], S[row.r_k + lane]),
         )
-        f, d = S[TURNED + lane], S[AXIS + lane]
+        f, d = S[row.side + lane], S[row.axis + lane]
         ea, eb, ec = attitude.by_axis(d, f * ed, ej, f * ek)
-        a, b, c = S[A + lane], S[B + lane], S[C + lane]
-        q0, qa, qb, qc = S[Q0 + lane], S[QA + lane], S[QB + lane], S[QC + lane]
+        a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
+        q0, qa, qb, qc = S[row.q0 + lane], S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
         u = q0 * ea - e0 * qa - (qb * ec - qc * eb)
         v = q0 * eb - e0 * qb - (qc * ea - qa * ec)
         w = q0 * ec - e0 * qc - (qa * eb - qb * ea)
         apart = u * u + v * v + w * w
         across = b * b + c * c
-        inside = (S[OPEN + lane] > 0.0) & (across <= measure.WINDOW * measure.WINDOW * S[START + lane])
-        S[OPEN + lane] = 1.0 if inside else 0.0
-        fresh = S[USED + lane] == 0.0
-        S[USED + lane] += 1.0 if inside else 0.0
-        S[APART + lane] = apart if inside & (not (apart <= S[APART + lane])) else S[APART + lane]
-        sign = 1.0 if S[MA + lane] > 0.0 else -1.0
+        limit = measure.WINDOW * measure.WINDOW * S[row.initial_size + lane]
+        inside = (S[row.in_window + lane] > 0.0) & (across <= limit)
+        S[row.in_window + lane] = 1.0 if inside else 0.0
+        fresh = S[row.samples + lane] == 0.0
+        S[row.samples + lane] += 1.0 if inside else 0.0
+        S[row.distance + lane] = apart if inside & (not (apart <= S[row.distance + lane])) else S[row.distance + lane]
+        sign = 1.0 if S[row.Ia + lane] > 0.0 else -1.0
         x, y = attitude.heading(
             (q0, qa * sign, qb, qc * sign),
-            (S[NA + lane], S[NB + lane], S[NC + lane]),
-            (S[MA + lane] * a, S[MB + lane] * b, S[MC + lane] * c),
+            (S[row.n_a + lane], S[row.n_b + lane], S[row.n_c + lane]),
+            (S[row.Ia + lane] * a, S[row.Ib + lane] * b, S[row.Ic + lane] * c),
         )
-        x0, y0 = S[ZR + lane], S[ZI + lane]
+        x0, y0 = S[row.heading_x + lane], S[row.heading_y + lane]
         sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
         t = sine / (cosine + math.sqrt(sine * sine + cosine * cosine))
         turned = 4.0 * arctangent(t)
-        first = turned if fresh else S[FIRST + lane]
-        S[PSI + lane] += turned - first if inside else 0.0
-        S[FIRST + lane] = first
-        S[ZR + lane], S[ZI + lane] = x, y
+        first = turned if fresh else S[row.first_turn + lane]
+        S[row.psi + lane] += turned - first if inside else 0.0
+        S[row.first_turn + lane] = first
+        S[row.heading_x + lane], S[row.heading_y + lane] = x, y
         opened |= 1 if inside else 0
     return opened > 0
 
@@ -180,7 +188,7 @@ def fill(points, run, out):
         size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(0.5))
         steps[i] = steps_of(x, size, intervals, tolerance)
     order, starts = cut(steps, 1)
-    S = scratch(ROWS)
+    S = scratch(len(_NAMES))
     for block in range(starts.size - 1):
         first, count = starts[block], starts[block + 1] - starts[block]
         number = steps[order[first]]
@@ -206,12 +214,12 @@ def fill(points, run, out):
 @njit(**INNER)
 def _unload(S, lane, spin, out, i):
     """Write one lane's results: the angle between both attitudes, and psi's mean rate with its error."""
-    used, h = S[USED + lane], S[SPACING + lane]
-    out[0, i] = 2.0 * math.sqrt(S[APART + lane])
+    used, h = S[row.samples + lane], S[row.spacing + lane]
+    out[0, i] = 2.0 * math.sqrt(S[row.distance + lane])
     if used < 2.0:
         out[1, i], out[2, i] = math.nan, math.nan
         return
-    out[1, i] = (S[FIRST + lane] + S[PSI + lane] / used) / h * spin
+    out[1, i] = (S[row.first_turn + lane] + S[row.psi + lane] / used) / h * spin
     out[2, i] = (8.0 * EPSILON + 2.0 * out[0, i] / used) / h * spin
 
 

@@ -55,28 +55,32 @@ EPSILON = float(np.finfo(np.float64).eps)
 PHASE = 0.6  # where the transverse part starts, rad from axis 1: by symmetry no result depends on it
 ORDER = 10  # of the integrator's step
 FACTORIAL = float(math.factorial(ORDER + 1))
-MOST_STEPS = 10_000
+MAX_STEPS = 10_000  # A sample interval is cut into no more steps.
 
-# Rows of the scratch array, each W long. Of each motion, omega's first: state, coefficients times the step, the sample
-# before; the first turn, the sum of what turns differ from it, and that sum's sums; of the angles by which it is ahead
-# of the exact rotation, sums and sums of squares.
-A, B, C, KA, KB, KC, B1, C1, FIRST, Y, SY, SXY, SYY, AHEAD, AHEAD2 = (W * r for r in range(15))
-MOMENTUM = 15 * W  # where those of L begin
-P, Q, R = (MOMENTUM + row for row in (A, B, C))
-# The transverse part at the start, 1 - cos and sin of one sample's turn and of all so far, and the largest distance.
-XB, XC, VERSINE, SINE, TURNED_VERSINE, TURNED_SINE, APART = (W * r for r in range(30, 37))
-# Invariants: start and largest change; coplanarity and extremes of the three angles' squared tangents.
-E0, ED, L0, LD, OUT = (W * r for r in range(37, 42))
-BODY_LOW, BODY_HIGH, MOMENTUM_LOW, MOMENTUM_HIGH, SPACE_LOW, SPACE_HIGH = (W * r for r in range(42, 48))
-# The halving test: the coarse result.
-BH, CH = (W * r for r in range(48, 50))
-ROWS = 50
+_MOTION = (  # rows of one motion, each W long
+    # state, coefficients times the step, the sample before
+    *("a", "b", "c", "ka", "kb", "kc", "previous_b", "previous_c"),
+    # the first turn, the sum of the differences of turns from it, and that sum's sums
+    *("first_turn", "y", "sum_y", "sum_xy", "sum_yy"),
+    # sums of the angles by which the motion is ahead of the exact rotation, and of their squares
+    *("sum_ahead", "sum_ahead2"),
+)
+_BOTH = (  # rows of both motions together
+    # the transverse part at the start, and 1 - cos and sin of the turn of one sample and of all so far
+    *("initial_b", "initial_c", "versine", "sine", "total_versine", "total_sine"),
+    # largest distance, invariants at the start and their largest changes, coplanarity
+    *("distance", "energy", "energy_drift", "momentum2", "momentum2_drift", "out_of_plane"),
+    # extremes of the squared tangents of the three angles
+    *("min_body", "max_body", "min_momentum", "max_momentum", "min_space", "max_space"),
+)
+MOMENTUM = W * len(_MOTION)  # where the rows of L begin, behind those of omega
+row = numbers((*_MOTION, *(f"momentum_{name}" for name in _MOTION), *_BOTH), width=W)
 
 # Columns of the raw result, one row a point, dimensionless or rad.
 RAW = numbers(
     (
         *("rate", "stderr", "momentum_rate", "momentum_stderr", "floor", "distance", "energy_drift", "momentum_drift"),
-        *("coplanarity", "body", "body_spread", "momentum", "space", "halving", "steps", "ahead", "momentum_ahead"),
+        *("coplanarity", "body", "body_spread", "momentum", "space", "steps", "ahead", "momentum_ahead"),
     )
 )
 
@@ -121,7 +125,7 @@ def steps_per_sample(x, samples, tolerance):
     The equations are linear (c_3 = 0), so the first term left out is x^11/11! of the transverse part at any amplitude.
     """
     excess = 1.05 * samples * x ** (ORDER + 1) / FACTORIAL / tolerance
-    return 1 if not excess > 1.0 else int(min(math.ceil(excess ** (1.0 / ORDER)), MOST_STEPS))
+    return 1 if not excess > 1.0 else int(min(math.ceil(excess ** (1.0 / ORDER)), MAX_STEPS))
 
 
 class Tops(NamedTuple):
@@ -150,36 +154,37 @@ def _load(S, lane, tops, i, steps):
     spin_sign = 1.0 if tops.spin[i] > 0.0 else -1.0
     h = spacing / steps
     ca, cb, cc = rigid_body.euler_coefficients(ratio, 1.0, 1.0)
-    S[A + lane], S[B + lane], S[C + lane] = spin_sign, tangent * math.cos(PHASE), tangent * math.sin(PHASE)
-    S[KA + lane], S[KB + lane], S[KC + lane] = ca * h, cb * h, cc * h
-    S[P + lane], S[Q + lane], S[R + lane] = ratio * spin_sign, S[B + lane], S[C + lane]
-    # 1/I_c - 1/I_b = -(I_c - I_b)/(I_b I_c), the difference before the ratio
+    S[row.a + lane], S[row.b + lane], S[row.c + lane] = spin_sign, tangent * math.cos(PHASE), tangent * math.sin(PHASE)
+    S[row.ka + lane], S[row.kb + lane], S[row.kc + lane] = ca * h, cb * h, cc * h
     L = S[MOMENTUM:]
-    L[KA + lane], L[KB + lane], L[KC + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
+    L[row.a + lane], L[row.b + lane], L[row.c + lane] = ratio * spin_sign, S[row.b + lane], S[row.c + lane]
+    # 1/I_c - 1/I_b = -(I_c - I_b)/(I_b I_c), the difference before the ratio
+    L[row.ka + lane], L[row.kb + lane], L[row.kc + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
     angle = (ratio - 1.0) * spin_sign * spacing
     half = math.sin(0.5 * angle)
-    S[VERSINE + lane], S[SINE + lane] = 2.0 * half * half, math.sin(angle)
-    S[XB + lane], S[XC + lane] = S[B + lane], S[C + lane]
+    S[row.versine + lane], S[row.sine + lane] = 2.0 * half * half, math.sin(angle)
+    S[row.initial_b + lane], S[row.initial_c + lane] = S[row.b + lane], S[row.c + lane]
 
 
 @njit(**INNER)
 def _begin(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
     whole_vectors()
-    S[TURNED_VERSINE:BODY_LOW] = 0.0
+    S[row.total_versine : row.min_body] = 0.0
     for motion in (0, MOMENTUM):
         M = S[motion:]
-        M[FIRST:MOMENTUM] = 0.0
+        M[row.first_turn : MOMENTUM] = 0.0
         for lane in range(W):
-            M[B1 + lane], M[C1 + lane] = M[B + lane], M[C + lane]
+            M[row.previous_b + lane], M[row.previous_c + lane] = M[row.b + lane], M[row.c + lane]
     for lane in range(W):
-        a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
-        S[E0 + lane] = p * a + (q * b + r * c)
-        S[L0 + lane] = p * p + (q * q + r * r)
+        a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
+        p, q, r = S[row.momentum_a + lane], S[row.momentum_b + lane], S[row.momentum_c + lane]
+        S[row.energy + lane] = p * a + (q * b + r * c)
+        S[row.momentum2 + lane] = p * p + (q * q + r * r)
         body, momentum, space = _tangents(a, b, c, p, q, r)
-        S[BODY_LOW + lane], S[BODY_HIGH + lane] = body, body
-        S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane] = momentum, momentum
-        S[SPACE_LOW + lane], S[SPACE_HIGH + lane] = space, space
+        S[row.min_body + lane], S[row.max_body + lane] = body, body
+        S[row.min_momentum + lane], S[row.max_momentum + lane] = momentum, momentum
+        S[row.min_space + lane], S[row.max_space + lane] = space, space
 
 
 @njit(**INLINE)
@@ -196,8 +201,8 @@ def _advance(M, steps):
     whole_vectors()
     for _ in range(steps):
         for lane in range(W):
-            M[A + lane], M[B + lane], M[C + lane] = taylor.step_10(
-                M[A + lane], M[B + lane], M[C + lane], M[KA + lane], M[KB + lane], M[KC + lane]
+            M[row.a + lane], M[row.b + lane], M[row.c + lane] = taylor.step_10(
+                M[row.a + lane], M[row.b + lane], M[row.c + lane], M[row.ka + lane], M[row.kb + lane], M[row.kc + lane]
             )
 
 
@@ -207,15 +212,15 @@ def _sample_angle(M, k, intervals):
     whole_vectors()
     x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
-        b, c = M[B + lane], M[C + lane]
-        delta = turn(M[B1 + lane], M[C1 + lane], b, c)
-        M[FIRST + lane] = delta if first else M[FIRST + lane]
-        y = M[Y + lane] + (delta - M[FIRST + lane])
-        M[Y + lane] = y
-        M[SY + lane] += y
-        M[SXY + lane] += x * y
-        M[SYY + lane] += y * y
-        M[B1 + lane], M[C1 + lane] = b, c
+        b, c = M[row.b + lane], M[row.c + lane]
+        delta = turn(M[row.previous_b + lane], M[row.previous_c + lane], b, c)
+        M[row.first_turn + lane] = delta if first else M[row.first_turn + lane]
+        y = M[row.y + lane] + (delta - M[row.first_turn + lane])
+        M[row.y + lane] = y
+        M[row.sum_y + lane] += y
+        M[row.sum_xy + lane] += x * y
+        M[row.sum_yy + lane] += y * y
+        M[row.previous_b + lane], M[row.previous_c + lane] = b, c
 
 
 @njit(**INNER)
@@ -223,52 +228,37 @@ def _sample_state(S):
     """Compare one sample of every lane with the exact rotation, with the invariants and with the cones."""
     whole_vectors()
     for lane in range(W):
-        a, b, c, p, q, r = S[A + lane], S[B + lane], S[C + lane], S[P + lane], S[Q + lane], S[R + lane]
-        v, s, xb, xc = S[VERSINE + lane], S[SINE + lane], S[XB + lane], S[XC + lane]
-        turned, side = S[TURNED_VERSINE + lane], S[TURNED_SINE + lane]
+        a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
+        p, q, r = S[row.momentum_a + lane], S[row.momentum_b + lane], S[row.momentum_c + lane]
+        v, s, xb, xc = S[row.versine + lane], S[row.sine + lane], S[row.initial_b + lane], S[row.initial_c + lane]
+        turned, side = S[row.total_versine + lane], S[row.total_sine + lane]
         turned, side = turned + (v + (side * s - turned * v)), side + (s - (side * v + turned * s))
-        S[TURNED_VERSINE + lane], S[TURNED_SINE + lane] = turned, side
+        S[row.total_versine + lane], S[row.total_sine + lane] = turned, side
         eb, ec = xb - (turned * xb + side * xc), xc + (side * xb - turned * xc)
         size = xb * xb + xc * xc
         db, dc = b - eb, c - ec
         apart = (db * db + dc * dc) / size
-        S[APART + lane] = apart if not apart <= S[APART + lane] else S[APART + lane]
+        S[row.distance + lane] = apart if not apart <= S[row.distance + lane] else S[row.distance + lane]
         # in units of I1 the transverse part of L is that of omega
         ahead, momentum_ahead = (eb * dc - ec * db) / size, (eb * (r - ec) - ec * (q - eb)) / size
-        S[AHEAD + lane] += ahead
-        S[AHEAD2 + lane] += ahead * ahead
-        S[MOMENTUM + AHEAD + lane] += momentum_ahead
-        S[MOMENTUM + AHEAD2 + lane] += momentum_ahead * momentum_ahead
+        S[row.sum_ahead + lane] += ahead
+        S[row.sum_ahead2 + lane] += ahead * ahead
+        S[row.momentum_sum_ahead + lane] += momentum_ahead
+        S[row.momentum_sum_ahead2 + lane] += momentum_ahead * momentum_ahead
         momentum2 = p * p + (q * q + r * r)
-        E, L = abs(p * a + (q * b + r * c) - S[E0 + lane]), abs(momentum2 - S[L0 + lane])
-        S[ED + lane] = E if not S[ED + lane] >= E else S[ED + lane]
-        S[LD + lane] = L if not S[LD + lane] >= L else S[LD + lane]
+        E, L = abs(p * a + (q * b + r * c) - S[row.energy + lane]), abs(momentum2 - S[row.momentum2 + lane])
+        S[row.energy_drift + lane] = E if not S[row.energy_drift + lane] >= E else S[row.energy_drift + lane]
+        S[row.momentum2_drift + lane] = L if not S[row.momentum2_drift + lane] >= L else S[row.momentum2_drift + lane]
         triple = q * c - r * b
         out = triple * triple / momentum2 / (a * a + (b * b + c * c))
-        S[OUT + lane] = out if out > S[OUT + lane] else S[OUT + lane]
+        S[row.out_of_plane + lane] = out if out > S[row.out_of_plane + lane] else S[row.out_of_plane + lane]
         body, momentum, space = _tangents(a, b, c, p, q, r)
-        S[BODY_LOW + lane] = min(S[BODY_LOW + lane], body)
-        S[BODY_HIGH + lane] = max(S[BODY_HIGH + lane], body)
-        S[MOMENTUM_LOW + lane] = min(S[MOMENTUM_LOW + lane], momentum)
-        S[MOMENTUM_HIGH + lane] = max(S[MOMENTUM_HIGH + lane], momentum)
-        S[SPACE_LOW + lane] = min(S[SPACE_LOW + lane], space)
-        S[SPACE_HIGH + lane] = max(S[SPACE_HIGH + lane], space)
-
-
-@njit(**INNER)
-def _halve(S, steps):
-    """Run omega on over one interval twice, with steps and with twice as many."""
-    whole_vectors()
-    for lane in range(W):
-        S[B1 + lane], S[C1 + lane] = S[B + lane], S[C + lane]
-    _advance(S, steps)
-    for lane in range(W):
-        S[BH + lane], S[CH + lane] = S[B + lane], S[C + lane]
-        S[B + lane], S[C + lane] = S[B1 + lane], S[C1 + lane]
-        S[KA + lane] *= 0.5
-        S[KB + lane] *= 0.5
-        S[KC + lane] *= 0.5
-    _advance(S, 2 * steps)
+        S[row.min_body + lane] = min(S[row.min_body + lane], body)
+        S[row.max_body + lane] = max(S[row.max_body + lane], body)
+        S[row.min_momentum + lane] = min(S[row.min_momentum + lane], momentum)
+        S[row.max_momentum + lane] = max(S[row.max_momentum + lane], momentum)
+        S[row.min_space + lane] = min(S[row.min_space + lane], space)
+        S[row.max_space + lane] = max(S[row.max_space + lane], space)
 
 
 @njit(**OPTIONS)
@@ -279,11 +269,12 @@ def _rate(M, lane, intervals):
     """
     n = intervals + 1.0
     sum_xx = n * (n * n - 1.0) / 12.0
-    slope = M[SXY + lane] / sum_xx
-    scatter = max(M[SYY + lane] - M[SY + lane] * M[SY + lane] / n - slope * M[SXY + lane], 0.0)
-    mean = M[AHEAD + lane] / n
-    ahead = math.sqrt(max(M[AHEAD2 + lane] / n - mean * mean, 0.0))
-    return M[FIRST + lane] + slope, math.sqrt(scatter / ((n - 2.0) * sum_xx)), ahead
+    slope = M[row.sum_xy + lane] / sum_xx
+    sum_y = M[row.sum_y + lane]
+    scatter = max(M[row.sum_yy + lane] - sum_y * sum_y / n - slope * M[row.sum_xy + lane], 0.0)
+    mean = M[row.sum_ahead + lane] / n
+    ahead = math.sqrt(max(M[row.sum_ahead2 + lane] / n - mean * mean, 0.0))
+    return M[row.first_turn + lane] + slope, math.sqrt(scatter / ((n - 2.0) * sum_xx)), ahead
 
 
 @njit(**INLINE)
@@ -294,29 +285,28 @@ def _angles(low, high):
 
 
 @njit(**INNER)
-def _unload(S, lane, intervals, spacing, steps, row):
-    """Turn one lane's sums into its row of the raw result."""
-    rate, stderr, row[RAW.ahead] = _rate(S, lane, intervals)
-    row[RAW.rate], row[RAW.stderr] = rate / spacing, stderr / spacing
-    rate, stderr, row[RAW.momentum_ahead] = _rate(S[MOMENTUM:], lane, intervals)
-    row[RAW.momentum_rate], row[RAW.momentum_stderr] = rate / spacing, stderr / spacing
-    row[RAW.floor] = 2.0 * EPSILON * steps / spacing
-    row[RAW.distance] = math.sqrt(S[APART + lane])
-    row[RAW.energy_drift], row[RAW.momentum_drift] = S[ED + lane] / S[E0 + lane], S[LD + lane] / S[L0 + lane]
-    row[RAW.coplanarity] = math.sqrt(S[OUT + lane])
-    row[RAW.body], row[RAW.body_spread] = _angles(S[BODY_LOW + lane], S[BODY_HIGH + lane])
-    row[RAW.momentum], _ = _angles(S[MOMENTUM_LOW + lane], S[MOMENTUM_HIGH + lane])
-    row[RAW.space], _ = _angles(S[SPACE_LOW + lane], S[SPACE_HIGH + lane])
-    size = math.hypot(S[BH + lane], S[CH + lane])
-    row[RAW.halving] = math.hypot(S[BH + lane] - S[B + lane], S[CH + lane] - S[C + lane]) / size
-    row[RAW.steps] = steps
+def _unload(S, lane, intervals, spacing, steps, result):
+    """Turn one lane's sums into its raw result."""
+    rate, stderr, result[RAW.ahead] = _rate(S, lane, intervals)
+    result[RAW.rate], result[RAW.stderr] = rate / spacing, stderr / spacing
+    rate, stderr, result[RAW.momentum_ahead] = _rate(S[MOMENTUM:], lane, intervals)
+    result[RAW.momentum_rate], result[RAW.momentum_stderr] = rate / spacing, stderr / spacing
+    result[RAW.floor] = 2.0 * EPSILON * steps / spacing
+    result[RAW.distance] = math.sqrt(S[row.distance + lane])
+    result[RAW.energy_drift] = S[row.energy_drift + lane] / S[row.energy + lane]
+    result[RAW.momentum_drift] = S[row.momentum2_drift + lane] / S[row.momentum2 + lane]
+    result[RAW.coplanarity] = math.sqrt(S[row.out_of_plane + lane])
+    result[RAW.body], result[RAW.body_spread] = _angles(S[row.min_body + lane], S[row.max_body + lane])
+    result[RAW.momentum], _ = _angles(S[row.min_momentum + lane], S[row.max_momentum + lane])
+    result[RAW.space], _ = _angles(S[row.min_space + lane], S[row.max_space + lane])
+    result[RAW.steps] = steps
 
 
 @njit(nogil=True, **OPTIONS)
 def _run_blocks(tops, order, starts, intervals, raw):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j."""
     whole_vectors()
-    S = np.empty(ROWS * W)
+    S = np.empty(len(row) * W)
     for j in range(starts.size - 1):
         first, count = starts[j], starts[j + 1] - starts[j]
         n = tops.steps[order[first]]
@@ -328,7 +318,6 @@ def _run_blocks(tops, order, starts, intervals, raw):
                 _advance(S[motion:], n)
                 _sample_angle(S[motion:], k, intervals)
             _sample_state(S)
-        _halve(S, n)
         for lane, i in enumerate(order[first : first + count]):
             _unload(S, lane, intervals, tops.spacing[i], n, raw[i])
 
@@ -357,11 +346,9 @@ def run(points, rotations, samples_per_rotation, tolerance):
 
 
 def _status(raw, tolerance, intervals):
-    """Return the status of each row: the halving test and the certificate must hold, but for the steps' rounding."""
-    rounding = 4.0 * EPSILON * np.sqrt(raw[:, RAW.steps])
-    converged = (raw[:, RAW.halving] - rounding) * intervals <= tolerance
+    """Return the status of each row: the certificate must hold, but for the steps' rounding."""
     certified = raw[:, RAW.distance] <= tolerance + 4.0 * EPSILON * intervals * raw[:, RAW.steps]
-    cases = [~np.isfinite(raw[:, RAW.rate]), ~(converged & certified)]
+    cases = [~np.isfinite(raw[:, RAW.rate]), ~certified]
     return np.select(cases, [NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
 
 

@@ -7,7 +7,7 @@ from numba import config
 from scipy.integrate import solve_ivp
 
 from kernels import exact, symmetric_top
-from kernels.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN
+from kernels.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN, row
 
 SETTINGS = (4.0, 16, 1e-12)
 COUNT = 40 if config.DISABLE_JIT else 4000
@@ -247,9 +247,9 @@ def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
     for which in (0, 1):
         M = np.zeros(symmetric_top.MOMENTUM)
         for number in range(intervals + 1):
-            rows = (symmetric_top.B, symmetric_top.C) if number else (symmetric_top.B1, symmetric_top.C1)
-            for row, part in zip(rows, (np.cos, np.sin), strict=True):
-                M[row : row + W] = 3.0 * part(angles[which, :, number])
+            rows = (row.b, row.c) if number else (row.previous_b, row.previous_c)
+            for first, part in zip(rows, (np.cos, np.sin), strict=True):
+                M[first : first + W] = 3.0 * part(angles[which, :, number])
             if number:
                 symmetric_top._sample_angle(M, number, intervals)
         for lane in range(W):
