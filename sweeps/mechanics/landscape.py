@@ -246,7 +246,7 @@ class Landscape:
         return whole.reshape(points, *(count if k < 0 else k for k in shape))
 
 
-def changed(f, here, place, error):
+def matrix_change(f, here, place, error):
     """Return how much matrices f(place) = here, shape (points, …, n, n), change where a place is off, to first order.
 
     Each coordinate of a place has its own error: both have the shape (points, m).

@@ -173,8 +173,8 @@ class Model:
         """Return the equilibrium in a slot of each point.
 
         Returns:
-            `place` (points, m), NaN where there is none; `hidden`, `dimension`, `certified` and `decided` as of
-            `equilibria.Equilibria`; `status`, OK or why there is none.
+            `place` (points, m), NaN if there is none; `place_uncertainty`, `dimension`, `certified` and
+            `is_order_decided` as of `equilibria.Equilibria`; `status`, OK or why there is none.
         """
         zeros, each = self.equilibria(parameters), np.arange(slot.size)
         place, undecided = zeros.places[each, slot], ~zeros.is_absent[each, slot]
@@ -182,10 +182,10 @@ class Model:
         kinds = [statuses.OK, statuses.FLAT, statuses.TOO_MANY_EQUILIBRIA, statuses.EQUILIBRIUM_UNDECIDED]
         return {
             "place": place,
-            "hidden": zeros.uncertainty[each, slot],
+            "place_uncertainty": zeros.uncertainty[each, slot],
             "dimension": zeros.dimension[each, slot],
             "certified": zeros.certified,
-            "decided": zeros.is_order_decided,
+            "is_order_decided": zeros.is_order_decided,
             "status": np.select(cases, kinds, statuses.NO_EQUILIBRIUM).astype(np.int8),
         }
 
@@ -207,9 +207,12 @@ class Model:
             at = [p[point] for p in parameters]
             there = self.located(at, slot)
             place, slopes = there["place"], self.landscape.slopes(at, list(there["place"].T))
-            paired = relative.paired(self, *slopes) & self.symmetries.has_pairs(at, place, slopes[1])
+            paired = relative.has_paired_jacobian(self, *slopes) & self.symmetries.has_pairs(at, place, slopes[1])
             yield "time reversal: eigenvalues come in pairs ±μ", paired
-            yield "stable by a definite conserved quantity", relative.definite(self, at, place, there["hidden"])
+            yield (
+                "stable by a definite conserved quantity",
+                relative.is_proved_stable(self, at, place, there["place_uncertainty"]),
+            )
         if self.quantities:
             zeros = self.equations.n - self.n
             left_out = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""

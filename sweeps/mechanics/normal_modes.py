@@ -12,7 +12,7 @@ from kernels import oscillations as kernel
 from kernels.runs import SIZES, Runs, Sampling
 from sweeps.mechanics import modes
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.landscape import changed
+from sweeps.mechanics.landscape import matrix_change
 
 CHUNK = 16384
 EVEN = 1e-9  # third derivatives smaller than this, in the system's own units, make no second run
@@ -39,7 +39,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     group, back = runs_of([*parameters, slot])
     chosen = [p[group] for p in parameters]
     there = model.located(chosen, slot[group])
-    there |= _linear(model.landscape, chosen, there["place"], there["hidden"])
+    there |= _linear(model.landscape, chosen, there["place"], there["place_uncertainty"])
     linear = {name: array[back] for name, array in there.items()}
     mode = np.asarray(points["mode"]) - 1
     squares, uncertain = (
@@ -61,8 +61,10 @@ def _linear(landscape, parameters, place, hidden):
         error = landscape.place_error(parameters, place, hidden)
     squares, vectors = modes.normal_modes(hessian, a)
     S = modes.scale(terms, a)
-    pulled = changed(lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], slopes[:, :, :m], place, error)
-    heavier = changed(lambda x: landscape.a(parameters, list(x.T)), a, place, error)
+    pulled = matrix_change(
+        lambda x: landscape.slopes(parameters, list(x.T))[0][:, :, :m], slopes[:, :, :m], place, error
+    )
+    heavier = matrix_change(lambda x: landscape.a(parameters, list(x.T)), a, place, error)
     changes = pulled / (S * S)[:, None, None] + heavier
     uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
     twice = _twice(landscape.third(*parameters, *q), terms, a, sizes)
@@ -244,7 +246,7 @@ def _columns(model, points, theory, measured):
     amplitude, angle = _lecture_solution(epsilon * measured["reach"], phase, S, columns["frequency"])
     columns |= {"amplitude": amplitude, "initial_phase": angle}
     if model.system.follow:
-        columns["branches_decided"] = (~theory["decided"]).astype(np.int8)
+        columns["branches_decided"] = (~theory["is_order_decided"]).astype(np.int8)
     return columns
 
 

@@ -1,11 +1,11 @@
-"""Relative equilibria: points of a system in, columns out; theory's spectrum beside what motions show, which is blind.
+"""Relative equilibria: eigenvalues of the linear motion by theory, and measured from motions that do not know theory.
 
-*Units.* Nothing hangs on them: with |J| the absolute values of the Jacobian's terms, the states' sizes are those of
-|J|'s Perron vector and the scale S, a bound on every possible rate, is its Perron root (a little more: every state is
-taken to feel a hundredth of every other). Both come from the sizes of terms, so nothing vanishes where terms cancel.
+*Units.* With |J| the absolute values of the Jacobian's terms, the states' sizes are the Perron vector of |J|, and the
+scale S, a bound on every possible rate, is its Perron root (slightly more: each state depends on each other state by at
+least a hundredth). Both come from the sizes of terms, so they do not vanish if terms cancel, and no unit counts.
 
-*What is free.* Motions keep to the level sets of what is conserved, so the nudges are tangent to these, and the
-eigenvalues measured are those of the Jacobian there; the zero that belongs to each quantity is left out.
+*Conserved quantities.* Motions stay on the level sets of conserved quantities, so perturbations are tangent to these,
+and the measured eigenvalues are those of the Jacobian there; the eigenvalue 0 of each quantity is left out.
 """
 
 from collections.abc import Mapping
@@ -15,27 +15,25 @@ import numpy as np
 from kernels import codes, jacobians, matrices, statuses
 from kernels.blocks import W
 from sweeps.mechanics.equilibria import runs_of
-from sweeps.mechanics.landscape import changed
+from sweeps.mechanics.landscape import matrix_change
 
-CHUNK, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together: a block at least
-SMALL = 1e-25  # no larger perturbation has an amplitude that counts
-TIED = (1e-6, 3e-6)  # of the scale: imaginary parts nearer than the first are one where eigenvalues are ordered
-ORDERED = 1e-7  # of the scale: imaginary parts known to less are in the order of theory's
-ALIKE = 1e-12  # of the scale: real parts nearer than this are in an order of rounding's
-ROUNDINGS = 256 * np.finfo(np.float64).eps  # of the scale: what theory's own eigenvalues are known to
+MAX_CHUNK_POINTS, CHUNK_BYTES = 4096, 1 << 26  # points, and memory of their samples, that are measured together
+MAX_LINEAR_PERTURBATION = 1e-25  # relative size up to which a perturbation has no effect of its amplitude in doubles
+TIE_RANGE = (1e-6, 3e-6)  # relative to the scale; closer imaginary parts are ordered by real part; in between, unknown
+ORDER_ERROR = 1e-7  # relative to the scale; imaginary parts with larger errors may be in another order than theory's
+REAL_TIE = 1e-12  # relative to the scale; real parts closer than this are ordered by their rounding
+THEORY_ROUNDING = 256 * np.finfo(np.float64).eps  # relative to the scale, error of theory's eigenvalues
 INVARIANTS = ("sum_of_squares", "product_of_squares", "discriminant")  # S, D, S² - 4D of four eigenvalues
-MOVED = ((4.0, 2), (4.0, 4), (48.0, 4))  # changes of S, D, S² - 4D where a matrix of norm S changes, and their units
-SLOW = 1 / 64  # of the scale
-MIN_DEFECTIVE_CONDITION = (
-    1e4  # condition number of an eigenvalue from which on the joint one of all eigenvectors is computed as well
-)
-EXACT = 1e-12  # of their terms: what slopes and curvatures of conserved quantities are known to, with room
+INVARIANT_CHANGES = ((4.0, 2), (4.0, 4), (48.0, 4))  # change of each by a unit change of a matrix of norm S; power of S
+MAX_SLOW_RATE = 1 / 64  # relative to the scale; only eigenvalues below it are sensitive to the place's rounding
+MIN_DEFECTIVE_CONDITION = 1e4  # condition number of an eigenvalue from which the joint one is computed as well
+QUANTITY_ROUNDING = 1e-12  # relative to their terms, error of slopes and curvatures of conserved quantities
 
 
 def usual_runs(model) -> int:
-    """Return the default number of runs of a point: one for every two eigenvalues, from two to four.
+    """Return the default number of runs of a point: half the number of eigenvalues, from two to four.
 
-    Where motions soon grow tenfold, modes of similar rates are separated mainly by their initial values.
+    If motions soon grow tenfold, modes with similar rates are separated mainly by their initial values.
     """
     return min(max(2, -(-model.n // 2)), 4)
 
@@ -48,30 +46,35 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
     Returns:
         `place`; `eigenvalues` (s-1, complex, ordered) and `condition`, shape (points, n); `scale` (s-1), `sizes`
-        (points, N), `basis` of what is not conserved (points, N, n, in units of the sizes), `matrix` (points, n, n):
-        the Jacobian in that basis. NaN where there is no equilibrium.
+        (points, N), `basis` of the level set's tangent space (points, N, n, in units of the sizes), `matrix`
+        (points, n, n): the Jacobian in that basis. NaN if there is no equilibrium. `has_pairs`, `is_reversible`,
+        `is_separate` as of :func:`regimes`; `is_idle`: all eigenvalues are 0; `matrix_change`: its error over S.
     """
     slot = np.asarray(points["equilibrium"])
     parameters = model.parameters(points, slot.size)
-    located = model.located(parameters, slot)
-    x, land = list(located["place"].T), model.landscape
+    columns = model.located(parameters, slot)
+    x, landscape = list(columns["place"].T), model.landscape
     with np.errstate(all="ignore"):
-        slopes, terms = land.slopes(parameters, x)
+        slopes, terms = landscape.slopes(parameters, x)
         J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
         S, sizes = jacobians.scales(bound, sizes)
-        conserved = land.conserved_slopes(parameters, x, sizes)
-        basis = _free(conserved[0], model.n)
-        scaled = J * sizes[:, None, :] / sizes[:, :, None]
-        matrix = np.swapaxes(basis, 1, 2) @ scaled @ basis if model.n < model.equations.n else scaled
-        changes = _changes(model, parameters, x, sizes, terms, conserved)
-    acting = bound + np.swapaxes(bound, 1, 2) > 0.0
-    idle = np.isfinite(J).all((1, 2)) & np.isnan(S) & ~np.linalg.matrix_power(bound > 0.0, J.shape[1]).any((1, 2))
-    matrix[idle] = 0.0  # no state acts on itself in any number of steps: all eigenvalues are 0, and none is a scale
-    located |= {"idle": idle, "separate": (acting.sum(2) <= 1).all(1)}
-    located |= _eigen(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
-    located |= {"paired": paired(model, slopes, terms), "parameters": parameters, "changes": changes}
-    located |= {"reversible": model.symmetries.has_pairs(parameters, located["place"], terms)}
-    return located | {"moved": _moved(model, located, J)}
+        gradients = landscape.conserved_slopes(parameters, x, sizes)
+        basis = _level_set_basis(gradients[0], model.n)
+        scaled_jacobian = J * sizes[:, None, :] / sizes[:, :, None]
+        matrix = np.swapaxes(basis, 1, 2) @ scaled_jacobian @ basis if model.n < model.equations.n else scaled_jacobian
+        changes = _quantity_scales(model, parameters, x, sizes, terms, gradients)
+    is_coupled = bound + np.swapaxes(bound, 1, 2) > 0.0
+    is_idle = np.isfinite(J).all((1, 2)) & np.isnan(S) & ~np.linalg.matrix_power(bound > 0.0, J.shape[1]).any((1, 2))
+    matrix[is_idle] = 0.0  # no state acts on itself in any number of steps: all eigenvalues are 0
+    columns |= {"is_idle": is_idle, "is_separate": (is_coupled.sum(2) <= 1).all(1)}
+    columns |= _eigen_columns(matrix, S) | {"scale": S, "sizes": sizes, "basis": basis, "matrix": matrix}
+    columns |= {
+        "has_pairs": has_paired_jacobian(model, slopes, terms),
+        "parameters": parameters,
+        "quantity_scales": changes,
+    }
+    columns |= {"is_reversible": model.symmetries.has_pairs(parameters, columns["place"], terms)}
+    return columns | {"matrix_change": _jacobian_change(model, columns, J)}
 
 
 def _jacobian(model, parameters, x, slopes, terms):
@@ -80,153 +83,183 @@ def _jacobian(model, parameters, x, slopes, terms):
     if not model.equations.v:
         return slopes, terms, sizes
     m, a = model.equations.m, model.landscape.a(parameters, x)
-    inverse = matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN where there is none
+    inverse = matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN if singular
     J, bound = (np.zeros((len(sizes), model.equations.n, model.equations.n)) for _ in range(2))
     J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
     J[:, m:] = inverse @ slopes
     bound[:, m:] = np.abs(inverse) @ terms
-    scaled = jacobians.with_velocities(bound, sizes)
-    root = jacobians.roots(bound * scaled[:, None, :] / scaled[:, :, None])
+    all_sizes = jacobians.with_velocities(bound, sizes)
+    root = jacobians.roots(bound * all_sizes[:, None, :] / all_sizes[:, :, None])
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
 
-def _moved(model, theory, J):
-    """Return by how much the scaled Jacobian may differ at the equilibrium itself, over S; 0 below a rounding."""
+def _jacobian_change(model, theory, J):
+    """Return the uncertainty of the scaled Jacobian due to that of the place, over S; 0 if below rounding."""
     S, place, sizes = theory["scale"], theory["place"], theory["sizes"]
-    with np.errstate(invalid="ignore"):  # rounding moves a place far only where an eigenvalue is small
-        slow = np.abs(theory["eigenvalues"]).min(1, initial=np.inf) < SLOW * S * theory["condition"].max(1, initial=1.0)
-    moved, rows = np.zeros(len(S)), np.flatnonzero(slow | theory["hidden"].any(1))
-    chosen, ratio = [p[rows] for p in theory["parameters"]], sizes[rows, None, :] / sizes[rows, :, None]
+    with np.errstate(invalid="ignore"):  # rounding moves a place far only if an eigenvalue is small
+        slow = np.abs(theory["eigenvalues"]).min(1, initial=np.inf) < MAX_SLOW_RATE * S * theory["condition"].max(
+            1, initial=1.0
+        )
+    change_norms, rows = np.zeros(len(S)), np.flatnonzero(slow | theory["place_uncertainty"].any(1))
+    row_parameters, ratio = [p[rows] for p in theory["parameters"]], sizes[rows, None, :] / sizes[rows, :, None]
 
-    def at(there):
-        x = list(there.T)
-        return _jacobian(model, chosen, x, *model.landscape.slopes(chosen, x))[0]
+    def jacobian_at(place_shifted):
+        x = list(place_shifted.T)
+        return _jacobian(model, row_parameters, x, *model.landscape.slopes(row_parameters, x))[0]
 
     with np.errstate(all="ignore"):
-        error = model.landscape.place_error(chosen, place[rows], theory["hidden"][rows])
-        change = changed(at, J[rows], place[rows], error) * ratio
-        moved[rows] = matrices.length(change) / S[rows]
-    return np.where(moved > ROUNDINGS, moved, 0.0)
+        error = model.landscape.place_error(row_parameters, place[rows], theory["place_uncertainty"][rows])
+        change = matrix_change(jacobian_at, J[rows], place[rows], error) * ratio
+        change_norms[rows] = matrices.length(change) / S[rows]
+    return np.where(change_norms > THEORY_ROUNDING, change_norms, 0.0)
 
 
-def _shifts(moved, theory):
-    """Return by how much eigenvalues may be off, over S, where the matrix is: the least of three bounds.
+def _eigenvalue_shifts(matrix_change, theory):
+    """Return a bound on the shifts of eigenvalues, over S, due to a change of the matrix: the least of three.
 
-    By the largest condition of one; by that of the matrix of all eigenvectors, where equal ones have as many (Bauer and
-    Fike); or by Elsner's.
+    They are n times the largest condition number; Bauer and Fike's, for equal eigenvalues with a full set of
+    eigenvectors; and Elsner's.
     """
     n = theory["condition"].shape[1]
     with np.errstate(invalid="ignore"):
-        linear = n * np.fmin(theory["condition"].max(1), 2.0 * theory["joint_condition"]) * moved
-        return np.where(moved > 0.0, np.fmin(linear, 2.0 * moved ** (1.0 / n)), 0.0)
+        first_order = n * np.fmin(theory["condition"].max(1), 2.0 * theory["joint_condition"]) * matrix_change
+        return np.where(matrix_change > 0.0, np.fmin(first_order, 2.0 * matrix_change ** (1.0 / n)), 0.0)
 
 
-def paired(model, slopes, terms):
-    """Return where the Jacobian's own symmetry makes eigenvalues come in pairs ±μ; of `slopes` of a landscape.
+def has_paired_jacobian(model, slopes, terms):
+    """Return True if the Jacobian's symmetry makes eigenvalues come in pairs ±μ, shape (points,).
 
-    Coordinates: forces of a potential and gyroscopic ones alone, so that the slopes of the forces by the places are
-    symmetric and those by the velocities antisymmetric (Hamilton's equations); or no slopes by velocities. States: the
-    Jacobian couples each state of one class with states of another class only, so that changing the sign of one class
-    reverses time. Then no closed walk in the graph of its entries has an odd length. `Symmetries.has_pairs` says where
-    this holds of the whole equations.
+    Coordinates: forces have a potential or are gyroscopic, so that their slopes by places are symmetric and those by
+    velocities antisymmetric (Hamilton's equations); or they have no slopes by velocities. States: the Jacobian couples
+    the states of one class only with states of another class, so that changing the sign of one class reverses time.
+    Then no closed walk in the graph of its entries has an odd length. For the whole equations see
+    `Symmetries.has_pairs`.
+
+    Args:
+        model: the system.
+        slopes: of `Landscape.slopes`, shape (points, m, n).
+        terms: their absolute terms, of the same shape.
     """
     if model.equations.v and model.equations.conservative:
         return np.ones(len(slopes), dtype=bool)
     if model.equations.v:
         m = model.equations.m
-        turned = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
+        mirrored = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
         size = terms.reshape(-1, m, 2, m)
-        odd = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(turned, 1, 3))
-        hamiltonian = (odd <= ROUNDINGS * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
-        return hamiltonian | (terms[:, :, m:] == 0.0).all((1, 2))
-    joined = terms + np.swapaxes(terms, 1, 2) > 0.0
-    first, back = runs_of(list(joined.reshape(len(terms), -1).T))  # most points share one pattern
-    walks = np.linalg.matrix_power(joined[first].astype(np.float64), model.equations.n | 1)
-    return (np.einsum("pii->p", walks) == 0.0)[back]
+        asymmetry = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(mirrored, 1, 3))
+        is_hamiltonian = (asymmetry <= THEORY_ROUNDING * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
+        return is_hamiltonian | (terms[:, :, m:] == 0.0).all((1, 2))
+    is_coupled = terms + np.swapaxes(terms, 1, 2) > 0.0
+    first_runs, run_index = runs_of(list(is_coupled.reshape(len(terms), -1).T))  # most points have the same pattern
+    closed_walks = np.linalg.matrix_power(is_coupled[first_runs].astype(np.float64), model.equations.n | 1)
+    return (np.einsum("pii->p", closed_walks) == 0.0)[run_index]
 
 
-def definite(model, parameters, place, hidden, regular=False):
-    """Return where a combination of the conserved quantities proves that an equilibrium is stable.
+def is_proved_stable(model, parameters, place, uncertainty, regular=False):
+    """Return True if conserved quantities prove that an equilibrium is stable, shape (points,).
 
-    Of coordinates, the energy where its potential has a strict minimum, also with gyroscopic forces (Thomson and Tait).
-    Of states, the gradient of C = Σ λ_k C_k vanishes there, and its second derivatives are definite across all
-    gradients: then |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs: Marsden
-    and Ratiu, Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k are
-    tried. Where second derivatives of states need only be `regular`, eigenvalues come in pairs ±μ: these are a
-    Hamiltonian of the linear motion (Kozlov, J. Appl. Math. Mech. 56 (1992) 803).
+    Coordinates: the energy, if its potential has a strict minimum, also with gyroscopic forces (Thomson and Tait).
+    States: the gradient of C = Σ λ_k C_k vanishes, and its second derivatives are definite on the space orthogonal to
+    all gradients: then |C − C(0)| + K Σ (C_k − C_k(0))² is a Lyapunov function for a large K (energy and Casimirs:
+    Marsden and Ratiu, Introduction to Mechanics and Symmetry, section 1.7). Of several such C those nearest to each C_k
+    are tried.
+
+    Args:
+        model: the system.
+        parameters: one array (points,) for each.
+        place: equilibria, shape (points, places).
+        uncertainty: of the places, as of `equilibria.Equilibria`.
+        regular: require second derivatives of states to be regular only: then eigenvalues come in pairs ±μ, since C is
+            a Hamiltonian of the linear motion (Kozlov, J. Appl. Math. Mech. 56 (1992) 803).
     """
-    proved, rows = np.zeros(len(place), dtype=bool), np.flatnonzero(np.isfinite(place).all(1))
+    is_proved, rows = np.zeros(len(place), dtype=bool), np.flatnonzero(np.isfinite(place).all(1))
     quantities, land = model.system.conserved_quantities.values(), model.landscape
     if model.equations.v and not regular:
         rows = rows[model.symmetries.keeps_energy([p[rows] for p in parameters])]
-        proved[rows] = _is_minimum(land, [p[rows] for p in parameters], place[rows], hidden[rows])
+        is_proved[rows] = _is_minimum(land, [p[rows] for p in parameters], place[rows], uncertainty[rows])
     if not (quantities and rows.size) or any(e.has(model.system.time) for e in quantities):
-        return proved
+        return is_proved
     place, parameters = place[rows], [p[rows] for p in parameters]
     x = list(place.T)
     with np.errstate(all="ignore"):
-        sizes, error = land.sizes(parameters, x), land.place_error(parameters, place, hidden[rows])
-        slack = EXACT + (error / sizes).max(1)
-        (slopes, steep), (bent, terms) = land.gradients(parameters, x), land.curvatures(parameters, x)
-        both = (sizes[:, :, None] * sizes[:, None])[:, None]
-        whole = (steep * sizes[:, None]).sum(2) + (terms * both).sum((2, 3))  # no unit of a quantity counts
-        moved = changed(lambda at: land.curvatures(parameters, list(at.T))[0], bent, place, error)
-        loose = (moved + slack[:, None, None, None] * terms) * both / whole[:, :, None, None]
-        slopes, bent = slopes * sizes[:, None] / whole[:, :, None], bent * both / whole[:, :, None, None]
-    sound = np.isfinite(slopes).all((1, 2)) & np.isfinite(bent + loose).all((1, 2, 3))
-    proved[rows[sound]] = _extremal(*(values[sound] for values in (slopes, bent, loose, slack)), regular)
-    return proved
+        sizes, error = land.sizes(parameters, x), land.place_error(parameters, place, uncertainty[rows])
+        slack = QUANTITY_ROUNDING + (error / sizes).max(1)
+        (slopes, steep), (curvatures, terms) = (land.gradients(parameters, x), land.curvatures(parameters, x))
+        products = (sizes[:, :, None] * sizes[:, None])[:, None]
+        unit = (steep * sizes[:, None]).sum(2) + (terms * products).sum(
+            (2, 3)
+        )  # of each quantity, so that its unit cancels
+        change = matrix_change(lambda at: land.curvatures(parameters, list(at.T))[0], curvatures, place, error)
+        errors = (change + slack[:, None, None, None] * terms) * products / unit[:, :, None, None]
+        slopes, curvatures = (
+            slopes * sizes[:, None] / unit[:, :, None],
+            curvatures * products / unit[:, :, None, None],
+        )
+    is_finite = np.isfinite(slopes).all((1, 2)) & np.isfinite(curvatures + errors).all((1, 2, 3))
+    is_proved[rows[is_finite]] = _has_definite_combination(
+        *(values[is_finite] for values in (slopes, curvatures, errors, slack)), regular
+    )
+    return is_proved
 
 
 @np.errstate(all="ignore")
-def _is_minimum(land, parameters, place, hidden):
-    """Return where the potential energy has positive second derivatives, beyond errors (Lagrange and Dirichlet)."""
+def _is_minimum(landscape, parameters, place, uncertainty):
+    """Return True if the potential energy's second derivatives are positive beyond errors (Lagrange, Dirichlet)."""
 
     def hessian(x):
-        return -land.slopes(parameters, list(x.T))[0][:, :, : land.m]
+        return -landscape.slopes(parameters, list(x.T))[0][:, :, : landscape.m]
 
-    H, terms = hessian(place), land.slopes(parameters, list(place.T))[1][:, :, : land.m]
+    H, terms = hessian(place), landscape.slopes(parameters, list(place.T))[1][:, :, : landscape.m]
     unit = 1.0 / np.sqrt(np.einsum("pii->pi", terms))
-    both, error = unit[:, :, None] * unit[:, None], land.place_error(parameters, place, hidden)
-    loose = (EXACT * terms + changed(hessian, H, place, error)) * both
-    return np.linalg.eigvalsh(np.nan_to_num(H * both))[:, 0] > np.linalg.norm(loose, axis=(1, 2))
+    unit_products, error = unit[:, :, None] * unit[:, None], landscape.place_error(parameters, place, uncertainty)
+    error_matrix = (QUANTITY_ROUNDING * terms + matrix_change(hessian, H, place, error)) * unit_products
+    return np.linalg.eigvalsh(np.nan_to_num(H * unit_products))[:, 0] > np.linalg.norm(error_matrix, axis=(1, 2))
 
 
-def _extremal(slopes, bent, loose, slack, regular):
-    """Return where a combination without a slope has definite (or regular) second derivatives across all slopes."""
+def _has_definite_combination(slopes, H_k, errors, slack, regular):
+    """Return True if a combination without gradient has definite (or regular) second derivatives across gradients."""
     left, singular, right = np.linalg.svd(slopes)
-    steep = np.zeros((len(slopes), max(slopes.shape[1:])), dtype=bool)
-    steep[:, : singular.shape[1]] = singular > slack[:, None]
-    weights = left * ~steep[:, None, : left.shape[1]] @ np.swapaxes(left, 1, 2)
-    H = right[:, None] @ np.einsum("prk,pkij->prij", weights, bent) @ np.swapaxes(right, 1, 2)[:, None]
-    room = np.linalg.norm(np.einsum("prk,pkij->prij", np.abs(weights), loose), axis=(2, 3))
-    off = slack / np.where(singular > slack[:, None], singular, 1.0).min(1)  # of the directions without a slope
-    room += 4.0 * (off * np.sqrt((bent**2).sum((1, 2, 3))))[:, None]
-    steep = steep[:, None, : right.shape[1], None]
-    H = np.where(steep | np.swapaxes(steep, 2, 3), 0.0, H)
-    filled = np.where(steep, np.eye(right.shape[1]), 0.0)  # the steep directions are left out
-    both = [np.linalg.eigvalsh(sign * H + filled) for sign in (1.0, -1.0)]
-    least = np.abs(both[0]).min(2) if regular else np.maximum(*(values[:, :, 0] for values in both))
-    return (least > room).any(1)
+    is_steep = np.zeros((len(slopes), max(slopes.shape[1:])), dtype=bool)
+    is_steep[:, : singular.shape[1]] = singular > slack[:, None]
+    weights = left * ~is_steep[:, None, : left.shape[1]] @ np.swapaxes(left, 1, 2)
+    H = right[:, None] @ np.einsum("prk,pkij->prij", weights, H_k) @ np.swapaxes(right, 1, 2)[:, None]
+    error = np.linalg.norm(np.einsum("prk,pkij->prij", np.abs(weights), errors), axis=(2, 3))
+    tilt = slack / np.where(singular > slack[:, None], singular, 1.0).min(1)  # angle
+    error += 4.0 * (tilt * np.sqrt((H_k**2).sum((1, 2, 3))))[:, None]
+    is_steep = is_steep[:, None, : right.shape[1], None]
+    H = np.where(is_steep | np.swapaxes(is_steep, 2, 3), 0.0, H)
+    identity = np.where(is_steep, np.eye(right.shape[1]), 0.0)  # excludes the steep directions
+    spectra = [np.linalg.eigvalsh(sign * H + identity) for sign in (1.0, -1.0)]
+    smallest = np.abs(spectra[0]).min(2) if regular else np.maximum(*(values[:, :, 0] for values in spectra))
+    return (smallest > error).any(1)
 
 
-def _changes(model, parameters, x, sizes, terms, conserved):
-    """Return the largest change of each conserved quantity in a motion of the states' sizes, and its order."""
+def _quantity_scales(model, parameters, x, sizes, terms, conserved):
+    """Return (change, order in the amplitude) of each conserved quantity over a motion of the states' sizes."""
     if model.equations.conservative:
         m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
-        parts = (terms[:, :, :m], sizes[:, :m]), (a, sizes[:, m:])
-        return [(0.5 * sum(matrices.total(A * of[:, :, None] * of[:, None]) for A, of in parts), 2)]
+        energies = (terms[:, :, :m], sizes[:, :m]), (a, sizes[:, m:])
+        return [(0.5 * sum(matrices.total(A * s[:, :, None] * s[:, None]) for A, s in energies), 2)]
     if not model.quantities:
         return []
-    sloped, bent = np.abs(conserved[0]).sum(2), conserved[1]
-    return [(0.5 * bent[:, k], 2) if flat else (sloped[:, k], 1) for k, flat in enumerate(model.equations.second)]
+    first, second = np.abs(conserved[0]).sum(2), conserved[1]
+    return [(0.5 * second[:, k], 2) if flat else (first[:, k], 1) for k, flat in enumerate(model.equations.second)]
 
 
-# -- motion
+# -- measurement
 
 
-def measured(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
+def measure_points(model, points, theory, cycles: float, samples_per_cycle: int, tolerance: float, runs: int):
     """Measure points by their motions; only places, sizes and the scale are used from theory.
+
+    Args:
+        model: the system.
+        points: as of :func:`theory`, and `epsilon`.
+        theory: of :func:`theory`.
+        cycles: length of a run, in 2π/S.
+        samples_per_cycle: samples in 2π/S.
+        tolerance: relative truncation error allowed over a run.
+        runs: number of runs of a point, in different directions.
 
     Returns:
         `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
@@ -239,145 +272,158 @@ def measured(model, points, theory, cycles: float, samples_per_cycle: int, toler
     count, quantities = len(points["epsilon"]), len(model.quantities)
     raw = np.full((count, kernel.FIRST + quantities + codes.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
-    here = status == statuses.OK
-    sound = here & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
-    status[here & ~sound] = np.where(theory["idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)[here & ~sound]
-    which = np.flatnonzero(sound)
+    there = status == statuses.OK
+    finite = there & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
+    status[there & ~finite] = np.where(theory["is_idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)[there & ~finite]
+    rows = np.flatnonzero(finite)
     block = 8 * W * kernel.rows(runs, quantities, model.n, intervals)
-    size = min(CHUNK, W * max(1, CHUNK_BYTES // block))
-    for start in range(0, which.size, size):
-        part = which[start : start + size]
-        raw[part] = _run(model, points, theory, part, runs, sampling)
-        status[part] = kernel.status(raw[part], quantities, model.n, intervals, tolerance, runs, spacing)
-    wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["paired"])
-    wide &= status == statuses.OK
-    bent = raw[wide, kernel.LEFT] > EXACT  # else, as of linear equations, no amplitude is the cause
-    status[wide] = np.where(bent, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED)
-    raw[wide, kernel.FIRST + quantities :] = np.nan
+    size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
+    for start in range(0, rows.size, size):
+        chunk = rows[start : start + size]
+        raw[chunk] = _run(model, points, theory, chunk, runs, sampling)
+        status[chunk] = kernel.status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
+    is_too_wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["has_pairs"])
+    is_too_wide &= status == statuses.OK
+    has_amplitude = raw[is_too_wide, kernel.LEFT] > QUANTITY_ROUNDING  # else the amplitude is not the cause
+    status[is_too_wide] = np.where(has_amplitude, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED)
+    raw[is_too_wide, kernel.FIRST + quantities :] = np.nan
     return {"raw": raw, "status": status, "spacing": spacing}
 
 
-def _run(model, points, theory, part, runs, sampling):
+def _run(model, points, theory, chunk, runs, sampling):
     from kernels import flows as kernel
     from kernels.runs import SIZES, Runs
 
-    parameters = [p[part] for p in theory["parameters"]]
-    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[part]
-    sizes, basis = theory["sizes"][part], theory["basis"][part]
-    twice = (epsilon > SMALL).astype(np.int64)
-    motions = [(size, sign) for size in SIZES for sign in (1.0, -1.0)] if twice.any() else [(1.0, 1.0)]
-    x = [sizes * (basis @ direction) for direction in directions(model.n, runs)]
+    parameters = [p[chunk] for p in theory["parameters"]]
+    epsilon = np.asarray(points["epsilon"], dtype=np.float64)[chunk]
+    sizes, basis = theory["sizes"][chunk], theory["basis"][chunk]
+    is_two_sided = (epsilon > MAX_LINEAR_PERTURBATION).astype(np.int64)
+    motions = [(size, sign) for size in SIZES for sign in (1.0, -1.0)] if is_two_sided.any() else [(1.0, 1.0)]
+    x = [sizes * (basis @ direction) for direction in perturbation_directions(model.n, runs)]
     starts = [(size * epsilon, sign * y.T) for y in x for size, sign in motions]
-    starts = model.code.starts(parameters, theory["place"][part], starts).reshape(part.size, runs, len(motions), -1)
+    starts = model.code.starts(parameters, theory["place"][chunk], starts).reshape(chunk.size, runs, len(motions), -1)
     project = np.ascontiguousarray(np.swapaxes(basis, 1, 2) / sizes[:, None, :])
-    family = np.asarray(points["equilibrium"], dtype=np.int64)[part]
-    scale = theory["scale"][part]
-    batch = Runs(starts, project, scale, epsilon, twice, family, scale[:, None])
+    family = np.asarray(points["equilibrium"], dtype=np.int64)[chunk]
+    scale = theory["scale"][chunk]
+    batch = Runs(starts, project, scale, epsilon, is_two_sided, family, scale[:, None])
     return kernel.run(model.code.integrator(), batch, len(model.quantities), sampling)
 
 
-# -- both
+# -- columns
 
 
 def survey(
     model, points, cycles: float = 4, samples_per_cycle: int = 16, tolerance: float = 1e-12, runs: int | None = None
 ) -> dict[str, np.ndarray]:
-    """Return all columns of points (each parameter, `epsilon`, `equilibrium`, `eigenvalue` from 1), in units."""
-    first, back = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
-    motions = {name: np.asarray(values)[first] for name, values in points.items()}
+    """Return all columns of points, in units.
+
+    Args:
+        model: the system.
+        points: each parameter, `epsilon`, `equilibrium` (slot from 0) and `eigenvalue` (from 1), shape (points,).
+        cycles: as of :func:`measure_points`.
+        samples_per_cycle: as there.
+        tolerance: as there.
+        runs: as there; by default :func:`usual_runs`.
+    """
+    first_rows, row = runs_of([np.asarray(points[name]) for name in (*model.names, "epsilon", "equilibrium")])
+    motions = {name: np.asarray(values)[first_rows] for name, values in points.items()}
     linear = theory(model, motions)
-    measurement = measured(model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model))
+    measurement = measure_points(
+        model, motions, linear, cycles, samples_per_cycle, tolerance, runs or usual_runs(model)
+    )
     columns = _columns(model, linear, measurement)
-    each = back * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
-    return {name: values.reshape(-1)[each if values.ndim == 2 else back] for name, values in columns.items()}
+    index = row * model.n + np.asarray(points["eigenvalue"]).astype(np.int64) - 1
+    return {name: values.reshape(-1)[index if values.ndim == 2 else row] for name, values in columns.items()}
 
 
-def _columns(model, theory, measured):
-    """Return columns over the motions; those of eigenvalues have them along their last axis."""
+def _columns(model, theory, results):
+    """Return columns of motions; those of eigenvalues have shape (motions, n)."""
     from kernels import flows as kernel
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
-    raw = measured["raw"]
+    raw = results["raw"]
     fit = raw[:, kernel.FIRST + q :]
-    parts = np.stack([fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4)])
-    # the samples' spacing tells which imaginary parts count as one there: here the scale, as for theory's
-    number = _ordered(parts[0] + 1j * parts[1], S)[1]
-    shift = (S * _shifts(theory["moved"], theory))[:, None]
-    re, im, e_re, e_im = np.take_along_axis(parts, number[None], axis=2)
-    e_re, e_im = e_re + shift, e_im + shift
-    true, wider = theory["eigenvalues"], _exchanged(re, im, e_re, e_im, S)
-    table = {  # by theory, as measured, its error
-        "eigenvalue_real": (true.real, re, wider[0]),
-        "eigenvalue_imag": (true.imag, im, wider[1]),
-        "growth_rate": (true.real.max(1), *_growth(re, e_re)),
+    spectra = np.stack([fit[:, codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4)])
+    # the kernel's tie between imaginary parts depends on the spacing; order again with the scale, as theory is
+    order = _order_eigenvalues(spectra[0] + 1j * spectra[1], S)[1]
+    shifts = (S * _eigenvalue_shifts(theory["matrix_change"], theory))[:, None]
+    re, im, e_re, e_im = np.take_along_axis(spectra, order[None], axis=2)
+    e_re, e_im = e_re + shifts, e_im + shifts
+    eigenvalues, exchange_errors = theory["eigenvalues"], _errors_of_exchange(re, im, e_re, e_im, S)
+    table = {  # theory, measured, its error
+        "eigenvalue_real": (eigenvalues.real, re, exchange_errors[0]),
+        "eigenvalue_imag": (eigenvalues.imag, im, exchange_errors[1]),
+        "growth_rate": (eigenvalues.real.max(1), *_growth_rate(re, e_re)),
     }
     smooth, exact = None, None
     if n == 4:
-        blurred = [factor * theory["moved"] * S**power for factor, power in MOVED]
-        measurements = fit[:, codes.SUM : codes.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
-        smooth = [(value, error + w) for (value, error), w in zip(measurements, blurred, strict=True)]
-        predicted = zip(_invariants(theory["matrix"]), blurred, (2, 4, 4), strict=True)
-        exact = [(v, ROUNDINGS * S**k + w) for v, w, k in predicted]
+        invariant_errors = [factor * theory["matrix_change"] * S**power for factor, power in INVARIANT_CHANGES]
+        fitted = fit[:, codes.SUM : codes.DISCRIMINANT_ERROR + 1].T.reshape(3, 2, -1)
+        smooth = [(value, error + w) for (value, error), w in zip(fitted, invariant_errors, strict=True)]
+        predictions = zip(_quartic_invariants(theory["matrix"]), invariant_errors, (2, 4, 4), strict=True)
+        exact = [(v, THEORY_ROUNDING * S**k + w) for v, w, k in predictions]
         table |= {name: (v, *both) for name, (v, _), both in zip(INVARIANTS, exact, smooth, strict=True)}
     columns = {name + kind: row[k] for name, row in table.items() for k, kind in enumerate(("_theory", "", "_error"))}
-    slack = np.fmin(ROUNDINGS * np.maximum(1.0, theory["condition"]), _shifts(ROUNDINGS, theory)[:, None])
-    slack = np.where(theory["idle"][:, None], 0.0, S[:, None] * slack + shift)
-    pairs = theory["paired"], theory["reversible"], theory["separate"]
+    slack = np.fmin(
+        THEORY_ROUNDING * np.maximum(1.0, theory["condition"]), _eigenvalue_shifts(THEORY_ROUNDING, theory)[:, None]
+    )
+    slack = np.where(theory["is_idle"][:, None], 0.0, S[:, None] * slack + shifts)
+    pairs = theory["has_pairs"], theory["is_reversible"], theory["is_separate"]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
-    by_theory, as_measured = (true.real, true.imag, slack, slack), (re, im, e_re, e_im)
+    theory_spectrum, measured_spectrum = (eigenvalues.real, eigenvalues.imag, slack, slack), (re, im, e_re, e_im)
     both = [
-        _on_family(regimes(*spectrum, of_four, *pairs), family, *spectrum)
-        for spectrum, of_four in ((by_theory, exact), (as_measured, smooth))
+        _regime_on_family(regimes(*spectrum, invariants, *pairs), family, *spectrum)
+        for spectrum, invariants in ((theory_spectrum, exact), (measured_spectrum, smooth))
     ]
-    columns["regime_theory"], columns["regime"] = _where_proved(
-        model, theory, both, [by_theory, as_measured], [exact, smooth]
+    columns["regime_theory"], columns["regime"] = _regimes_by_proof(
+        model, theory, both, [theory_spectrum, measured_spectrum], [exact, smooth]
     )
     amplitude = raw[:, kernel.AMPLITUDE]
-    for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["changes"], strict=True)):
+    for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["quantity_scales"], strict=True)):
         with np.errstate(all="ignore"):
             columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
     return columns | {
         "eigenvalue_condition": theory["condition"],
         "smallest_singular_value": fit[:, codes.MOVED],
-        **model.columns_of_runs(theory, measured, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
+        **model.columns_of_runs(theory, results, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 
 
-def directions(n: int, runs: int) -> np.ndarray:
-    """Return fixed directions of the perturbations, shape (runs, n), of size one at most, no two components alike."""
+def perturbation_directions(n: int, runs: int) -> np.ndarray:
+    """Return fixed directions of perturbations, shape (runs, n): components of size 1 at most, all different."""
     return np.array([[np.cos(1.0 + 2.399963229728653 * (i + 1) * (r + 1) + r) for i in range(n)] for r in range(runs)])
 
 
-def _free(gradients, n):
-    """Return an orthonormal basis orthogonal to the gradients, shape (points, N, n); NaN where it has more vectors."""
+def _level_set_basis(gradients, n):
+    """Return an orthonormal basis of the space orthogonal to gradients, (points, N, n); NaN if there is none."""
     points, count, N = gradients.shape
-    if n == N:  # nothing is conserved to first order: gradients that vanish have no direction but their rounding's
+    if n == N:  # no quantity has a gradient but rounding
         return np.broadcast_to(np.eye(N), (points, N, N))
     norm, basis = np.linalg.norm(gradients, axis=2, keepdims=True), np.full((points, N, n), np.nan)
-    sound = np.flatnonzero(np.isfinite(norm).all((1, 2)) & ((norm > 0.0).sum((1, 2)) >= N - n))
-    rows = gradients[sound] / np.where(norm[sound] > 0.0, norm[sound], 1.0)
-    if count == N - n:  # none hangs on the others: the last columns are across all of them
-        basis[sound] = np.linalg.qr(np.swapaxes(rows, 1, 2), mode="complete")[0][:, :, count:]
+    rows = np.flatnonzero(np.isfinite(norm).all((1, 2)) & ((norm > 0.0).sum((1, 2)) >= N - n))
+    unit_gradients = gradients[rows] / np.where(norm[rows] > 0.0, norm[rows], 1.0)
+    if count == N - n:  # independent: QR's last columns are orthogonal to all
+        basis[rows] = np.linalg.qr(np.swapaxes(unit_gradients, 1, 2), mode="complete")[0][:, :, count:]
     else:
-        basis[sound] = np.swapaxes(np.linalg.svd(rows)[2][:, N - n :], 1, 2)
+        basis[rows] = np.swapaxes(np.linalg.svd(unit_gradients)[2][:, N - n :], 1, 2)
     return basis
 
 
-def _eigen(matrix, S):
-    """Return eigenvalues in order, and their condition numbers."""
-    values, _ = _ordered(matrices.eigenvalues(matrix), S)
+def _eigen_columns(matrix, S):
+    """Return ordered eigenvalues, their condition numbers, and the joint one of the eigenvectors."""
+    values, _ = _order_eigenvalues(matrices.eigenvalues(matrix), S)
     condition = jacobians.conditions(matrix, values, S)
-    joint, rows = np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION))
+    joint, rows = (np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION)))
     joint[rows] = matrices.eigenvector_conditions(matrix[rows])
     return {"eigenvalues": values, "condition": condition, "joint_condition": joint}
 
 
-def _ordered(values, S):
-    """Return eigenvalues in order, and which of the unsorted each is."""
+def _order_eigenvalues(values, S):
+    """Return ordered eigenvalues, and the index of each among the unordered."""
     return matrices.ordered(values, 2.0 * codes.SAME * np.nan_to_num(S))
 
 
-def _invariants(matrix):
+def _quartic_invariants(matrix):
     """Return S, D and S² - 4D of 4 x 4 matrices."""
     S = 0.5 * matrices.total(matrix * np.swapaxes(matrix, 1, 2))
     with np.errstate(invalid="ignore"):
@@ -385,116 +431,130 @@ def _invariants(matrix):
     return S, D, S * S - 4.0 * D
 
 
-def _exchanged(re, im, re_error, im_error, S):
-    """Return errors that cover eigenvalues which may have changed places.
+def _errors_of_exchange(re, im, re_error, im_error, S):
+    """Return errors that also cover an exchange of two eigenvalues in their order.
 
-    Eigenvalues are ordered by imaginary part, and by real part where those count as one. Where errors leave open which
-    of the two decides, the errors of both eigenvalues reach the other one.
+    Eigenvalues are ordered by imaginary part, and by real part if those are tied. If errors leave open which decides,
+    the errors of both eigenvalues reach the other eigenvalue.
     """
     re_error, im_error = re_error.copy(), im_error.copy()
     with np.errstate(invalid="ignore"):
-        tied = np.abs(im[:, :, None] - im[:, None]) < TIED[1] * S[:, None, None]
-        alike = (
-            np.abs(re[:, :, None] - re[:, None]) <= re_error[:, :, None] + re_error[:, None] + ALIKE * S[:, None, None]
+        is_tied = np.abs(im[:, :, None] - im[:, None]) < TIE_RANGE[1] * S[:, None, None]
+        is_equal = (
+            np.abs(re[:, :, None] - re[:, None])
+            <= re_error[:, :, None] + re_error[:, None] + REAL_TIE * S[:, None, None]
         )
-        by_rounding = tied & alike & ~np.eye(re.shape[1], dtype=bool)  # and theory's order is another rounding's
-        rows = np.flatnonzero((im_error > ORDERED * S[:, None]).any(axis=1) | by_rounding.any(axis=(1, 2)))
-        least, most = (k * S[rows, None, None] for k in TIED)
+        by_rounding = is_tied & is_equal & ~np.eye(re.shape[1], dtype=bool)
+        rows = np.flatnonzero((im_error > ORDER_ERROR * S[:, None]).any(axis=1) | by_rounding.any(axis=(1, 2)))
+        low, high = (k * S[rows, None, None] for k in TIE_RANGE)
         x, y, u, v = (values[rows] for values in (re, im, re_error, im_error))
-        apart, open_ = np.abs(y[:, :, None] - y[:, None]), v[:, :, None] + v[:, None]
-        exchanged = (apart + open_ > least) & (apart - open_ < most) | by_rounding[rows]
-        for error, value, part in ((re_error, x, u), (im_error, y, v)):
-            reach = np.abs(value[:, :, None] - value[:, None]) + part[:, None]
-            error[rows] = np.maximum(part, np.where(exchanged, reach, 0.0).max(axis=2, initial=0.0))
+        distance, uncertainty = np.abs(y[:, :, None] - y[:, None]), v[:, :, None] + v[:, None]
+        may_exchange = (distance + uncertainty > low) & (distance - uncertainty < high) | by_rounding[rows]
+        for error, value, own_error in ((re_error, x, u), (im_error, y, v)):
+            reach = np.abs(value[:, :, None] - value[:, None]) + own_error[:, None]
+            error[rows] = np.maximum(own_error, np.where(may_exchange, reach, 0.0).max(axis=2, initial=0.0))
     return re_error, im_error
 
 
-def _growth(re, error):
-    """Return the largest real part, and the largest error of those that may be it."""
-    finite = np.isfinite(re).all(1)
-    growth = np.where(finite, re.max(1), np.nan)
+def _growth_rate(re, error):
+    """Return the largest real part, and the largest error among the eigenvalues that may have it."""
+    is_finite = np.isfinite(re).all(1)
+    growth = np.where(is_finite, re.max(1), np.nan)
     with np.errstate(invalid="ignore"):
-        rival = re + error >= growth[:, None]
-    return growth, np.where(finite, np.where(rival, error, 0.0).max(1), np.nan)
+        may_be_largest = re + error >= growth[:, None]
+    return growth, np.where(is_finite, np.where(may_be_largest, error, 0.0).max(1), np.nan)
 
 
-def regimes(re, im, re_error, im_error, invariants=None, pairs=None, reversible=True, separate=False):
-    """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 where there is none.
+def regimes(re, im, re_error, im_error, invariants=None, has_pairs=None, is_reversible=True, is_separate=False):
+    """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 if there is no spectrum.
 
-    Of real and imaginary parts and their errors, shape (points, n); `invariants` are for four eigenvalues (S, its
-    error), (D, …), (S² - 4D, …), shape (points,) each. `pairs` says where the Jacobian makes them come in pairs ±μ:
-    there alone an eigenvalue is known to lie on the axis, and the invariants decide. Where it is not `reversible`, only
-    the linear part has pairs, and terms of higher order decide about eigenvalues on the axis. States are `separate`
-    where each acts on one other alone: then pairs of eigenvalues may be equal.
+    Args:
+        re: real parts, shape (points, n).
+        im: imaginary parts.
+        re_error: errors of the real parts.
+        im_error: errors of the imaginary parts.
+        invariants: of four eigenvalues (S, its error), (D, …), (S² - 4D, …), shape (points,) each.
+        has_pairs: the Jacobian makes eigenvalues come in pairs ±μ: only then is an eigenvalue known to be on the axis,
+            and the invariants decide.
+        is_reversible: the whole equations have such pairs; else terms of higher order decide about eigenvalues on the
+            axis.
+        is_separate: each state is coupled with one other state at most: then pairs of eigenvalues may be equal.
     """
     with np.errstate(invalid="ignore"):
         grows = (re - re_error > 0).any(1)
-        rival = re + re_error >= (re - re_error).max(1)[:, None]  # any of these may grow fastest
-        turns = ((np.abs(im) > im_error) | ~rival).all(1)
+        may_grow_fastest = re + re_error >= (re - re_error).max(1)[:, None]
+        rotates = ((np.abs(im) > im_error) | ~may_grow_fastest).all(1)
         decays = (re + re_error < 0).all(1)
-        level = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
-        if pairs is not None:
-            level &= pairs & reversible  # else an eigenvalue may lie beside the axis, within its error
-        single, rows = level & separate, np.flatnonzero(level)
-        level[rows] = _told_apart(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
-        level |= single
-        cases = [grows & turns, grows, decays, level]
+        is_on_axis = (np.abs(re) <= re_error).all(1) & (np.abs(im) > im_error).all(1)
+        if has_pairs is not None:
+            is_on_axis &= has_pairs & is_reversible  # else an eigenvalue may be off the axis by its error
+        keeps_simple_axis, rows = is_on_axis & is_separate, np.flatnonzero(is_on_axis)
+        is_on_axis[rows] = _is_distinct(re[rows], im[rows], np.hypot(re_error, im_error)[rows]).all(1)
+        is_on_axis |= keeps_simple_axis
+        cases = [grows & rotates, grows, decays, is_on_axis]
         values = [codes.FLUTTER, codes.UNSTABLE, codes.ASYMPTOTICALLY_STABLE, codes.STABLE]
         regime = np.select(cases, values, codes.MARGINAL)
         if invariants is not None:
-            by_pairs = _by_pairs(*invariants)
-            known = pairs & (by_pairs != codes.MARGINAL) & ((by_pairs != codes.STABLE) | reversible)
-            regime = np.where(known, by_pairs, regime)
+            pair_regime = _regime_of_pairs(*invariants)
+            is_decided = has_pairs & (pair_regime != codes.MARGINAL) & ((pair_regime != codes.STABLE) | is_reversible)
+            regime = np.where(is_decided, pair_regime, regime)
     return np.where(np.isfinite(re).all(1), regime, -1).astype(np.int8)
 
 
 @np.errstate(invalid="ignore")
-def _on_family(regime, dimension, re, im, re_error, im_error):
-    """Return the regimes, stable where an equilibrium lies in a family whose dimension is the number of zeros.
+def _regime_on_family(regime, dimension, re, im, re_error, im_error):
+    """Return the regimes, with STABLE for members of families of equilibria that attract.
 
-    Each direction along a family of equilibria has an eigenvalue 0. Where as many as the dimension are 0 within their
-    errors, these are the family's own; where all others decay, a motion nearby ends at a member (Aulbach, J. Math.
-    Anal. Appl. 101 (1984) 543).
+    Each direction along a family has an eigenvalue 0. If as many as the family's dimension are 0 within their errors,
+    and all remaining ones decay, a motion nearby ends at a member (Aulbach, J. Math. Anal. Appl. 101 (1984) 543).
     """
-    zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
-    attracts = (dimension > 0) & (zero.sum(1) == dimension) & (zero | decays).all(1)
-    return np.where(attracts, codes.STABLE, regime).astype(np.int8)
+    is_zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
+    is_attracting = (dimension > 0) & (is_zero.sum(1) == dimension) & (is_zero | decays).all(1)
+    return np.where(is_attracting, codes.STABLE, regime).astype(np.int8)
 
 
-def _where_proved(model, theory, both, spectra, invariants):
-    """Return regimes of spectra where conserved quantities decide about marginal ones that are seen to turn.
+def _regimes_by_proof(model, theory, both, spectra, invariants):
+    """Return the regimes of spectra, with those of marginal rotations that conserved quantities decide.
 
-    They are stable where `definite` proves it; where these quantities are regular, eigenvalues come in pairs.
+    They are stable if :func:`is_proved_stable`; if these quantities are regular, eigenvalues come in pairs.
     """
-    turning = [_turns_marginally(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
-    rows = np.flatnonzero(np.any(turning, axis=0))
+    is_rotating = [_is_marginal_rotation(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
+    rows = np.flatnonzero(np.any(is_rotating, axis=0))
     for regular in (True, False):
-        proved = np.zeros(len(theory["place"]), dtype=bool)
-        at = [p[rows] for p in theory["parameters"]], theory["place"][rows], theory["hidden"][rows]
-        proved[rows] = definite(model, *at, regular)
-        proved &= theory["paired"] | (not model.equations.v)  # where there is a linear drag, motions may decay
-        for k, (here, spectrum, of_four) in enumerate(zip(turning, spectra, invariants, strict=True)):
-            then = regimes(*spectrum, of_four, proved, proved, theory["separate"]) if regular else np.int8(codes.STABLE)
-            both[k] = np.where(here & proved, then, both[k])
+        is_proved = np.zeros(len(theory["place"]), dtype=bool)
+        at = ([p[rows] for p in theory["parameters"]], theory["place"][rows], theory["place_uncertainty"][rows])
+        is_proved[rows] = is_proved_stable(model, *at, regular)
+        is_proved &= theory["has_pairs"] | (not model.equations.v)  # with a linear drag motions may decay
+        for k, (rotates, spectrum, of_invariants) in enumerate(zip(is_rotating, spectra, invariants, strict=True)):
+            decided = (
+                regimes(*spectrum, of_invariants, is_proved, is_proved, theory["is_separate"])
+                if regular
+                else np.int8(codes.STABLE)
+            )
+            both[k] = np.where(rotates & is_proved, decided, both[k])
     return both
 
 
-def _turns_marginally(regime, re, im, re_error):
-    """Return where a spectrum is marginal, none of it is seen to grow, and its errors are less than its rates."""
-    level = (re <= re_error).all(1) & (re_error.max(1) < np.hypot(re, im).max(1))
-    return level & (regime == codes.MARGINAL)
+def _is_marginal_rotation(regime, re, im, re_error):
+    """Return True for marginal spectra without measured growth, with errors below their largest rate."""
+    is_on_axis = (re <= re_error).all(1) & (re_error.max(1) < np.hypot(re, im).max(1))
+    return is_on_axis & (regime == codes.MARGINAL)
 
 
-def _told_apart(re, im, errors):
-    """Return which eigenvalues, shape (points, n), differ from all others by more than the errors of both."""
-    apart = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
-    return ((apart > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)).all(2)
+def _is_distinct(re, im, errors):
+    """Return True for eigenvalues, (points, n), that differ from each other eigenvalue by more than both errors."""
+    distance = np.hypot(re[:, :, None] - re[:, None], im[:, :, None] - im[:, None])
+    return ((distance > errors[:, :, None] + errors[:, None]) | np.eye(re.shape[1], dtype=bool)).all(2)
 
 
-def _by_pairs(total, product, discriminant):
-    """Return regimes from the signs of S, D and S² - 4D, as far as their errors tell them."""
-    up, down = (total[0] > total[1]), (total[0] < -total[1])
-    above, below = (product[0] > product[1]), (product[0] < -product[1])
-    split, joined = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
-    cases = [joined, below | up, down & above & split]  # S > 0 alone may be two real pairs or flutter: both grow
+def _regime_of_pairs(total, product, discriminant):
+    """Return regimes by the signs of S, D and S² - 4D; MARGINAL if errors leave them open."""
+    sum_positive, sum_negative = (total[0] > total[1]), (total[0] < -total[1])
+    product_positive, product_negative = (product[0] > product[1]), (product[0] < -product[1])
+    real_squares, complex_squares = (discriminant[0] > discriminant[1]), (discriminant[0] < -discriminant[1])
+    cases = [
+        complex_squares,
+        product_negative | sum_positive,
+        sum_negative & product_positive & real_squares,
+    ]  # S > 0 alone: two real pairs or flutter, both grow
     return np.select(cases, [codes.FLUTTER, codes.UNSTABLE, codes.STABLE], codes.MARGINAL)

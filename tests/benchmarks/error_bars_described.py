@@ -198,7 +198,7 @@ def flow(name, model, exact, random, integration, count):
     runs = int(random.integers(1, 5)) if random.random() < 0.5 else spectra.usual_runs(model)
     theory = model.theory(points)
     given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    columns = spectra._columns(model, theory, spectra.measured(model, points, theory, *given, runs))
+    columns = spectra._columns(model, theory, spectra.measure_points(model, points, theory, *given, runs))
     values, S = theory["eigenvalues"], theory["scale"]
     unsure = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)
@@ -241,7 +241,7 @@ def flow(name, model, exact, random, integration, count):
         found = np.array([[complex(v) for v in spectrum(i)]])
         nothing = np.full((1, n), VANISHING * S[i])
         found.imag[np.abs(found.imag) < VANISHING * S[i]] = 0.0
-        true = regimes(found.real, found.imag, nothing, nothing, None, theory["paired"][[i]])
+        true = regimes(found.real, found.imag, nothing, nothing, None, theory["has_pairs"][[i]])
         wrong[i] = columns["regime"][i] not in (true[0], codes.UNSTABLE if true[0] == codes.FLUTTER else true[0])
     missing = ~np.isfinite(columns["eigenvalue_real"] + columns["eigenvalue_real_error"]).all(1)
     row |= {"wrong": wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing, "points": points}

@@ -8,7 +8,7 @@ import relative
 from kernels import codes, flows
 from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import _exchanged, regimes
+from sweeps.mechanics.relative import _errors_of_exchange, regimes
 
 
 def at(name, **values):
@@ -54,7 +54,7 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
 )
 def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, paired):
     theory = at(name, **values)
-    assert theory["paired"][0] == paired
+    assert theory["has_pairs"][0] == paired
     found = theory["eigenvalues"][0]
     apart = np.abs(found[:, None] + found).min(1).max() / theory["scale"][0]
     assert (apart < 1e-6) == paired  # 1e-12 to the power of a half, where two eigenvalues meet
@@ -114,11 +114,11 @@ def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
     """A quartet ±a ± ib: which of +a and -a comes first hangs on imaginary parts that are known to 1e-5."""
     re, im = np.array([[0.3, -0.3, 0.3, -0.3]]), np.array([[-1.0 - 1e-6, -1.0 + 1e-6, 1.0 - 1e-6, 1.0 + 1e-6]])
     error = np.full((1, 4), 1e-5)
-    real, imaginary = _exchanged(re, im, error, error, np.ones(1))
+    real, imaginary = _errors_of_exchange(re, im, error, error, np.ones(1))
     assert (real >= 0.6).all()
     assert (imaginary < 2e-5).all()
     small = np.full((1, 4), 1e-9)
-    assert all(np.array_equal(x, small) for x in _exchanged(re, im, small, small, np.ones(1)))
+    assert all(np.array_equal(x, small) for x in _errors_of_exchange(re, im, small, small, np.ones(1)))
 
 
 def test_a_window_shorter_than_the_scale_is_refused():

@@ -126,4 +126,4 @@ def test_a_proof_decides_a_marginal_spectrum_alone():
     re = np.array([[0.0, 0.0], [1.0, 1.0], [2e-8, 2e-8], [0.0, 0.0], [np.nan, np.nan]])
     im, error = np.tile([-1.0, 1.0], (5, 1)), np.full((5, 2), 1e-8)
     error[3] = 2.0
-    assert relative._turns_marginally(regime, re, im, error).tolist() == [True, False, False, False, False]
+    assert relative._is_marginal_rotation(regime, re, im, error).tolist() == [True, False, False, False, False]
