@@ -22,7 +22,7 @@ from kernels.oscillations import MARGINAL
 from kernels.statuses import OK
 from sweeps.mechanics import relative as spectra
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import ROUNDINGS, regimes
+from sweeps.mechanics.relative import THEORY_ROUNDING, regimes
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
@@ -159,7 +159,7 @@ def oscillator(name, model, exact, random, integration, count):
     condition = np.ones(len(points["mode"]))
     sound = np.isfinite(theory["a"]).all((1, 2))
     condition[sound] = np.linalg.cond(theory["a"][sound])
-    unsure = ROUNDINGS * condition * theory["scale"] ** 2
+    unsure = THEORY_ROUNDING * condition * theory["scale"] ** 2
     known = {}
 
     def square(i):
@@ -200,7 +200,7 @@ def flow(name, model, exact, random, integration, count):
     given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
     columns = spectra._columns(model, theory, spectra.measure_points(model, points, theory, *given, runs))
     values, S = theory["eigenvalues"], theory["scale"]
-    unsure = (ROUNDINGS * S)[:, None] * np.maximum(1.0, theory["condition"])
+    unsure = (THEORY_ROUNDING * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)
     known = {}
 
@@ -233,7 +233,7 @@ def flow(name, model, exact, random, integration, count):
     )
     row["growth_rate"] = fastest
     for which, power in INVARIANTS.items() if n == 4 else ():
-        given = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], ROUNDINGS * S**power)
+        given = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], THEORY_ROUNDING * S**power)
         row[which] = _ratios(*given, lambda i, which=which: invariant(i, which))
     told = (columns["regime"] >= 0) & (columns["regime"] != codes.MARGINAL)
     wrong = np.zeros(told.size, dtype=bool)

@@ -4,7 +4,7 @@ import sympy as sp
 
 from sweeps.mechanics import System, relative
 from sweeps.mechanics.model import Model
-from sweeps.mechanics.relative import definite
+from sweeps.mechanics.relative import is_proved_stable
 from sweeps.points import catalogue
 from sweeps.systems import resolve
 from sweeps.systems.relative_equilibrium.system import REGIMES
@@ -60,7 +60,7 @@ def made(rates, conserved, place, bounds=(-9.0, 9.0)):
     for k, quantity in enumerate(conserved):
         system.conserved(quantity(*states), f"C{k}")
     system.equilibrium("place", dict(zip(states, place, strict=True)))
-    return definite(Model(system), [np.zeros(1)], np.array([place], dtype=float), np.zeros((1, len(place))))[0]
+    return is_proved_stable(Model(system), [np.zeros(1)], np.array([place], dtype=float), np.zeros((1, len(place))))[0]
 
 
 def free_body(moments, turned, k, scale=(1.0, 1.0)):
@@ -111,11 +111,11 @@ def test_the_gyrostats_and_gravity_gradients_conserved_quantities_prove_what_boo
     I1, I2, I3, h, W = values = [*rng.uniform(1.0, 2.0, (3, 400)), *rng.uniform(-2.0, 2.0, (2, 400))]
     place = np.stack([0.0 * W, W, 0.0 * W], axis=1)
     squared = ((I2 - I3) * W + h) * ((I2 - I1) * W + h)
-    np.testing.assert_array_equal(definite(resolve("gyrostat").mechanism, values, place, 0.0 * place), squared > 0.0)
+    np.testing.assert_array_equal(is_proved_stable(resolve("gyrostat").mechanism, values, place, 0.0 * place), squared > 0.0)
     k1, k3 = rng.uniform(-0.99, 0.99, (2, 400))
     place = np.zeros((400, 6))
     place[:, 1] = -np.abs(W)
-    found = definite(resolve("gravity_gradient").mechanism, [k1, k3, np.abs(W)], place, 0.0 * place)
+    found = is_proved_stable(resolve("gravity_gradient").mechanism, [k1, k3, np.abs(W)], place, 0.0 * place)
     np.testing.assert_array_equal(found, (k3 > 0.0) & (k3 < k1))
 
 
