@@ -381,7 +381,8 @@ def test_van_der_pols_oscillator_is_that_of_radau(van_der_pol, mu, duration):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("mu", [1000.0, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (3e3, 1e4, 1e5, 1e6))])
+@pytest.mark.slow
+@pytest.mark.parametrize("mu", [1e3, 1e4, 1e6])
 def test_a_stiff_motion_is_named(van_der_pol, mu):
     ds = sweeps.motion(van_der_pol, {"x": 2.0, "y": 0.0}, [0.0, 2.0 * mu], parameters={"mu": mu})
     assert motions.STATUSES[int(ds.status)] == "stiff"

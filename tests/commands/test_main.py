@@ -130,7 +130,7 @@ os.dup2(writer, number)
 sys.argv[1:] = sys.argv[2:]
 os.execv(sys.executable, [sys.executable, "-m", "sweeps", *sys.argv[1:]])
 """
-WORDS = [["--completion", "bash"], ["--version"], ["check", "tiny"], ["check", "none"], ["body", "racket"]]
+WORDS = [["--version"], ["check", "tiny"], ["check", "none"]]
 
 
 @pytest.mark.parametrize("words", WORDS, ids=" ".join)
@@ -141,9 +141,11 @@ def test_a_reader_that_has_gone_ends_a_command_quietly(words):
     assert done.stderr.count(b"\n") == ("none" in words)
 
 
-@pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize(("words", "status"), [("check tiny", 0), ("check none", 2), ("--version", 0)])
-def test_closed_streams_change_no_exit_status(closed, words, status):
+@pytest.mark.parametrize(
+    ("words", "status", "closed"),
+    [("check tiny", 0, "<&- >&- 2>&-"), ("check none", 2, "2>&-"), ("check none", 2, "<&-"), ("--version", 0, ">&-")],
+)
+def test_closed_streams_change_no_exit_status(words, status, closed):
     command = f"{shlex.quote(sys.executable)} -m sweeps {words}"
     lines = (command, f"{command} {closed}")
     whole, done = (subprocess.run(["sh", "-c", line], capture_output=True, check=False) for line in lines)

@@ -352,9 +352,9 @@ def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
 @pytest.mark.parametrize("chunked", [True, False])
 def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_path, monkeypatch):
     """However the map is stored: of a map of 3 GB a plane may be a tenth."""
-    tiny.drop_encoding().to_netcdf(
-        tmp_path / "map.nc", encoding={name: {"chunksizes": (1,) * v.ndim} for name, v in tiny.items() if chunked}
-    )
+    small = tiny.isel(axis=[1], omega0=[0]).drop_encoding()
+    encoding = {name: {"chunksizes": (1,) * v.ndim} for name, v in small.items() if chunked}
+    small.to_netcdf(tmp_path / "map.nc", encoding=encoding)
     monkeypatch.setattr(mapfile, "PART_VALUES", 3)
     monkeypatch.setattr(stored_values, "PART_VALUES", 3)
     sizes = []
@@ -365,7 +365,7 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_pa
         told = mapfile.write_part(ds, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
-        assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(tiny)
+        assert ds.attrs["content_hash"] == told == content.content_hash(ds) == content.content_hash(small)
 
 
 def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):

@@ -48,6 +48,7 @@ def measured(monkeypatch):
 
 def test_a_script_of_one_line_is_run_once(mine):
     """No process that it starts may run it again, though it guards nothing by its name."""
+    mine.write_text(json.dumps({"grid": GRID, "axes": [2], "integration": {"variables": ["omega_squared", "regime"]}}))
     Path("script.py").write_text('print("begun")\nimport sweeps\nsweeps.run("mine.yaml", cores=2)\n')
     run = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, check=True)
     assert run.stdout == "begun\n"

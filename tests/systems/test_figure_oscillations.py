@@ -96,7 +96,7 @@ LAWS = {  # of the measured rate over length and gravity
 }
 
 
-@pytest.mark.parametrize("span", [(0.05, 20.0), (20.0, 0.05), (1.0, 2.0)])
+@pytest.mark.parametrize("span", [(0.05, 20.0), (20.0, 0.05)])
 @pytest.mark.parametrize("law", LAWS)
 def test_each_name_of_a_curve_stands_at_its_curve(law, span):
     length, g = np.geomspace(*span, 12), np.linspace(1.6, 24.8, 20)
