@@ -55,6 +55,11 @@ def hostile(ds):
     return ds.assign_coords({name: [HOSTILE, *ds[name].values[1:].tolist()] for name in names})
 
 
+SHIPPED = [  # sweeps that ship, of each kind of system and of points, and of each form of pictures
+    *("mathieu", "paul_trap", "swing", "bead_on_hoop", "spherical_pendulum", "double_pendulum", "linear_triatomic"),
+    *("foucault", "gravity_gradient", "lagrange_points", "bodies", "breakdown", "cubesats", "rackets", "tennis_racket"),
+    *("symmetric", "tumblers", "tumbling", "twist", "kapitzas_racket", "pumped_breakdown"),
+]
 PATIENCE = 60  # s until what must come has come, on however busy a machine
 
 

@@ -5,16 +5,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.text import Text
+from report_pages import SHIPPED
 
 import sweeps
 from sweeps.figure import style
+from sweeps.handbook import gallery
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.views import figures
 
 SLACK = 3.0  # pixels of 200 an inch: a box is as high as its tallest letter, whether the text has it or not
-
-MOST = 15  # values of a dimension
 
 
 def texts(figure, monkeypatch):
@@ -41,26 +41,13 @@ def faults(figure, monkeypatch):
             yield words, others
 
 
-def few_points(name):
-    """Return a shipped definition with at most so many values a dimension, bodies and draws."""
-    definition = plain(read_text(file_text(catalogue.shipped()[name])))
-    grid = definition.get("grid", {})
-    for key, value in grid.items():
-        if isinstance(value, list):
-            grid[key] = value[:6]
-        for axis in (value, *value.values()) if isinstance(value, dict) else ():
-            if isinstance(axis, dict) and "num" in axis:
-                axis["num"] = min(axis["num"], MOST)
-    if isinstance(definition.get("bodies"), list):
-        definition["bodies"] = definition["bodies"][:8]
-    return definition | ({"draws": min(definition["draws"], 512)} if "draws" in definition else {})
-
-
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", catalogue.shipped())
+@pytest.mark.parametrize("name", SHIPPED)
 def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
-    ds = figures.literal(sweeps.survey(few_points(name)))
+    monkeypatch.setattr(gallery, "MANY", {})
+    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped()[name]))))
+    ds = figures.literal(sweeps.survey(values))
     for size in ("slide", "column"):  # what is widest and what is narrowest
         for picture, draw in figures.pictures(ds).items():
             with style.drawn_for(style.SHEETS[size]), np.errstate(all="ignore"):
