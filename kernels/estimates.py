@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from kernels import columns, direct, lanes, linear, measure, reduction, uncertainty
+from kernels import columns, direct, lanes, linear, measure, propagators, reduction, uncertainty
 from kernels.blocks import W
 from kernels.columns import Column
 from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
@@ -155,14 +155,15 @@ def _forgive_growth(S, tolerance):
 
 
 @njit(**INNER)
-def _fill_errors(S, number, rounded, whole):
+def _fill_errors(S, step, rounded, whole):
     """Write the reduced Ω², the terms of both errors and the regime, which follows from the reduced one.
 
-    ``number`` is that of the step, as :func:`kernels.lanes.follow` takes it; ``rounded``: the moments are ratios,
-    rounded once each; ``whole``: the reduction was done to its last order.
+    ``step``: of :mod:`kernels.propagators`; ``rounded``: the moments are ratios, rounded once each; ``whole``: the
+    reduction was done to its last order.
     """
     whole_vectors()
-    exactly, order, kind = number >= lanes.EXACT, 8.0 + 2.0 * (number // 3), number % 3
+    exactly, order = propagators.IS_EXACT[step], propagators.ORDER[step]
+    is_near, is_nearest = propagators.IS_NEAR[step], propagators.IS_NEAREST[step]
     for lane in range(W):
         used, spacing, spin = S[lanes.USED + lane], S[lanes.SPACING + lane], S[MORE.spin_rate + lane]
         rate2 = S[MORE.rate2 + lane]
@@ -180,8 +181,8 @@ def _fill_errors(S, number, rounded, whole):
         bound = max(abs(Ib - Ic) / Ia, bend)
         epsilon = S[lanes.EPSILON + lane]
         size, x = epsilon * math.sqrt(S[lanes.LARGEST + lane]), bound * spacing * math.sqrt(1.0 + epsilon * epsilon)
-        cubic = direct.left_by_nearest(x, size, used) if kind == 2 else math.inf
-        cubic = direct.left_by_near(x, size, used) if kind == 1 else cubic
+        cubic = direct.left_by_nearest(x, size, used) if is_nearest else math.inf
+        cubic = direct.left_by_near(x, size, used) if is_near else cubic
         hidden = uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
         end = uncertainty.at_the_end(apart, growth, 0.0 if exactly else min(hidden, cubic))
         integration = uncertainty.integration(reduced, rate, apart, end, per, spacing)
@@ -315,13 +316,13 @@ def _fill_drifts(S):
 
 
 @njit(**OPTIONS)
-def fill(S, work, reduced, number, rounded, tolerance):
+def fill(S, work, reduced, step, rounded, tolerance):
     """Turn every lane's sums into its columns, in units of s.
 
     Args:
         S (numpy.ndarray, shape (ROWS * W,)): Scratch after :func:`kernels.lanes.follow`, with the row spin_rate filled.
             Column k of lane l goes to ``S[(FIRST + k) * W + l]``; those of work that was not done hold no sense.
-        work, reduced, number: As of :func:`kernels.lanes.follow`.
+        work, reduced, step: As of :func:`kernels.lanes.follow`.
         rounded, tolerance: As of :class:`kernels.survey.RunSettings`.
     """
     certified, invariants, logged, _, rated = work
@@ -331,7 +332,7 @@ def fill(S, work, reduced, number, rounded, tolerance):
     if certified:
         _forgive_growth(S, tolerance)
     if reduced != lanes.NONE:
-        _fill_errors(S, number, rounded, reduced == lanes.WHOLE)
+        _fill_errors(S, step, rounded, reduced == lanes.WHOLE)
         if reduced == lanes.WHOLE:
             _widen_within_a_turn(S)
         if rated:

@@ -18,12 +18,10 @@ what the direct integration may be trusted to.
 
 from typing import NamedTuple
 
-from kernels import exact, measure, recurrence, reduction, rigid_body, taylor
+from kernels import exact, measure, propagators, recurrence, reduction, rigid_body, taylor
 from kernels.blocks import W
 from kernels.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
 from kernels.straight import formula
-
-EXACT, RECURRENCE = 9, 10  # the exact solution by its map or its recurrence, where a Taylor step has its number
 
 # Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
 MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
@@ -143,7 +141,7 @@ def _advance_of(step):
     return advance
 
 
-_taylor_0, _taylor_1, _taylor_2, _taylor_3, _taylor_4, _taylor_5, _taylor_6, _taylor_7, _taylor_8 = map(
+_taylor_8, _near_8, _nearest_8, _taylor_10, _near_10, _nearest_10, _taylor_12, _near_12, _nearest_12 = map(
     _advance_of, taylor.STEPS
 )
 
@@ -170,27 +168,27 @@ def _advance_recurrence(S):
 
 
 @njit(**OPTIONS)
-def advance(S, number, steps):
-    """Advance every lane by a sample interval: by Taylor steps (their number in taylor.STEPS), EXACT or RECURRENCE."""
-    if number == 0:
-        _taylor_0(S, steps)
-    elif number == 1:
-        _taylor_1(S, steps)
-    elif number == 2:
-        _taylor_2(S, steps)
-    elif number == 3:
-        _taylor_3(S, steps)
-    elif number == 4:
-        _taylor_4(S, steps)
-    elif number == 5:
-        _taylor_5(S, steps)
-    elif number == 6:
-        _taylor_6(S, steps)
-    elif number == 7:
-        _taylor_7(S, steps)
-    elif number == 8:
+def advance(S, step, steps):
+    """Advance every lane by a sample interval, by so many steps of :mod:`kernels.propagators`."""
+    if step == propagators.TAYLOR_8:
         _taylor_8(S, steps)
-    elif number == EXACT:
+    elif step == propagators.NEAR_8:
+        _near_8(S, steps)
+    elif step == propagators.NEAREST_8:
+        _nearest_8(S, steps)
+    elif step == propagators.TAYLOR_10:
+        _taylor_10(S, steps)
+    elif step == propagators.NEAR_10:
+        _near_10(S, steps)
+    elif step == propagators.NEAREST_10:
+        _nearest_10(S, steps)
+    elif step == propagators.TAYLOR_12:
+        _taylor_12(S, steps)
+    elif step == propagators.NEAR_12:
+        _near_12(S, steps)
+    elif step == propagators.NEAREST_12:
+        _nearest_12(S, steps)
+    elif step == propagators.EXACT:
         _advance_exact(S)
     else:
         _advance_recurrence(S)
@@ -510,13 +508,13 @@ def _follow_recurrence(S, left):
 
 
 @njit(**OPTIONS)
-def follow(S, number, steps, intervals, work, reduced):
+def follow(S, step, steps, intervals, work, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
     Args:
         S (numpy.ndarray, shape (ROWS * W,)): Scratch, with the rows MA ... STEPS filled.
-        number, steps (int): Of the Taylor step in :data:`kernels.taylor.STEPS`, or EXACT, or RECURRENCE (where and only
-            where ``reduced`` is not WHOLE); and steps a sample interval. One for the whole block.
+        step, steps (int): Step of :mod:`kernels.propagators` for the whole block, RECURRENCE if and only if ``reduced``
+            is not WHOLE in place of EXACT; and how many of them a sample interval takes.
         intervals (int): Number of sample intervals.
         work (tuple of 5 bool): Of :class:`Work`.
         reduced (int): How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two
@@ -524,7 +522,7 @@ def follow(S, number, steps, intervals, work, reduced):
     """
     certified, invariants, logged, _, _ = work
     begin(S)
-    if certified or number >= EXACT:
+    if certified or propagators.IS_EXACT[step]:
         if reduced == WHOLE:
             begin_exact(S)
         else:
@@ -532,12 +530,12 @@ def follow(S, number, steps, intervals, work, reduced):
     if invariants:
         begin_invariants(S)
     opened, growing, logging = True, False, False
-    at_once = number == RECURRENCE and reduced == NONE and not invariants
+    at_once = step == propagators.RECURRENCE and reduced == NONE and not invariants
     for k in range(1, intervals + 1):
         if at_once and k > 2:
             _follow_recurrence(S, intervals - 2)
             break
-        advance(S, number, steps)
+        advance(S, step, steps)
         if k == 2:
             growing = guess(S)
             if reduced != NONE:

@@ -15,11 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels import collapse, direct, estimates, flips, lanes, linear, measure, reduction, rigid_body
+from kernels import collapse, direct, estimates, flips, lanes, linear, measure, propagators, reduction, rigid_body
 from kernels.blocks import W, cut, scratch
 from kernels.circular import FAR, cosine_sine, within
 from kernels.estimates import COLUMNS, MEASURED
-from kernels.jit import INLINE, OPTIONS, njit, whole_vectors
+from kernels.jit import OPTIONS, njit, whole_vectors
+from kernels.propagators import PROPAGATORS
 from kernels.solution import unit_of
 from kernels.statuses import NON_FINITE, OK, SHORT_WINDOW
 
@@ -36,13 +37,21 @@ POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
 LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
 
 
+class PointPlan(NamedTuple):
+    """How each point is followed, one array each; compiled code takes it as a plain tuple of arrays."""
+
+    growth: np.ndarray  #: level, 0 to LEVELS - 1, by which points that may share a block are sorted
+    depth: np.ndarray  #: of the reduction that the point needs: lanes.FIRST_ORDER or lanes.WHOLE
+    step: np.ndarray  #: of :mod:`kernels.propagators`
+    steps: np.ndarray  #: a sample interval
+
+
 class RunSettings(NamedTuple):
     """How every point is followed."""
 
     spacing: float  #: between samples, radians of spin, where no rate asks for less
     intervals: int
     tolerance: float  #: relative error of the perturbation allowed over the run
-    exactly: bool  #: whether the motion is the exact solution
     rounded: bool  #: whether the moments are ratios that were rounded once each
 
 
@@ -62,20 +71,23 @@ def _lay_out(T, values):
 
 
 @njit(nogil=True, **OPTIONS)
-def _plan(T, axis, spacing, intervals, keys):
-    """Write moments in lanes' order, sample spacing (radians of spin), bound on the rates, and a key to sort points by.
+def _plan(T, axis, spacing, intervals, plan):
+    """Write moments in lanes' order, sample spacing (radians of spin), bound on the rates, and the plan of exact steps.
 
-    The key is that of one exact step a sample; no branch is left in the loop, which is packed.
+    No branch is left in the loop, which is packed.
     """
+    growth, depth, step, steps = plan
     for i in range(axis.size):
         Ia, Ib, Ic = rigid_body.relabel(T[_A + i], T[_B + i], T[_C + i], axis[i])
         ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
         bound = max(abs(ca), abs(cb), abs(cc))
         point_spacing = min(spacing, 0.5 / max(1.0, bound))
         T[_BOUND + i], T[_SPACING + i] = bound, point_spacing
-        growth = cb * cc if cb * cc > 0.0 else 0.0
-        level = int(min(math.sqrt(growth), 1.0) * (LEVELS - 1)) if growth == growth else 0
-        keys[i] = level + (0 if reduction.is_small(ca, T[_EPSILON + i], point_spacing * intervals) else LEVELS)
+        square = cb * cc if cb * cc > 0.0 else 0.0
+        growth[i] = int(min(math.sqrt(square), 1.0) * (LEVELS - 1)) if square == square else 0
+        is_small = reduction.is_small(ca, T[_EPSILON + i], point_spacing * intervals)
+        depth[i] = lanes.FIRST_ORDER if is_small else lanes.WHOLE
+        step[i], steps[i] = propagators.RECURRENCE if is_small else propagators.EXACT, 1
         scale, omega0 = 1.0 / unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
         T[_A + i], T[_B + i], T[_C + i] = Ia * scale, Ib * scale, Ic * scale
         T[_SPIN + i] = 1.0 if omega0 > 0.0 else -1.0
@@ -83,10 +95,11 @@ def _plan(T, axis, spacing, intervals, keys):
 
 
 @njit(nogil=True, **OPTIONS)
-def _choose(T, intervals, tolerance, keys):
-    """Put into the keys which Taylor steps the points need, and how many a sample."""
+def _choose(T, intervals, tolerance, plan):
+    """Write the Taylor steps that the points need into the plan, in place of exact ones."""
+    _, _, step, steps = plan
     latest, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
-    for i in range(keys.size):
+    for i in range(steps.size):
         epsilon = T[_EPSILON + i]
         if epsilon != latest:
             latest = epsilon
@@ -98,18 +111,18 @@ def _choose(T, intervals, tolerance, keys):
                 direct.truncation(size, direct.ORDERS[2]),
             )
         x = T[_BOUND + i] * T[_SPACING + i] * whole
-        number, steps = direct.choose(x, size, coefficients, intervals, tolerance)
-        keys[i] += (9 * (steps - 1) + number) * 2 * LEVELS
+        step[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
 
 
-@njit(**INLINE)
-def _work(key, exactly):
-    """Return a block's number of step, steps a sample and reduction, from the key of any of its points."""
-    number = key // LEVELS
-    depth = lanes.FIRST_ORDER if number % 2 == 0 else lanes.WHOLE
-    if exactly:
-        return (lanes.EXACT if depth == lanes.WHOLE else lanes.RECURRENCE), 1, depth
-    return number // 2 % 9, number // 18 + 1, depth
+@njit(nogil=True, **OPTIONS)
+def _sort(plan):
+    """Return the order of the points and the starts of blocks (:func:`kernels.blocks.cut`), by all fields of a plan."""
+    growth, depth, step, steps = plan
+    keys = np.empty(steps.size, dtype=np.int64)
+    for i in range(steps.size):
+        kind = ((steps[i] - 1) * len(propagators.ORDER) + step[i]) * 2 + (depth[i] == lanes.WHOLE)
+        keys[i] = kind * LEVELS + growth[i]
+    return cut(keys, LEVELS)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -137,7 +150,7 @@ def _keep(S, rows, out):
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(T, keys, blocks, run, work, out):
+def _run(T, plan, blocks, run, work, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
     ``out`` holds the numbers ``rows`` of those wanted; ``blocks_out``, shape (blocks, rows, W), where they go; and
@@ -145,16 +158,17 @@ def _run(T, keys, blocks, run, work, out):
     """
     order, starts = blocks
     rows, blocks_out, at = out
-    _, intervals, tolerance, exactly, rounded = run
+    _, intervals, tolerance, rounded = run
+    _, depth, step, steps = plan
     reducing = work[3]
     S = scratch(estimates.ROWS)
     for j in range(starts.size - 1):
         points = order[starts[j] : starts[j + 1]]
-        taken, steps, depth = _work(keys[points[0]], exactly)
-        depth = depth if reducing or depth == lanes.WHOLE else lanes.NONE
-        _gather(S, T, points, steps)
-        lanes.follow(S, taken, steps, intervals, work, depth)
-        estimates.fill(S, work, depth, taken, rounded, tolerance)
+        i = points[0]  # any point of the block
+        reduced = depth[i] if reducing or depth[i] == lanes.WHOLE else lanes.NONE
+        _gather(S, T, points, steps[i])
+        lanes.follow(S, step[i], steps[i], intervals, work, reduced)
+        estimates.fill(S, work, reduced, step[i], rounded, tolerance)
         _keep(S, rows, blocks_out[j])
         for lane in range(points.size):
             at[points[lane]] = j * blocks_out.shape[1] * W + lane
@@ -174,25 +188,25 @@ def _sort_back(first, blocks, at, low, size, out):
             sorted_column[i] = column[at[i]]
 
 
-def _measure(points, run, work, rows, tables):
+def _measure(points, propagator, run, work, rows, tables):
     """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
     reals, counts, kinds = tables
     I1, I2, I3, axis, omega0, epsilon, phase = points
     room = min(I1.size, TILE)
-    T, keys = np.empty(PITCH * (GATHERED + 1)), np.empty(room, dtype=np.int64)
+    T, whole_plan = np.empty(PITCH * (GATHERED + 1)), [np.empty(room, dtype=np.int64) for _ in PointPlan._fields]
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
     blocks, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint32)
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
-        part, part_keys = slice(low, low + size), keys[:size]
+        part, plan = slice(low, low + size), tuple(values[:size] for values in whole_plan)
         _lay_out(T, (I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part]))
-        _plan(T, axis[part], run.spacing, run.intervals, part_keys)
-        if not run.exactly:
-            _choose(T, run.intervals, run.tolerance, part_keys)
-        order, starts = cut(part_keys, LEVELS)
+        _plan(T, axis[part], run.spacing, run.intervals, plan)
+        if propagator == "direct":
+            _choose(T, run.intervals, run.tolerance, plan)
+        order, starts = _sort(plan)
         if starts.size - 1 > blocks.shape[0]:
             blocks = np.empty((starts.size - 1, blocks.shape[1], W))
-        _run(T, part_keys, (order, starts), tuple(run), work, (rows, blocks, at))
+        _run(T, plan, (order, starts), tuple(run), work, (rows, blocks, at))
         flat = blocks.ravel()
         _sort_back(0, flat, at, low, size, reals)
         _sort_back(reals.shape[0], flat, at, low, size, counts)
@@ -217,8 +231,8 @@ def measured(
         rotations (float): Length of the run, in 2 pi/|omega0|.
         samples_per_rotation (int): Samples in 2 pi/|omega0|; the spacing shrinks where max|c_i| > 1.
         tolerance (float): Relative error of the perturbation allowed over the run.
-        propagator (str): "direct" (Taylor steps, certified by the exact solution) or "exact" (the exact step, one a
-            sample).
+        propagator (str): One of PROPAGATORS: "direct" (Taylor steps, certified by the exact solution) or "exact" (the
+            exact step, one a sample).
         wanted (collection of str): Columns to make, of MEASURED; without the drifts, the log slope, the certificate,
             the rates or the errors the work for them is saved.
         nonlinear (bool): Whether to follow the motion on to its flips and its largest tilt (:mod:`kernels.flips`).
@@ -243,12 +257,14 @@ def measured(
     tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
     rated = bool(work & {estimates.RATES, estimates.LOG_SLOPE})
-    certified = propagator == "direct" and (rated or bool(work & {estimates.CERTIFICATE, estimates.ERRORS}))
+    certified = PROPAGATORS[propagator].is_certified and (
+        rated or bool(work & {estimates.CERTIFICATE, estimates.ERRORS})
+    )
     reducing = rated or bool(work & {estimates.REDUCTION, estimates.ERRORS})
     done = lanes.Work(certified, estimates.INVARIANTS in work, estimates.LOG_SLOPE in work, reducing, rated)
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
-    run = RunSettings(spacing, intervals, tolerance, propagator == "exact", rounded)
-    _measure(points, run, tuple(done), rows, tables)
+    run = RunSettings(spacing, intervals, tolerance, rounded)
+    _measure(points, propagator, run, tuple(done), rows, tables)
     result = {column.name: values for column, values in zip(requested, chain(*tables), strict=True)}
     followed = _nonlinear(points, result, tolerance) if nonlinear else {}
     _leave_out_unrepresentable(result, points.omega0)

@@ -16,7 +16,7 @@ import numpy as np
 from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from numba import carray, cfunc, njit, prange
 
-from kernels import direct, lanes, measure, rigid_body, survey
+from kernels import direct, lanes, measure, propagators, rigid_body, survey
 from kernels.jit import takes_whole_vectors
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
@@ -99,7 +99,7 @@ def _sampled(row, order, steps, samples):
     for r in range(row.size):
         S[lanes.W * r : lanes.W * (r + 1)] = row[r]
     lanes.begin(S)
-    if order == lanes.RECURRENCE:
+    if order == propagators.RECURRENCE:
         lanes.begin_recurrence(S)
     for k in range(samples.shape[0]):
         if k > 0:
@@ -131,7 +131,7 @@ class Exact(Polhode):
     name, propagator, settings = "Polhode exact", "exact", (0.0,)
     size = 400_000  # a run as long as the others': the bodies are taken several times
     mode = "addition theorem of the closed form, one step a sample, 32 lanes, a thread per core"
-    step = staticmethod(lambda body, tolerance: (lanes.RECURRENCE, 1))
+    step = staticmethod(lambda body, tolerance: (propagators.RECURRENCE, 1))
 
     def measured(self, bodies, part, tolerance, wanted):
         return super().measured(bodies, part, 1e-10, wanted)

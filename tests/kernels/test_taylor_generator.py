@@ -1,6 +1,6 @@
 import ast
 
-from kernels import taylor
+from kernels import propagators, taylor
 
 
 def test_a_step_takes_as_many_multiply_adds_as_are_counted():
@@ -22,3 +22,11 @@ def test_the_lines_of_a_low_order_are_those_of_the_equations():
     # the last terms stand in the sums alone
     last = "(ka * R4) * (b1 * c2 + b2 * c1 + b0 * c3 + b3 * c0)"
     assert lines[-1].startswith(f"return (((a3 + a2) + {last}) + a1) + a0, (((b3 + b2) + (kb * R4) * (")
+
+
+def test_a_step_has_the_number_of_its_name():
+    for number, step in enumerate(taylor.STEPS):
+        spin, order = step.__name__.split("step_")
+        assert getattr(propagators, f"{spin or 'taylor_'}{order}".upper()) == number
+        assert propagators.ORDER[number] == float(order)
+        assert (propagators.IS_NEAR[number], propagators.IS_NEAREST[number]) == (spin == "near_", spin == "nearest_")

@@ -21,7 +21,6 @@ AXES = "spin axes to survey: a list of 1, 2, 3, each once"
 MOST_PRINTED = 10  # bodies of which `check` prints the axes
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
 FORMS = "three moments, a tensor of 3 rows of 3, a body's mapping as in a definition, or a body's name"
-PROPAGATORS = ("direct", "exact")
 
 
 class Ratios(Strict):
@@ -245,7 +244,7 @@ def _plain(value: object) -> object:
 class Once(Strict):
     """How each motion is followed."""
 
-    propagator: Annotated[str, choice(PROPAGATORS)] = key(
+    propagator: Annotated[str, choice(("direct", "exact"))] = key(
         "direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)", "direct"
     )
     tolerance: Tolerance = key(f"integration error allowed in the measurement, {TOLERANCE}", 1e-10)

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from kernels import statuses
+from kernels.propagators import PROPAGATORS
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import Strict, grid_model, key, mapping, switch
@@ -16,7 +17,7 @@ from sweeps.schema.values import Axis, Epsilon, Phase, Positive, choice, in_unit
 from sweeps.schema.variables import Parameter, Variable
 from sweeps.systems import rates
 from sweeps.systems.bodies import variables as bodies
-from sweeps.systems.bodies.body import AXES, BODIES, PROPAGATORS, BodiesDefinition, Body, list_of
+from sweeps.systems.bodies.body import AXES, BODIES, BodiesDefinition, Body, list_of
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS, Axes, SignedSpin
@@ -141,7 +142,7 @@ class SpunBody(Body):
 class RigidBodyIntegration(Integration):
     """How each run of a rigid body is made."""
 
-    propagator: Annotated[str, choice(PROPAGATORS)] = key(
+    propagator: Annotated[str, choice(tuple(PROPAGATORS))] = key(
         "integration method: direct (Taylor steps, each point certified by the closed form) or exact "
         "(steps of the closed form)",
         "direct",
@@ -162,7 +163,7 @@ class RigidBodyIntegration(Integration):
 
     @property
     def _possible(self) -> dict[str, Variable]:
-        certificate = CERTIFICATE if self.propagator == "direct" else {}
+        certificate = CERTIFICATE if PROPAGATORS[self.propagator].is_certified else {}
         seen = IN_SPACE if self.attitude else {}
         return VARIABLES | certificate | (FLIPS if self.flips else {}) | seen | TERMS
 
@@ -208,6 +209,7 @@ class RigidBodyDefinition(NearAxisDefinition):
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
 RUN = (1.0, 16, 1e-9)
 ROW, NUMBERS, WORK = "float64[::1]", "int64[::1]", "UniTuple(boolean, 5)"
+PLAN = f"UniTuple({NUMBERS}, 4)"
 LANES = "float64[:, :, ::1]"
 SURVEY = (  # first what `_run` links
     Kernel("estimates", "fill", f"{ROW}, {WORK}, int64, int64, boolean, float64", seconds=2.5),
@@ -225,16 +227,16 @@ SURVEY = (  # first what `_run` links
     Kernel(
         "survey",
         "_run",
-        f"{ROW}, {NUMBERS}, UniTuple({NUMBERS}, 2), Tuple((float64, int64, float64, boolean, boolean)), {WORK}, "
+        f"{ROW}, {PLAN}, UniTuple({NUMBERS}, 2), Tuple((float64, int64, float64, boolean)), {WORK}, "
         f"Tuple(({NUMBERS}, {LANES}, uint32[::1]))",
         seconds=1.5,
         stage=2,
     ),
     Kernel("survey", "theory", example=(A_POINT,), seconds=1.0),
-    Kernel("survey", "_choose", f"{ROW}, int64, float64, {NUMBERS}", seconds=0.5),
+    Kernel("survey", "_choose", f"{ROW}, int64, float64, {PLAN}", seconds=0.5),
     Kernel("survey", "_lay_out", f"{ROW}, UniTuple({ROW}, 6)", seconds=0.5),
-    Kernel("blocks", "cut", f"{NUMBERS}, int64", seconds=0.4),
-    Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {NUMBERS}", seconds=0.3),
+    Kernel("survey", "_sort", f"{PLAN},", seconds=0.4),
+    Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {PLAN}", seconds=0.3),
     *(
         Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.1)
         for kind in ("float64", "int32", "int8")
@@ -298,9 +300,7 @@ class RigidBody(FreeBody):
 
     def method(self, definition: RigidBodyDefinition) -> str:
         """Return the method of computation."""
-        if definition.integration.propagator == "exact":
-            return "exact steps of the closed-form rotation"
-        return "direct integration of Euler's equations, certified by the closed form"
+        return PROPAGATORS[definition.integration.propagator].method
 
     def reference(self) -> Reference:
         """Return Ω² of a perturbed rotation, measured again by SciPy's DOP853 and by Jacobi's functions."""

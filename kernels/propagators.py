@@ -1,0 +1,31 @@
+"""Propagators that a definition can name, and the steps by which compiled code carries motions over a sample interval.
+
+Nothing is imported here but the standard library, so that the names can be read before any compiler is. Steps are plain
+numbers, because Numba compiles a kernel again for a member of an enumeration.
+"""
+
+from typing import NamedTuple
+
+
+class Propagator(NamedTuple):
+    """How perturbed rotations are followed."""
+
+    method: str  #: in words
+    is_certified: bool  #: True if the motion is compared with the exact solution, False if it is the exact solution
+
+
+PROPAGATORS = {
+    "direct": Propagator("direct integration of Euler's equations, certified by the closed form", True),
+    "exact": Propagator("exact steps of the closed-form rotation", False),
+}
+
+# Steps of one sample interval or a part of it: Taylor steps as in :data:`kernels.taylor.STEPS`, and the exact solution
+# by its map or, for small motions, by its recurrence.
+TAYLOR_8, NEAR_8, NEAREST_8, TAYLOR_10, NEAR_10, NEAREST_10, TAYLOR_12, NEAR_12, NEAREST_12, EXACT, RECURRENCE = range(
+    11
+)
+
+IS_EXACT = (*9 * (False,), True, True)  # True if the step has no truncation error
+ORDER = (*3 * (8.0,), *3 * (10.0,), *3 * (12.0,), 12.0, 12.0)  # of the Taylor series; not used if the step is exact
+IS_NEAR = (*3 * (False, True, False), False, False)  # True if the step is short as in :func:`kernels.direct.is_near`
+IS_NEAREST = (*3 * (False, False, True), False, False)  # True if it is short as in :func:`kernels.direct.is_nearest`
