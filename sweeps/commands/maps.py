@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.commands import parser
-from sweeps.figure import printing
+from sweeps.figure import colors, printing
 from sweeps.process import progress
 from sweeps.schema.refusals import RefusedError, shortened
 
@@ -189,7 +189,6 @@ def _check_plane(path: str, ds, dims: list[str]) -> None:
 
 
 FORMATS = ("png", "svg", "pdf", "mp4", "webm")
-THEMES = ("light", "dark", "print")
 LEAST_MM, MOST_MM = 30, 2000
 MILLIMETRES = {"": 1.0, "mm": 1.0, "cm": 10.0, "in": 25.4}
 FIGURES = """\
@@ -208,7 +207,7 @@ def add_figures(commands) -> None:
     parser.share(command, "map")
     command.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the folder to write")
     command.add_argument("--format", choices=FORMATS, default="png", help="format of figures; mp4, webm: of animations")
-    command.add_argument("--theme", choices=THEMES, default="light", help="print: distinguishable in greyscale")
+    command.add_argument("--theme", choices=colors.THEMES, default="light", help="print: distinguishable in greyscale")
     text = "slide, page, column, 160mm, 15cm, 6in, 160x100mm (default: set by the figure)"
     command.add_argument("--size", metavar="SIZE", help=text)
     text = "name of a figure or its beginning; may be given several times"

@@ -3,7 +3,7 @@
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
@@ -13,7 +13,13 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import ListedColormap, to_rgb
+from matplotlib.colors import (
+    Colormap,
+    LinearSegmentedColormap,
+    ListedColormap,
+    get_named_colors_mapping,
+    to_rgb,
+)
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -23,7 +29,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from sweeps.figure.colors import FAINT, INK, QUIET
+from sweeps.figure.colors import BLACK, FAINT, INK, PAPER, QUIET, THEMES
 
 DPI = 200
 SUBTITLE_LETTERS, TITLE_LETTERS = 15.0, 10.5  # an inch, about, at their sizes
@@ -44,6 +50,9 @@ STYLE = {
     "ytick.labelsize": 8.5,
     "legend.fontsize": 8.5,
     "text.color": INK,
+    "figure.facecolor": PAPER,
+    "axes.facecolor": PAPER,
+    "patch.edgecolor": BLACK,
     "axes.labelcolor": INK,
     "axes.edgecolor": QUIET,
     "axes.linewidth": 0.8,
@@ -57,7 +66,7 @@ STYLE = {
     "hatch.linewidth": 0.6,
     "savefig.dpi": DPI,
     "figure.dpi": DPI,
-    "svg.fonttype": "none",
+    "svg.fonttype": "path",  # letters as curves: a viewer needs no font
     "pdf.fonttype": 42,  # the font goes with the file
 }
 
@@ -93,7 +102,6 @@ class Film(NamedTuple):
     rate: float  #: frames a second
     finer: int  #: how many times as many frames it has as a GIF
     across: int | None  #: width in pixels of the sheet of 16:9 that it fills; None for the animation's own size
-    finish: Callable[[Figure], None] = lambda figure: None  #: gives the finished figure the colours of a theme
 
     def dots(self, inches: tuple[float, float], usual: int) -> float:
         """Return the pixels per inch of a picture of this size, whose own are `usual`."""
@@ -117,17 +125,56 @@ ITS_OWN = Sheet()
 _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
 
+_theme: ContextVar[str] = ContextVar("theme", default="light")
+
+# From growth, dark, by zero to oscillation, light: a copy in grey still orders the values.
+ONE_WAY = LinearSegmentedColormap.from_list(
+    "print", ["#4d0011", "#a3192b", "#d6604d", "#eb9a7c", "#f4c3a2", "#d3dde3", "#cfe8f5", "#e4f3fa", "#f7fcff"]
+)
+DARK_SURFACE = 0.3  # brightness of shaded surfaces in the dark theme, on which curves are pale
+
+
+def _name_colors(theme: str) -> None:
+    """Give the names of Polhode's colours the values of a theme, in figures that are drawn or written from now on."""
+    names = get_named_colors_mapping()
+    for name, color in THEMES[theme].items():
+        names[name] = color
+
+
+_name_colors("light")
+
+
 @contextmanager
-def drawn_for(sheet: Sheet) -> Iterator[None]:
-    """Draw figures of this block for one sheet, in Polhode's style, whatever the user's settings are."""
-    token = _sheet.set(sheet)
+def drawn_for(sheet: Sheet, theme: str = "light") -> Iterator[None]:
+    """Draw and write figures of this block for one sheet, in Polhode's style, whatever the user's settings are."""
+    tokens = _sheet.set(sheet), _theme.set(theme)
     try:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(STYLE | ({"savefig.dpi": sheet.dots} if sheet.dots else {}))
+            _name_colors(theme)
             yield
     finally:
-        _sheet.reset(token)
+        _name_colors("light")
+        _sheet.reset(tokens[0])
+        _theme.reset(tokens[1])
+
+
+def is_print() -> bool:
+    """Return True if figures are drawn for a printer without colours."""
+    return _theme.get() == "print"
+
+
+def brightness() -> float:
+    """Return the brightness of shaded surfaces in the theme, from 0 to 1."""
+    return DARK_SURFACE if _theme.get() == "dark" else 1.0
+
+
+def signed_colors(name: str = "RdBu") -> Colormap:
+    """Return the colours of signed values, in print from dark to light; `name` is a colour map of Matplotlib."""
+    if not is_print():
+        return matplotlib.colormaps[name]
+    return ONE_WAY if name == "RdBu" else ONE_WAY.reversed()
 
 
 def is_narrow() -> bool:
@@ -229,7 +276,7 @@ def canvas(width: float, height: float, title: str, subtitle: str, ax: Axes | No
         wide, high = sheet.inches()
         width, height = wide, high if sheet.height else min(high, HEAD + (height - HEAD) * wide / width)
     title, subtitle = wrapped(title, width, TITLE_LETTERS), wrapped(subtitle, width)
-    figure = sheet.make(figsize=(width, height), dpi=DPI, layout=FoldedLayout(compress=True), facecolor="white")
+    figure = sheet.make(figsize=(width, height), dpi=DPI, layout=FoldedLayout(compress=True), facecolor=PAPER)
     if sheet.make is Figure:
         FigureCanvasAgg(figure)
     figure.scale = sheet.scale
@@ -253,11 +300,6 @@ def panels(count: int, cell: tuple[float, float], title: str, subtitle: str, ax:
     for spare in axes[count:]:
         spare.set_axis_off()
     return figure, axes[:count]
-
-
-def on_paper(figure: Figure, draw: Callable[[], None]) -> None:
-    """Mark artists that only a greyscale print shows, such as hatches."""
-    figure.on_paper = [*getattr(figure, "on_paper", ()), draw]
 
 
 def wrapped(text: str, width: float, letters: float = SUBTITLE_LETTERS) -> str:
@@ -328,20 +370,13 @@ class Shades(ListedColormap):
 
     PALEST = 0.3
 
-    def __init__(self, bases: Sequence, number: int, paper="#ffffff"):
-        self.bases, self.number, self.paper = list(bases), number, paper
-        towards = np.array(to_rgb(paper))
+    def __init__(self, bases: Sequence, number: int):
+        paper, full = np.array(to_rgb(PAPER)), [np.array(to_rgb(base)) for base in bases]
         shares = np.linspace(self.PALEST, 1.0, number)
-        full = [np.array(to_rgb(base)) for base in self.bases]
-        super().__init__([tuple(towards + share * (base - towards)) for base in full for share in shares], "shades")
-
-    def recolored(self, other: Callable) -> "Shades":
-        """Return the same shades with each colour replaced by `other`."""
-        made = Shades([other(base) for base in self.bases], self.number, other(self.paper))
-        return made.with_extremes(bad=other(tuple(self.get_bad())))
+        super().__init__([tuple(paper + share * (base - paper)) for base in full for share in shares], "shades")
 
 
-def halo(width: float = 2.5, color: str = "white"):
+def halo(width: float = 2.5, color: str = PAPER):
     """Return an outline that keeps text and lines readable on any colour."""
     return [withStroke(linewidth=width, foreground=color)]
 

@@ -1,5 +1,6 @@
 """Pictures of a map: what it shows at a glance, how far it agrees with theory, where theory ends, and the flip."""
 
+import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -21,7 +22,7 @@ from sweeps.process import startup
 from sweeps.process.files import replaced, replaced_folder
 from sweeps.schema.boxes import blocks
 from sweeps.schema.refusals import RefusedError, hint, shortened
-from sweeps.views import films, svg, themes
+from sweeps.views import films
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 LEAST_SHARED = 4  # fewer pictures are drawn before another process is ready
 MAX_TITLE = 200  # characters, as of a definition's
 MOST_PARTS = 20_000  # of one artist that SVG and PDF draw each by itself
+SVG_SIZE = re.compile(r' (width|height)="([\d.]+)pt"')  # of the drawing, which its viewBox is scaled to
 LARGEST = 1e150  # size of numbers, and of their inverses, of which Matplotlib makes limits and ticks
 BLOCK_POINTS = 2**20
 
@@ -97,9 +99,9 @@ def draw_all(
     Args:
         ds: a map, from `sweeps.open_map` or `sweeps.survey`.
         folder: where the files go; it is made where it is missing, and files of the same name are replaced.
-        kind: "png", or "svg" or "pdf", whose text stays text; "mp4" or "webm" for the animations alone.
+        kind: "png"; "svg", its letters as curves; "pdf", its text as text; "mp4" or "webm" for the animations alone.
         only: names of pictures and animations, or how they begin; all where there is none.
-        theme: of `sweeps.views.themes`.
+        theme: of `sweeps.figure.colors.THEMES`.
         sheet: what the pictures are for.
         submit: passes the arguments of `draw_one` behind its first to a worker; see `sweeps.views.drawing`.
         meanwhile: called once the worker has been given its work, before this process draws.
@@ -136,12 +138,12 @@ def draw_one(
 ) -> list[str]:
     """Draw one picture or animation; return the names of its files, none where there is nothing to show."""
     still = pictures(ds)
-    with style.drawn_for(sheet), _refusing_what_cannot_be_drawn(ds, name):
+    with style.drawn_for(sheet, theme), _refusing_what_cannot_be_drawn(ds, name):
         if name in still:
             path = folder / f"{name}.{kind}"
-            return [path.name] if _write(still[name], path, theme) else []
+            return [path.name] if _write(still[name], path) else []
         path = folder / f"{name}.{kind if kind in films.KINDS else 'gif'}"
-        return [path.name] if _animate(animations(ds)[name], path, theme) else []
+        return [path.name] if _animate(animations(ds)[name], path) else []
 
 
 @contextmanager
@@ -188,12 +190,12 @@ def _plain(value: object) -> object:
     return value.replace("$", r"\$") if isinstance(value, str) else value
 
 
-def _animate(frames: Callable[[], Iterator[np.ndarray]], path: Path, theme: str) -> bool:
-    with np.errstate(all="ignore"), films.drawn_for(path, theme):
+def _animate(frames: Callable[[], Iterator[np.ndarray]], path: Path) -> bool:
+    with np.errstate(all="ignore"), films.drawn_for(path):
         return films.write(frames(), path)
 
 
-def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
+def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
     with warnings.catch_warnings(), np.errstate(all="ignore"):  # of numbers of any size
         # matplotlib's remarks on names in scripts that its font lacks, on axes without room, on limits without extent
         warnings.simplefilter("ignore", UserWarning)
@@ -202,14 +204,13 @@ def _write(draw: Callable[[], Figure | None], path: Path, theme: str) -> bool:
             return False
         _leave_logarithms(figure)
         _raster(figure)
-        themes.apply(figure, theme)
         with replaced(path) as temporary:
             save(figure, temporary, path.suffix[1:])
     return True
 
 
 def save(figure: Figure, path: Path, kind: str) -> None:
-    """Write a figure at the requested size, with the fonts that it needs."""
+    """Write a figure at the requested size."""
     scale = getattr(figure, "scale", 1.0)
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
         figure.dpi = style.dots() * scale
@@ -218,9 +219,10 @@ def save(figure: Figure, path: Path, kind: str) -> None:
         pixels.save(path, format="PNG", dpi=(figure.dpi, figure.dpi))
         return
     figure.savefig(path, format=kind)
-    if kind == "svg":
-        svg.embed(path, scale)
-    elif scale != 1.0:
+    if kind == "svg" and scale != 1.0:
+        text, larger = path.read_text(encoding="utf-8"), lambda size: f' {size[1]}="{float(size[2]) * scale:g}pt"'
+        path.write_text(SVG_SIZE.sub(larger, text, count=2), encoding="utf-8")
+    elif kind == "pdf" and scale != 1.0:
         from pypdf import PdfWriter
 
         scaled = PdfWriter(clone_from=path)

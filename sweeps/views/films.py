@@ -6,7 +6,6 @@ import subprocess
 import tempfile
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from PIL import Image
 from sweeps.figure import style
 from sweeps.process.files import replaced
 from sweeps.schema.refusals import RefusedError
-from sweeps.views import themes
 
 SOME = 12  # frames from which the colours of a GIF are chosen
 KINDS = {  # even numbers of pixels, 16:9, and this order of colours are what every player shows
@@ -31,10 +29,9 @@ def encoder() -> str | None:
 
 
 @contextmanager
-def drawn_for(path: str | Path, theme: str = "light") -> Iterator[None]:
-    """Draw animations of this block for a file, a film of 1920 x 1080 pixels or a GIF, in the colours of a theme."""
-    film = style.HD if Path(path).suffix[1:] in KINDS else style.GIF
-    token = style.film.set(film._replace(finish=partial(themes.apply, theme=theme)))
+def drawn_for(path: str | Path) -> Iterator[None]:
+    """Draw animations of this block for a file: a film of 1920 x 1080 pixels, or a GIF."""
+    token = style.film.set(style.HD if Path(path).suffix[1:] in KINDS else style.GIF)
     try:
         yield
     finally:

@@ -120,7 +120,7 @@ def payload(contents: Contents, packed: list[Packed], kept: Mapping[str, np.ndar
         "variables": [_variable(described, column, k) for k, column in enumerate(packed)],
         "start": _start(contents, kept),
         **_look(described),
-        "seriesColors": colors.SERIES_COLORS,
+        "seriesColors": [colors.in_light(color) for color in colors.SERIES_COLORS],
         "table": contents.part.table,
         "cloud": described.own_of_points or None,
         **contents.part.facts,
@@ -134,7 +134,7 @@ def _look(described: MapDescription) -> dict:
     words = {word for one in every.values() for word in one.flags.values()}
     return {
         "words": {word: look.words(word) for word in sorted(words)},
-        "colors": {word: color for word in sorted(words) if (color := look.color(word))},
+        "colors": {word: color for word in sorted(words) if (color := colors.in_light(look.color(word)))},
         "symbols": {name: symbol.text for name, symbol in look.symbols.items()},
     }
 

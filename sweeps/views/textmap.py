@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.text import Text
 
+from sweeps.figure import colors
 from sweeps.figure.printing import table
 from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, in_words
@@ -161,7 +162,7 @@ def draw(ds: "xr.Dataset", described: MapDescription, places: dict[str, Place], 
     occurs = {character for panel in panels for _, row in panel.rows for character in row}
     legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
     at = described.place({dim: i for dim, i in fixed.items() if described.sizes[dim] > 1})
-    tints = {glyph: look.color(meaning) for glyph, meaning in legend.items()}
+    tints = {glyph: colors.in_light(look.color(meaning)) for glyph, meaning in legend.items()}
     return TextMap(flag, drawn.x, drawn.y, at, panels, legend, tints)
 
 

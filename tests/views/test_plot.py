@@ -6,7 +6,6 @@ from itertools import combinations
 import numpy as np
 import pytest
 from calls import python
-from matplotlib import colormaps
 from matplotlib.colors import NoNorm, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.image import imread
@@ -20,7 +19,7 @@ from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.presentation import regimes
 from sweeps.systems.relative_equilibrium.presentation import LOOK, figure_spectra
-from sweeps.views import figures, films, themes
+from sweeps.views import figures, films
 
 
 @pytest.fixture(scope="module")
@@ -147,16 +146,6 @@ def test_panels_stand_beside_each_other_where_there_is_room():
             assert style.arranged(panels, cell, beside)[:2] == shape
 
 
-@pytest.mark.slow
-def test_the_text_of_an_svg_is_text_and_its_fonts_are_in_it(path, tmp_path):
-    main(["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", "svg"])
-    svg = (tmp_path / "stability_axis_2.svg").read_text()
-    assert ">Spin about axis 2: measured stability</text>" in svg
-    faces = re.findall(r"@font-face{font-family:'DejaVu Sans';font-weight:(\w+);font-style:(\w+);src:url\(data:", svg)
-    assert ("bold", "normal") in faces
-    assert ("normal", "oblique") in faces  # the symbols of moments
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -196,12 +185,13 @@ REGIMES = (colors.STABLE, colors.UNSTABLE, colors.LIGHT_BLUE)
 
 def regimes_in(theme):
     """Colours of the regimes in a theme."""
-    return to_rgba_array([themes.THEMES[theme].get(color, color) for color in REGIMES])[:, :3]
+    return to_rgba_array([colors.THEMES[theme][name] for name in REGIMES])[:, :3]
 
 
 def signs_in(theme):
     """Colours of negative and positive rates in a theme."""
-    return themes.in_one_way(colormaps["RdBu"]) if theme == "print" else colormaps["RdBu"]
+    with style.drawn_for(style.ITS_OWN, theme):
+        return style.signed_colors()
 
 
 def lab(rgb):
@@ -219,26 +209,20 @@ def seen_by(rgb, sight):
     return np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055)
 
 
-def test_kinds_in_a_map_have_the_colours_of_their_legend_in_every_theme():
-    for theme in themes.THEMES:
-        figure = Figure()
-        ax = figure.subplots()
-        table = style.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad="#e6e6e6")
-        mesh = ax.pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=table, norm=NoNorm())
-        line = ax.contour([[0.0, 1.0], [1.0, 0.0]], levels=[0.5], colors=colors.INK)
-        told = [ax.bar(0, 1, facecolor=c)[0] for c in ("#e6e6e6", colors.STABLE, colors.UNSTABLE, colors.INK)]
-        themes.apply(figure, theme)
-        wanted = [patch.get_facecolor() for patch in told]
-        found = [
-            tuple(mesh.get_cmap().get_bad()),
-            mesh.get_cmap()(2),
-            mesh.get_cmap()(5),
-            tuple(line.get_edgecolor()[0]),
-        ]
-        np.testing.assert_allclose(found, wanted, err_msg=theme)
+@pytest.mark.parametrize("theme", colors.THEMES)
+def test_a_figure_has_the_colours_of_its_theme(theme, tmp_path):
+    with style.drawn_for(style.ITS_OWN, theme):
+        figure = style.canvas(3.0, 2.0, "title", "")
+        shades = style.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad=colors.MISSING)
+        mesh = figure.subplots().pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=shades, norm=NoNorm())
+        figures.save(figure, tmp_path / "figure.png", "png")
+    paper, *cells = (colors.THEMES[theme][n] for n in (colors.PAPER, colors.MISSING, colors.STABLE, colors.UNSTABLE))
+    drawn = [mesh.get_cmap().get_bad(), mesh.get_cmap()(2), mesh.get_cmap()(5)]
+    np.testing.assert_allclose(drawn, to_rgba_array(cells))
+    np.testing.assert_allclose(imread(tmp_path / "figure.png")[-1, 0, :3], to_rgba_array([paper])[0, :3], atol=1e-6)
 
 
-@pytest.mark.parametrize("theme", themes.THEMES)
+@pytest.mark.parametrize("theme", colors.THEMES)
 @pytest.mark.parametrize("sight", SIGHT)
 def test_regimes_are_told_apart_by_every_eye(theme, sight):
     """By 20 or more of ΔE (CIE 1976): some ten times what is just noticed side by side."""
@@ -254,7 +238,7 @@ def test_print_tells_regimes_apart_without_colours():
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_signs_of_a_map_are_told_apart_by_every_eye(sight):
-    for theme in themes.THEMES:
+    for theme in colors.THEMES:
         found = lab(seen_by(signs_in(theme)(np.linspace(0, 1, 9))[:, :3], sight))
         assert np.linalg.norm(found[1] - found[-2]) > 20
         assert np.linalg.norm(np.diff(found, axis=0), axis=1).min() > (2 if theme == "print" else 5)
@@ -271,11 +255,11 @@ def test_regimes_of_equilibria_are_hatched_on_paper_alone():
     regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
     words = [LOOK.words(name) for name in figure_spectra.REGIMES[1:5]]
     for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
-        figure = style.canvas(5.0, 4.0, "", "")
-        ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, LOOK, 1.0)
-        drawn.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
-        drawn.explain(figure, [ax], "growth")
-        themes.apply(figure, theme)
+        with style.drawn_for(style.ITS_OWN, theme):
+            figure = style.canvas(5.0, 4.0, "", "")
+            ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, LOOK, 1.0)
+            drawn.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
+            drawn.explain(figure, [ax], "growth")
         (told,) = figure.legends
         assert [text.get_text() for text in told.get_texts()] == words
         assert [h for artist in ax.collections[1:] for h in artist.hatches] == wanted

@@ -14,7 +14,7 @@ SHOWN_SECONDS = (6.0, 20.0)  # of a film: motions are shown in real time where t
 
 def stage(inches: tuple[float, float], dots: int, title: str, words: str, sizes=(11.0, 7.0)) -> Figure:
     """Return an empty figure with a title and a line of words; `dots` are the pixels per inch of a GIF."""
-    figure = Figure(figsize=inches, dpi=style.film.get().dots(inches, dots), facecolor="white")
+    figure = Figure(figsize=inches, dpi=style.film.get().dots(inches, dots), facecolor=colors.PAPER)
     FigureCanvasAgg(figure)
     top = 1.0 - 0.17 / inches[1]
     figure.text(0.03, top, title, fontsize=sizes[0], fontweight="bold", va="top", parse_math=False)
@@ -24,7 +24,6 @@ def stage(inches: tuple[float, float], dots: int, title: str, words: str, sizes=
 
 def played(figure: Figure, frames: Iterable[Iterable[Artist]]) -> Iterator[np.ndarray]:
     """Yield pictures, shape (height, width, 4): on what stands still, drawn once, the artists of each frame."""
-    style.film.get().finish(figure)
     figure.canvas.draw()
     still = figure.canvas.copy_from_bbox(figure.bbox)
     for artists in frames:

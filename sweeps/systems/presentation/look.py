@@ -13,7 +13,7 @@ class Mark(NamedTuple):
 
     words: str  #: what people read
     glyph: str  #: one character
-    color: str  #: "#rrggbb"
+    color: str  #: a name of `sweeps.figure.colors`, or "#rrggbb", the same in every theme; "" for none
     more: str = ""  #: what a reader of the words alone would miss, in a sentence under a legend
 
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +14,6 @@ from sweeps.figure import colors, style
 from sweeps.systems.presentation.look import Look, missing_words
 
 SHADES = 6  # of a regime's colour, by the square root of the growth
-MISSING = "#e6e6e6"
 HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx", "period_doubling": "\\\\\\\\"}
 
 
@@ -48,6 +46,11 @@ def _middles(edges: np.ndarray) -> np.ndarray:
     return edges
 
 
+def _hatch_of(name: str) -> dict:
+    """Return the hatch of a regime in a legend in print."""
+    return {"hatch": HATCHES[name], "edgecolor": colors.INK, "lw": 0.0} if style.is_print() and name in HATCHES else {}
+
+
 class Regimes:
     """The colours of regimes in the panels of one figure.
 
@@ -56,7 +59,7 @@ class Regimes:
 
     def __init__(self, names: Sequence[str], look: Look, top: float):
         self.names, self.look, self.top, self.rated, self.most = names[1:], look, top, rated(names), 0.0
-        self.shades = style.Shades([look.color(name) for name in self.names], SHADES).with_extremes(bad=MISSING)
+        self.shades = style.Shades([look.color(name) for name in self.names], SHADES).with_extremes(bad=colors.MISSING)
         self.seen: set[int] = set()
         self.shaded: set[int] = set()
         self.without: list[int] = []
@@ -75,7 +78,8 @@ class Regimes:
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
         code = np.ma.masked_where(regime < 0, code)
         self._mesh(ax, x, y, code, gid="measured")
-        style.on_paper(ax.figure, partial(self._hatch, ax, x, y, regime))
+        if style.is_print():
+            self._hatch(ax, x, y, regime)
         self.most = max(self.most, float(size.max(initial=0.0)))
         self.seen |= set(np.unique(regime[regime >= 0]).tolist())
         self.shaded |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
@@ -94,20 +98,15 @@ class Regimes:
             scale.yaxis.tick_right()
             scale.yaxis.set_label_position("right")
             scale.set(xticks=[], ylabel=label)
-        names = [self.names[k] for k in sorted(self.seen)]
-        handles = [Patch(facecolor=self.look.color(name), label=self.look.words(name)) for name in names]
+        names = [(name, self.look.words(name)) for name in (self.names[k] for k in sorted(self.seen))]
+        handles = [Patch(facecolor=self.look.color(name), label=words, **_hatch_of(name)) for name, words in names]
         if self.without:
-            handles.append(Patch(facecolor=MISSING, label=missing_words(self.without)))
+            handles.append(Patch(facecolor=colors.MISSING, label=missing_words(self.without)))
         style.legend(figure, [*handles, *more])
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
-        """Hatch regimes, in a panel and in the legend: in grey, a colour's shades are those of any other."""
-        hatch_of = {self.look.words(name): hatch for name, hatch in HATCHES.items()}
+        """Hatch the cells of regimes: in grey, a colour's shades are those of any other."""
         for k, name in enumerate(self.names):
             chosen = (regime == k).astype(float)
             if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
                 ax.contourf(_middles(x), _middles(y), chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
-        for legend in ax.figure.legends:
-            for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True):
-                if text.get_text() in hatch_of and isinstance(handle, Patch):
-                    handle.set(hatch=hatch_of[text.get_text()], edgecolor=colors.INK, lw=0.0)

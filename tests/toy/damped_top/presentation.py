@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import Look, Mark, Symbol
 
@@ -10,7 +11,7 @@ class DampedTopPresentation(Presentation):
     """The decay over the time constant; a page with the drag."""
 
     look = Look(
-        marks={"slows": Mark("slows down", "v", "#d55e00"), "lasts": Mark("lasts", "^", "#0072b2")},
+        marks={"slows": Mark("slows down", "v", colors.UNSTABLE), "lasts": Mark("lasts", "^", colors.STABLE)},
         symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
     )
     part = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})

@@ -33,6 +33,6 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         triangle.frame(ax, 3, False)
         ax.set_title(WORDS[mode])
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}(2TI_3/L^2 - 1)$", extend="both", shrink=0.8)
-    within = Patch(label="possible within the errors", facecolor="white", edgecolor=colors.QUIET)
+    within = Patch(label="possible within the errors", facecolor=colors.PAPER, edgecolor=colors.QUIET)
     style.legend(figure, [style.hatched(f"excluded by more than {MAX_EXCLUSION:g} standard errors"), within])
     return figure

@@ -4,7 +4,6 @@ import math
 import re
 import warnings
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -16,7 +15,7 @@ from sweeps.figure import colors, style
 from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look, Mark, missing_words
-from sweeps.systems.presentation.regimes import MISSING, dots
+from sweeps.systems.presentation.regimes import dots
 
 MOST_PANELS = 8
 LOOK = Look(marks={"marginal": Mark("marginal", "=", colors.INK)})
@@ -101,7 +100,7 @@ def _name(part, equilibrium, mode):
 def _map(ax, one, x, y, most):
     """Draw measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
-    palette = matplotlib.colormaps["RdBu"].with_extremes(bad=MISSING)
+    palette = style.signed_colors().with_extremes(bad=colors.MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")
@@ -219,5 +218,5 @@ def _missing(figure, part):
     meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
     if any(np.ma.getmaskarray(mesh.get_array()).any() for mesh in meshes):
         codes = np.unique(part["status"].values[np.isnan(part["measured"].values)])
-        return [Patch(facecolor=MISSING, label=missing_words(codes))]
+        return [Patch(facecolor=colors.MISSING, label=missing_words(codes))]
     return []

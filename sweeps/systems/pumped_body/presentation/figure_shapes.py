@@ -8,12 +8,12 @@ from matplotlib.patches import Patch
 from scipy.interpolate import CubicSpline
 
 from kernels.codes import REGIMES
-from sweeps.figure import style
+from sweeps.figure import colors, style
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.look import Look
-from sweeps.systems.presentation.regimes import MISSING, Regimes
+from sweeps.systems.presentation.regimes import Regimes
 from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
 
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")
@@ -30,10 +30,10 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
         planes.boundary(place, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
-        place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[MISSING])
+        place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])
         triangle.frame(place, axis, True)
         place.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
-    more = [Patch(facecolor=MISSING, label="physically impossible for a part of the period")]
+    more = [Patch(facecolor=colors.MISSING, label="physically impossible for a part of the period")]
     regimes.explain(figure, places, "growth per period", more)
     return figure
 

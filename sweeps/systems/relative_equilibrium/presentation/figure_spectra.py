@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.regimes import MISSING, Regimes, at_most, dots, rated
+from sweeps.systems.presentation.regimes import Regimes, at_most, dots, rated
 from sweeps.systems.relative_equilibrium.presentation import LOOK
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
@@ -80,7 +80,7 @@ def _frequencies(ax, one, x, y, most):
     """Draw measured frequencies in colours, of points that grow and decay nowhere; `most` is that of all panels."""
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
-    palette = matplotlib.colormaps["cividis"].with_extremes(bad=MISSING)
+    palette = matplotlib.colormaps["cividis"].with_extremes(bad=colors.MISSING)
     look = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
     planes.name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **look)

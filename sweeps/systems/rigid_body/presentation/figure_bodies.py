@@ -21,7 +21,7 @@ NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # letters an inch of the figure, and of a name
 AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
 NAME_LETTERS = 40  # of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
-OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": "white", "mec": colors.INK, "mew": 1.3}
+OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": colors.PAPER, "mec": colors.INK, "mew": 1.3}
 HOLLOW = ("sphere", "undetermined")  # regimes
 LIGHT = (*HOLLOW, "stable_minor")  # of whose marks the numeral is dark
 NUMERAL = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
@@ -90,7 +90,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
         ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
-            x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else "white"
+            x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else colors.PAPER
             ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
             style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
     rows = part.sizes["body"]
@@ -158,7 +158,7 @@ def _row_label(body: xr.Dataset) -> str:
 
 def _marker(word: str) -> dict:
     color = LOOK.color(word)
-    return {"marker": "o", "ms": 7, "mec": color, "mfc": "white" if word in HOLLOW else color}
+    return {"marker": "o", "ms": 7, "mec": color, "mfc": colors.PAPER if word in HOLLOW else color}
 
 
 def _periods(ax: Axes, observed: list[Period], inches: float) -> None:

@@ -91,7 +91,7 @@ def _look(body: int, lit: list[int]) -> dict:
 def _panel(ax: Axes, fits: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = fits["epsilon"].values
-    ax.axhspan(FIT_ABOVE, FIT_BELOW, color="#f3f4f6", zorder=0, lw=0)
+    ax.axhspan(FIT_ABOVE, FIT_BELOW, color=colors.BAND, zorder=0, lw=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
         _series(ax, fits.isel(body=i, axis=j), int(i), lit)
     _reference(ax, fits.where(belongs), epsilon)
@@ -106,7 +106,7 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     look = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
     ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
     every, wide = max(1, epsilon.size // 7), 1.6 if index in lit else 0.9
-    marks = {"ms": 3.8, "mec": "white", "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
+    marks = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
     ax.plot(epsilon, above, lw=wide, **look, **marks)
 
 

@@ -201,7 +201,7 @@ def _head(ax: Axes, right: np.ndarray, up: np.ndarray, at: int, color: str, size
     along *= size / np.hypot(*along)
     across = 0.36 * np.array([-along[1], along[0]])
     corners = [middle + 0.5 * along, middle - 0.5 * along + across, middle - 0.5 * along - across]
-    ax.fill(*np.transpose(corners), facecolor=color, edgecolor="white", lw=0.4, zorder=4.5, gid="direction")
+    ax.fill(*np.transpose(corners), facecolor=color, edgecolor=colors.PAPER, lw=0.4, zorder=4.5, gid="direction")
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -216,7 +216,7 @@ def _surface(ax: Axes, scene: Scene) -> None:
     inside = 1.0 - (shadow[0, 0] * right**2 + 2 * shadow[0, 1] * right * up + shadow[1, 1] * up**2)
     toward = (np.sqrt(np.maximum(inside, 0.0) * form[2, 2]) - form[2, 0] * right - form[2, 1] * up) / form[2, 2]
     points = np.stack([right, up, toward], axis=-1) @ scene.view
-    image = np.dstack([_shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
+    image = np.dstack([style.brightness() * _shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
     extent = (-half[0], half[0], -half[1], half[1])
     ax.imshow(image, extent=extent, origin="lower", interpolation="bilinear", zorder=1, gid="surface")
     turn = np.linspace(0.0, 2 * np.pi, POINTS)
@@ -230,7 +230,7 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     light = np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)[..., None]
     excess = (points**2 * scene.moments * (scene.moments - scene.moments[1])).sum(axis=-1)
-    major, minor = (np.array(to_rgb(LOOK.color(name))) for name in ("stable_major", "stable_minor"))
+    major, minor = (np.array(to_rgb(colors.in_light(LOOK.color(name)))) for name in ("stable_major", "stable_minor"))
     tint = np.where((excess > 0)[..., None], major, minor)
     return ((1 - TINT) + TINT * tint) * (0.80 + 0.20 * light)
 
@@ -246,7 +246,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         ax.plot(*np.outer(along, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
-        dot = {"marker": "o", "ms": 6.0, "mec": "white", "mew": 0.9, "gid": "spin"}
+        dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
         ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
         _axis_label(ax, along * (outline + out), along, text, tall=scene.half[1] > scene.half[0])

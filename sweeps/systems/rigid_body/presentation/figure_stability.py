@@ -25,7 +25,6 @@ from sweeps.systems.rigid_body.system import REGIMES, STATUSES
 MOMENTS = ("I1", "I2", "I3")
 MOST_CELLS = 1200  # a side; more than a print can show
 MOST_COMPARED = 48  # values a dimension that the choice of the slice looks at
-COLOR_MAP = "RdBu"
 BESIDE = (6, -8)  # points: where a body's name stands
 MISSING = "#8f8f8f"
 # Body in the definitions that ship → its name here, and where that stands: offset in points, alignment.
@@ -164,7 +163,7 @@ def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
     limit = float(np.abs(scale).max()) if scale.count() else 1.0
     limit = limit if limit > 0 else 1.0
     ax.set_facecolor(MISSING)
-    return ax.pcolormesh(x, y, rate, cmap=COLOR_MAP, norm=Normalize(-limit, limit), rasterized=True)
+    return ax.pcolormesh(x, y, rate, cmap=style.signed_colors(), norm=Normalize(-limit, limit), rasterized=True)
 
 
 def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], sides, x, y) -> None:
@@ -182,12 +181,12 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
         return
     at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
-    look = {"facecolor": "white", "edgecolor": "#55585c", "lw": 0.0, "hatch": "/////", "gid": "impossible"}
+    look = {"facecolor": colors.PAPER, "edgecolor": colors.OUTLINE, "lw": 0.0, "hatch": "/////", "gid": "impossible"}
     label = "impossible: one moment exceeds the sum of the others"
     for edge, end in ((low, y[0]), (high, y[-1])):
         ax.fill_between(at, edge, end, label=label, **look)
         inside = np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan)
-        ax.plot(at, inside, color="#55585c", lw=0.9, gid="triangle")
+        ax.plot(at, inside, color=colors.OUTLINE, lw=0.9, gid="triangle")
 
 
 def _between(scale: str, low: float, high: float) -> np.ndarray:
@@ -223,7 +222,7 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         xy = [third * ratios[k] / ratios[other] for k in at]
         if not all(window[m][0] < v < window[m][1] for m, v in zip(sides, xy, strict=True)):
             continue
-        dot = {"ms": 5.0, "mec": "white", "mew": 0.9, "color": colors.INK}
+        dot = {"ms": 5.0, "mec": colors.PAPER, "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
         if name:
             look = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
@@ -351,7 +350,7 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
     ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
     finite = np.isfinite(part["signed_rate"])
     x, y, codes = (part[which][finite] for which in (name, "signed_rate", "regime"))
-    dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec="white", mew=0.5, gid="measured")
+    dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec=colors.PAPER, mew=0.5, gid="measured")
     look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0, "zorder": 0, "gid": "impossible"}
     change = np.flatnonzero(np.diff(part["triangle_margin"] < 0, prepend=False, append=False))
     for first, after in change.reshape(-1, 2):

@@ -18,7 +18,6 @@ from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, cut_at, is_
 CELLS = 500  # a side of a panel
 LEAST_FILLED = 100_000  # points; fewer are drawn as dots
 BLOCK_POINTS = 2**19
-COLOR_MAP = "RdBu"
 BEYOND = 1e-9  # of a ratio: rounding
 
 
@@ -104,7 +103,7 @@ def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
-    look = {"cmap": COLOR_MAP, "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    look = {"cmap": style.signed_colors(), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
         rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
         mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **look)
@@ -134,7 +133,7 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
 
 def _name_bodies(ax: Axes) -> None:
     for name, (x, y, _), offset, side in real_bodies():
-        ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec="white", mew=1.0, zorder=6, clip_on=False, gid="body")
+        ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec=colors.PAPER, mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
             look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
             style.note(ax, name, (x, y), offset, **look)

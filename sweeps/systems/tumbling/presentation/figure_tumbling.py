@@ -59,8 +59,11 @@ def _plane(ax, part: xr.Dataset):
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, cmap="coolwarm", vmin=-1.5, vmax=1.5, rasterized=True)
-    ax.contourf(x, y, np.where(y[:, None] >= x[None, :], margin, 1.0), [-np.inf, 0.0], colors="none", hatches=["////"])
+    look = {"cmap": style.signed_colors("coolwarm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, **look)
+    margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
+    impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
+    impossible.set(edgecolor="black", lw=0.0)  # in every theme: cells are pale
     ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
     ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
     ax.set(xlim=style.edges(x)[[0, -1]], ylim=style.edges(y)[[0, -1]], title=f"$E = {energy:.4g}$")

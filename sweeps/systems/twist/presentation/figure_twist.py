@@ -14,7 +14,6 @@ THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
 }
 NUDGE = 0.13  # rad: the throw that the map shows, or the grid's nearest to it; near a racket's best
 MOST = 160
-WHITE = "#fefefe"  # in every theme: the paper's white is dark on a dark one
 NAME_ROOM = 0.12  # of the panel's height, between names of bodies
 FEW = 20  # bodies: so many are named, and drawn large
 
@@ -37,13 +36,13 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="cividis", vmin=0.0, vmax=1.0, rasterized=True)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
-    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors=WHITE, linewidths=0.9)
+    lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors="white", linewidths=0.9)
     ax.clabel(lines, lines.levels[:2], fmt=lambda value: rf"$\sigma = {value:g}\,\omega_0$", fontsize=7.5)
-    impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="white", hatches=["////"], zorder=2)
+    impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors=colors.PAPER, hatches=["////"], zorder=2)
     impossible.set(edgecolor=colors.QUIET, lw=0.0)
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
-        ax.plot(across, along, marker="*", color=colors.UNSTABLE, mec="white", ms=12, gid=name)
+        ax.plot(across, along, marker="*", color=colors.UNSTABLE, mec=colors.PAPER, ms=12, gid=name)
         style.note(ax, name, (across, along), (7, 5), path_effects=style.halo(), fontsize=8.5)
     ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
