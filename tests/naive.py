@@ -92,15 +92,6 @@ def truncation(size, order):
         return float(min(series, max(pole, 1 / mpmath.factorial(n))))
 
 
-def linear_flow(cb, cc, omega0, start, t):
-    """The linearised equations by mpmath's matrix exponential, 40 digits."""
-    with mpmath.workdps(40):
-        cb, cc, omega0, t = (mpmath.mpf(float(x)) for x in (cb, cc, omega0, t))
-        flow = mpmath.expm(omega0 * t * mpmath.matrix([[0, cb], [cc, 0]]))
-        moved = flow * mpmath.matrix([mpmath.mpf(x) for x in start])
-        return float(moved[0]), float(moved[1])
-
-
 def growing_share(cb, cc, omega0, phase):
     """Share of a start on the growing eigenvector, sizes taken in omega_b/sqrt|c_b| and omega_c/sqrt|c_c|."""
     with mpmath.workdps(30):

@@ -42,13 +42,6 @@ def test_omega_squared_keeps_its_sign_at_any_scale(scale, ratios):
         np.testing.assert_allclose(linear.omega_squared(*moments, 1.0, AXES), expected, rtol=1e-14)
 
 
-def test_omega_squared_broadcasts():
-    squared = linear.omega_squared(np.ones((2, 1)), 2.0, np.full(5, 3.0), 1, 2)
-    assert squared.shape == (2, 5)
-    assert squared.dtype == np.float64
-    assert (squared == -1 / 3).all()
-
-
 def naive_regime(a, b, c):
     """By where I_a stands among the three."""
     if a == b == c:

@@ -111,7 +111,9 @@ def test_the_gyrostats_and_gravity_gradients_conserved_quantities_prove_what_boo
     I1, I2, I3, h, W = values = [*rng.uniform(1.0, 2.0, (3, 400)), *rng.uniform(-2.0, 2.0, (2, 400))]
     place = np.stack([0.0 * W, W, 0.0 * W], axis=1)
     squared = ((I2 - I3) * W + h) * ((I2 - I1) * W + h)
-    np.testing.assert_array_equal(is_proved_stable(resolve("gyrostat").mechanism, values, place, 0.0 * place), squared > 0.0)
+    np.testing.assert_array_equal(
+        is_proved_stable(resolve("gyrostat").mechanism, values, place, 0.0 * place), squared > 0.0
+    )
     k1, k3 = rng.uniform(-0.99, 0.99, (2, 400))
     place = np.zeros((400, 6))
     place[:, 1] = -np.abs(W)

@@ -211,37 +211,6 @@ def test_fewer_points_than_threads():
         assert one.equals(four)
 
 
-def scaled(L, M, T):
-    """Systems whose lengths, masses and times are in other units: (model, rate unit, length unit)."""
-    E = M * L**2 / T**2
-    yield plane(lambda x, y: E / L**2 * (x**2 + 1000 * y**2 + x * y), [(-L, 2 * L)] * 2)
-    yield plane(lambda x: E * ((x / L) ** 4 / 4 - (x / L) ** 2 / 2), [(-2 * L, 3 * L)])
-    yield plane(lambda x: E * (x / L) ** 4, [(-2 * L, 3 * L)])
-    yield plane(lambda x: E * (x / L) ** 3, [(-2 * L, 3 * L)])
-    yield plane(lambda x: E * ((L / x) ** 12 - 2 * (L / x) ** 6), [(L / 10, 5 * L)])
-    yield plane(lambda x: E * (sp.log(x / L) ** 2), [(L / 10, 5 * L)])
-    yield plane(lambda x: E * (1 - sp.exp(-x / L)) ** 2, [(-L, 5 * L)])
-    yield plane(lambda x: -E * sp.cos(32 * x / L), [(-L, L)], most=30)
-    yield plane(lambda x, y: E / L**2 * ((x**2 + y**2) / 2 + (x**2 * y - y**3 / 3) / L), [(-1.5 * L, 1.6 * L)] * 2)
-    yield plane(lambda x: E * ((x / L) ** 2 / 2 + 0.1 * (L / x) ** 2), [(-2 * L, 2 * L)])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("factors", FACTORS, ids=str)
-def test_dimensionless_theory_does_not_know_the_units(factors):
-    L, M, T = factors
-    for plain, other in zip(scaled(1.0, 1.0, 1.0), scaled(L, M, T), strict=True):
-        here, there = plain.theory(points(plain)), other.theory(points(other, mass=M))
-        assert there["place"] / L == pytest.approx(here["place"], rel=1e-10, abs=1e-10, nan_ok=True)
-        scale = here["scale"][0] ** 2
-        assert there["omega_squared"] * T**2 / scale == pytest.approx(
-            here["omega_squared"] / scale, rel=1e-10, abs=1e-10, nan_ok=True
-        )
-        for name, unit in (("scale", 1 / T), ("sizes", L)):
-            assert there[name] / unit == pytest.approx(here[name], rel=1e-10, nan_ok=True)
-        assert np.array_equal(here["certified"], there["certified"])
-
-
 UNITS = {  # parameter → exponents of length, mass and time
     **dict.fromkeys(("mass", "mass1", "mass2", "outer_mass", "inner_mass"), (0, 1, 0)),
     **dict.fromkeys(("length", "length1", "length2", "radius", "bond"), (1, 0, 0)),

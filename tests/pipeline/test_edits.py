@@ -9,7 +9,7 @@ import pytest
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.maps import admission
+from sweeps.maps import storage
 from sweeps.pipeline import finished
 from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
@@ -78,7 +78,7 @@ STEPS = [
     (finished, "found"),
     (catalogue, "plan"),
     (pipeline, "make"),
-    (admission, "holds_map"),
+    (storage, "holds_map"),
     (pipeline, "measure"),
     (pipeline, "write_shard"),
     (merging, "merge"),

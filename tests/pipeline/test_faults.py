@@ -11,7 +11,6 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 import pytest
 from houses import SHARDS, TARGET, assert_whole
@@ -64,22 +63,6 @@ def test_a_second_run_says_so_and_stops(house):
     assert_words(others, "another run is active there")
     assert first.returncode == 0, firsts
     assert_whole(house)
-
-
-# Damaged shards
-
-
-def cut(path):
-    with path.open("r+b") as file:
-        file.truncate(path.stat().st_size // 2)
-
-
-def flip(path):
-    with netCDF4.Dataset(path) as file:
-        wanted = file["omega_squared"][8:16].tobytes()
-    content = bytearray(path.read_bytes())
-    content[content.index(wanted) + 5] ^= 1
-    path.write_bytes(content)
 
 
 # Disks

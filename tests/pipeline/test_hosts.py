@@ -142,7 +142,7 @@ WAYS = {  # who writes the file → (arguments of Python, settings, exit status)
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP])
+@pytest.mark.parametrize("code", [errno.ENOLCK, pytest.param(errno.EOPNOTSUPP, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("way", WAYS)
 def test_a_file_is_written_without_locks_or_the_message_names_the_setting(folder, way, code):
     if platform.machine() != "x86_64" or not can_be_without_flock():

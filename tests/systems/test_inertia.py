@@ -159,21 +159,6 @@ def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, wor
 
 
 @pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("robot.urdf", "give the mesh file of one link, which the file names"),
-        ("sat.STEP", "export the part as STL"),
-        ("mesh", "is of the unsupported format (none); allowed: .stl, .obj, .ply, .off"),
-    ],
-)
-def test_the_format_is_refused_before_the_density_is_asked_for(name, words):
-    with pytest.raises(DefinitionError) as error:
-        load({"bodies": [{"name": "A", "omega0": 1.0, "mesh": {"file": name}}]})
-    assert words in str(error.value)
-    assert "density" not in str(error.value)
-
-
-@pytest.mark.parametrize(
     ("edges", "given", "unit", "note"),
     [
         ((71.5, 146.7, 7.4), {"mass": 0.172}, "m", "its density is 2.22e-06 kg/m³: is it in mm (--unit mm)?"),

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import sweeps
 from kernels import statuses
@@ -16,7 +15,6 @@ from sweeps.points.loading import read
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import of_file, script
 from sweeps.systems.oscillator import system as oscillator
-from sweeps.views import figures
 
 ROOT = Path(__file__).parents[2]
 
@@ -216,17 +214,6 @@ def test_a_direction_is_refused_in_words(direction, wrong):
         read(small("double_pendulum") | {"integration": {"direction": direction}})
 
 
-@pytest.mark.slow
-def test_a_direction_of_a_definition_is_the_nudge_of_every_mode():
-    definition = small("double_pendulum", mass2=[0.5, 2.0]) | {"integration": {"direction": [0.0, 1.0]}}
-    found, along = sweeps.survey(definition), sweeps.survey(small("double_pendulum", mass2=[0.5, 2.0]))
-    assert (found["status"] == 0).all()
-    scale = found["rate_scale"].values ** 2
-    assert (np.abs(found["omega_squared"] - along["omega_squared"]).values <= 1e-9 * scale).all()
-    assert not found["amplitude"].equals(along["amplitude"])
-    assert pickle.loads(pickle.dumps(read(definition))).definition.integration.direction == (0.0, 1.0)
-
-
 def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():
     """The error tells the nudge's own bias, not the scatter alone, up to 57°."""
     epsilon = np.array([0.1, 0.32, 0.5, 0.7, 0.99])
@@ -255,33 +242,6 @@ def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked
         DefinitionError, match="degenerate: true is given for 2 coordinates; allowed: false, or a system"
     ):
         sweeps.survey({"system": "double_pendulum", "integration": {"degenerate": True}})
-
-
-@pytest.mark.parametrize("name", ["bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
-def test_pictures_show_every_equilibrium_and_mode(name):
-    varied = {"bead_on_hoop": ("radius", "spin_rate"), "double_pendulum": ("mass2", "length2")}[name]
-    grid = {key: {"start": 0.5, "stop": 8.0, "num": 9} for key in varied}
-    ds = sweeps.survey(small(name, **grid))
-    drawn = {key: draw() for key, draw in figures.pictures(ds).items()}
-    assert set(drawn) == {"oscillations", "theory_against_measured"}
-    assert all(isinstance(figure, Figure) for figure in drawn.values())
-    axes = drawn["oscillations"].axes
-    different = {"bead_on_hoop": 3, "double_pendulum": 8}[name]  # a bead right is as one left
-    meshes = [c for ax in axes for c in ax.collections if c.get_gid() == "measured"]
-    laws = [ax for ax in axes if ax.get_ylabel().startswith("measured rate")]  # of what has one colour everywhere
-    assert len(meshes) + len(laws) == different
-    values = (ds["omega_squared"] / ds["rate_scale"] ** 2).isel(equilibrium=0, mode=0).squeeze().values
-    assert np.ma.filled(meshes[0].get_array(), np.nan).ravel() == pytest.approx(values.ravel(), nan_ok=True)
-
-
-def test_picture_of_the_hoop_has_the_line_on_g_over_r():
-    grid = {"radius": {"start": 0.5, "stop": 8.0, "num": 40}, "spin_rate": {"start": 0.5, "stop": 6.0, "num": 40}}
-    ds = sweeps.survey(small("bead_on_hoop", **grid))
-    axes = figures.pictures(ds)["oscillations"]().axes[0]
-    (line,) = [c for c in axes.collections if c.get_gid() == "theory"]
-    spin, radius = line.get_paths()[0].vertices.T
-    # a contour is straight between cells of 0.14 rad/s and 0.19 m
-    assert spin**2 * radius == pytest.approx(np.full(spin.size, 9.80665), rel=0.03)
 
 
 @pytest.mark.slow

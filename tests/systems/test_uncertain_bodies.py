@@ -12,7 +12,6 @@ import sweeps
 from kernels import exact, linear
 from sweeps.__main__ import main
 from sweeps.maps import dataset, storage, verify
-from sweeps.points.estimate import estimate
 from sweeps.points.loading import read
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
@@ -20,7 +19,6 @@ from sweeps.shards import content, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
-from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 from sweeps.systems.uncertain_bodies.system import UncertainIntegration
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
@@ -98,21 +96,6 @@ def test_the_probability_of_the_middle_is_scipys_bivariate_normal():
                 )
                 found = possible.middle_probability(moments, covariance, axis)
                 assert found == pytest.approx(wanted, abs=2e-8)  # what SciPy's own integration promises
-
-
-def test_the_error_of_sobol_draws_falls_faster_than_that_of_plain_ones():
-    known, errors = of_moments(box("6U"), 0.1), []
-    sizes = 2 ** np.arange(7, 13, 2) * 16
-    for size in sizes:
-        misses = []
-        for seed in range(8):
-            shape, (moments, _, _) = drawn(known, int(size), seed)
-            value, error = designs.share(middle(moments, 3).reshape(shape).mean(axis=1), len(moments))
-            misses.append(value - known.middle_theory(3))
-            assert abs(misses[-1]) <= 5 * error
-        errors.append(math.sqrt(np.mean(np.square(misses))))
-    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert slope < -0.6  # plain draws: -0.5; an indicator of three variables: about -2/3 and below
 
 
 @pytest.mark.parametrize("method", designs.METHODS)
@@ -304,13 +287,6 @@ def test_flips_of_draws_are_the_closed_forms(measured):
         assert draws["flip_period"][k] == pytest.approx(period, rel=1e-8)
 
 
-def test_threads_and_neighbours_change_no_bit(measured):
-    known, sampling, spins, found = measured
-    alone = next(measuring.measured(known, spins[1:], sampling, UncertainIntegration(), threads=3))[0]
-    for name, value in found[1][0].items():
-        assert np.asarray(value).tobytes() == np.asarray(alone[name]).tobytes(), name
-
-
 def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
     known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
     ((summary, draws),) = measuring.measured(
@@ -382,22 +358,6 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("moments", "axes", "is_warned"),
-    [
-        ((1.0, 2.0, 2.5), [1], True),
-        ((1.0, 2.0, 2.5), [2, 3], False),
-        ((2.5, 1.0, 2.0), [2], True),
-        ((2.0, 2.5, 1.0), [1, 2], False),
-        ((2.0, 2.5, 1.0), [1, 2, 3], True),
-    ],
-)
-def test_the_outlook_warns_of_a_spin_about_the_axis_of_least_inertia(moments, axes, is_warned):
-    body = {"name": "a body", "uncertainty": "5 %", "omega0": 1.0} | dict(zip(("I1", "I2", "I3"), moments, strict=True))
-    figure = figure_outlook.draw(sweeps.survey({"bodies": [body], "draws": 64, "axes": axes}))
-    assert any("in a flat spin (major-axis rule)" in text.get_text() for text in figure.texts) == is_warned
-
-
 def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
     """A racket about its two great moments, either of which may be the middle one."""
     from scipy.integrate import solve_ivp
@@ -424,22 +384,6 @@ def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
         once.terminal = True
         end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-11, atol=1e-12)
         assert float(one["twist_draw"]) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
-
-
-def test_a_sweep_says_what_memory_its_draws_take(tmp_path):
-    (tmp_path / "my.yaml").write_text("bodies: [{name: A, I1: 1, I2: 2, I3: 2.5, omega0: 1}]\nuncertainty: 5 %\n")
-    few = estimate(read(tmp_path / "my.yaml")).memory_bytes
-    with (tmp_path / "my.yaml").open("a") as file:
-        file.write("draws: 2000000\n")
-    assert 0.5e9 < estimate(read(tmp_path / "my.yaml")).memory_bytes - few < 1.5e9  # 0.35 to 0.45 kB a draw, measured
-
-
-def test_twist_is_told_where_it_is_asked_for(capsys):
-    call = ["body", "--ratios", "0.3", "0.9", "1", "--uncertainty", "5%", "--draws", "64", "--axis", "2"]
-    assert main([*call, "--twist"]) == 0
-    assert "thrown with ε = 1e-06, it twists by " in " ".join(capsys.readouterr().out.split())
-    assert main([*call, "--json"]) == 0
-    assert "twist_quantile" not in json.loads(capsys.readouterr().out)["axes"][0]
 
 
 BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
