@@ -42,11 +42,11 @@ def pytest_configure(config):
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in a shell's background; tests interrupt what they start
         signal.signal(signal.SIGINT, signal.default_int_handler)
     slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
-    kernels = [kernel for kernel in systems.all_kernels() if slow or kernel.module not in LEFT_TO_THE_SLOW]
+    examples = [example for example in systems.all_examples() if slow or example.module not in LEFT_TO_THE_SLOW]
     shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
-    if shared and not numba.config.DISABLE_JIT and compile.missing(kernels):
+    if shared and not numba.config.DISABLE_JIT and compile.missing(examples):
         with byte_code_made_beside(config.args):
-            compile.compile_kernels(kernels)
+            compile.compile_examples(examples)
 
 
 @contextlib.contextmanager

@@ -150,7 +150,8 @@ def _compile(args):
     sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
     if why := why_unkept():
         raise DefinitionError(f"compile: {compile.unkept(why)}")
-    compile.compile_kernels([*sweep.system.kernels_of(sweep.definition), *(systems.all_kernels() if args.all else ())])
+    examples = [*sweep.system.examples(sweep.definition), *(systems.all_examples() if args.all else ())]
+    compile.compile_examples(examples)
 
 
 def add_shard(commands) -> None:

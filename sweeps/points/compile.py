@@ -1,13 +1,12 @@
-"""Compiling what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
+"""Compile what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
 
 `sweeps.points.columns`, the one way to the kernels, calls `ensure`. The processes are those of a program of its own,
 `sweeps.points.compiler`: a process that may have no children can call it, and a script is not run again.
 """
 
 import fcntl
-import hashlib
-import json
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -20,40 +19,42 @@ from kernels.cache import cache_folder, why_unkept
 from kernels.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine, progress
-from sweeps.systems.system import Kernel
+from sweeps.systems.system import Example
 
 ROOT = Path(__file__).parents[2]
-SHARED = 0.65  # of the seconds of all kernels, what is left where two processes share them
-_ensured: set[Kernel] = set()
+SECONDS_ALONE = 1.5  # times the seconds of two processes, for compiling in one
+_compiled: set[str] = set()  # names of the examples of which this process knows that they are compiled
 
 
 def ensure(sweep: Sweep) -> None:
     """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook."""
-    kernels = sweep.system.kernels_of(sweep.definition)
-    if not _ensured.issuperset(kernels) and not jit.is_plain():
-        if line := announced(sweep):
+    examples = [example for example in sweep.system.examples(sweep.definition) if example.name not in _compiled]
+    if examples and not jit.is_plain():
+        if line := announcement(sweep):
             progress.say(line)
-        compile_kernels(kernels)
-        _ensured.update(kernels)
+        compile_examples(examples)
+        _compiled.update(example.name for example in examples)
 
 
-def missing(kernels: Iterable[Kernel]) -> list[Kernel]:
-    """Return those kernels that are not compiled on this machine, or were before an edit."""
-    return [kernel for kernel in kernels if _read(_mark(kernel)) != stamp(_file(kernel))]
+def missing(examples: Iterable[Example]) -> list[Example]:
+    """Return those examples that were not called on this machine, or were before an edit of their kernels."""
+    return [example for example in examples if _read(_mark(example)) != stamp(_file(example))]
 
 
-def seconds(kernels: Iterable[Kernel]) -> float:
-    """Return how long it takes to compile those of the kernels that are missing, s, about."""
-    taken = sum(kernel.seconds for kernel in missing(kernels))
-    return taken * SHARED if taken and machine.cores() > 1 and not why_unkept() else taken
+def seconds(sweep: Sweep) -> float:
+    """Return how long it takes to compile the kernels of a sweep that are not compiled yet, s, about."""
+    examples = sweep.system.examples(sweep.definition)
+    share = len(missing(examples)) / len(examples) if examples else 0.0
+    alone = share and (machine.cores() == 1 or why_unkept())
+    return sweep.system.compile_seconds * share * (SECONDS_ALONE if alone else 1.0)
 
 
-def announced(sweep: Sweep) -> str:
-    """Return a line about what is compiled for a sweep, and how long that takes; empty where nothing is missing."""
-    left, line = seconds(sweep.system.kernels_of(sweep.definition)), f"compiling the kernels of {sweep.system.name}"
-    if left and (why := why_unkept()):
-        return f"{line}, about {left:.0f} s: {unkept(why)}"
-    return f"{line}, once per machine, about {left:.0f} s" if left else ""
+def announcement(sweep: Sweep) -> str:
+    """Return a line about what is compiled for a sweep, and how long that takes; empty if nothing is missing."""
+    time, line = seconds(sweep), f"compiling the kernels of {sweep.system.name}"
+    if time and (why := why_unkept()):
+        return f"{line}, about {time:.0f} s: {unkept(why)}"
+    return f"{line}, once per machine, about {time:.0f} s" if time else ""
 
 
 def unkept(why: str) -> str:
@@ -61,32 +62,30 @@ def unkept(why: str) -> str:
     return f"they cannot be kept ({why}), and every process compiles them again; allowed: a folder in NUMBA_CACHE_DIR"
 
 
-def compile_kernels(kernels: Iterable[Kernel]) -> None:
-    """Compile those of the kernels that are missing; one program at a time does so.
+def compile_examples(examples: Iterable[Example]) -> None:
+    """Compile the missing kernels by calling examples in other processes; one program at a time does so.
 
     Raises:
-        OSError: where another process cannot be started.
-        RuntimeError: where a kernel cannot be compiled.
+        OSError: if another process cannot be started.
+        RuntimeError: if a kernel cannot be compiled.
     """
-    kernels = list(kernels)
-    if not missing(kernels) or why_unkept():  # what is compiled by another process would be lost
+    if why_unkept():  # what is compiled by another process would be lost
         return
     with _alone():
-        if left := missing(kernels):
-            _run(left)
-            for kernel in left:
+        if examples := missing(examples):
+            _run(examples)
+            for example in examples:
                 with suppress(OSError):  # where nothing can be written, nothing is kept either
-                    replace(_mark(kernel), stamp(_file(kernel)).encode())
+                    replace(_mark(example), stamp(_file(example)).encode())
 
 
-def _mark(kernel: Kernel) -> Path:
-    """Return the file that holds, once a kernel is compiled, the stamp of its source."""
-    types = hashlib.sha256(kernel.types.encode()).hexdigest()[:8]
-    return cache_folder() / "ready" / f"{Path(kernel.module).stem}.{kernel.name}-{types}"
+def _mark(example: Example) -> Path:
+    """Return the file that contains, once an example was called, the stamp of its module."""
+    return cache_folder() / "ready" / example.name
 
 
-def _file(kernel: Kernel) -> Path:
-    return Path(kernel.module) if kernel.module.endswith(".py") else ROOT / "kernels" / f"{kernel.module}.py"
+def _file(example: Example) -> Path:
+    return Path(example.module) if example.module.endswith(".py") else ROOT / "kernels" / f"{example.module}.py"
 
 
 def _read(path: Path) -> str:
@@ -96,15 +95,15 @@ def _read(path: Path) -> str:
         return ""
 
 
-def _run(kernels: list[Kernel]) -> None:
+def _run(examples: list[Example]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with tempfile.TemporaryFile("w+") as said:
         command = [sys.executable, "-P", "-m", "sweeps.points.compiler"]
-        program = subprocess.Popen(command, stderr=said, text=True, **options)
+        program = subprocess.Popen(command, stderr=said, **options)
         try:
-            with progress.pieces(len(kernels), "compiling") as advance:
-                program.stdin.write(json.dumps([kernel.call for kernel in kernels]))
+            with progress.pieces(len(examples), "compiling") as advance:
+                program.stdin.write(pickle.dumps(examples))
                 program.stdin.close()
                 import numba  # noqa: F401  (settings that it cannot read are refused here, and not in the program)
 

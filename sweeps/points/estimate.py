@@ -53,7 +53,7 @@ def estimate(sweep: Sweep) -> Estimate:
     beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
-    compiling = compile.seconds(system.kernels_of(definition))
+    compiling = compile.seconds(sweep)
     working = system.cost(definition).working_bytes
     return Estimate(
         points=grid.size,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.boxes import Dataset
-from sweeps.systems.system import Dynamics, Kernel
+from sweeps.systems.system import Dynamics, Example
 
 if TYPE_CHECKING:
     from sweeps.systems.described import Described
@@ -138,12 +138,8 @@ def of_contents(attributes: Mapping[str, Any], variables: Collection[str]) -> Dy
     return resolve(name)
 
 
-def all_kernels() -> list[Kernel]:
-    """Return what all systems call, but for what is generated for one."""
-    every = [*map(resolve, MODULES), *kinds()]
-    return list(dict.fromkeys(kernel for one in every for kernel in one.compiled))
-
-
-def moving() -> tuple[str, ...]:
-    """Return the names of the systems whose maps have a motion at each point."""
-    return tuple(n for n in (*MODULES, *_brought()) if type(resolve(n)).motion is not Dynamics.motion)
+def all_examples() -> list[Example]:
+    """Return the examples of all systems except those of generated code."""
+    of_modules = (example for name in MODULES for example in resolve(name).examples())
+    of_kinds = (example for kind in kinds() for example in kind.compiled)
+    return list({example.name: example for example in (*of_modules, *of_kinds)}.values())

@@ -26,7 +26,7 @@ from sweeps.schema.parameters import Range, grid_model, mapping, spread
 from sweeps.schema.refusals import DescriptionError
 from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity, Variable, coordinates_of, table
-from sweeps.systems.system import Dynamics, Kernel, Points
+from sweeps.systems.system import Dynamics, Example, Points
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -34,13 +34,9 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
-# called from Python before and between runs
-PLANNING = (
-    Kernel("direct", "truncation", "float64, int64", seconds=0.3),
-    Kernel("blocks", "cut", "int64[::1], int64", seconds=0.4),
-)
-SEARCH = Kernel("enclosures", seconds=3.0), Kernel("roots", seconds=4.0, stage=1)
-PATHS = Kernel("paths", seconds=2.0, stage=1)  # called by motions far from an equilibrium, after all of `runs`
+ENCLOSURES, SEARCH = Example("enclosures"), Example("roots")  # the search encloses functions, too
+PLANNING = Example("examples", "plan_runs", is_last=True)  # before and between runs
+PATHS = Example("paths", is_last=True)  # motions far from an equilibrium
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
 FEW, MANY = 16, 256  # points of a grid at which a check looks for equilibria: the many where the few have none
 
@@ -56,6 +52,7 @@ class Described(Dynamics):
     base_model: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
     #: name of a variable or coordinate by which a map of this kind is known; "" for a map of no other kind.
     marker: ClassVar[str] = ""
+    shared_seconds: ClassVar[float]  #: for compiling what all of this kind share, s, about
     several: Mapping[str, str] = {"equilibrium": "equilibria"}
     literature: ClassVar[str]  #: where the theory stands, if the description does not say it
     shown: ClassVar[str]  #: what its map shows
@@ -208,10 +205,14 @@ class Described(Dynamics):
         """Return a hash of the kernels, the generated code, its generator and the description."""
         return fingerprint(self.kernels, self._code(), self.source)
 
-    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
-        """Return what all of this kind share, what its generated code calls, and that code."""
-        code = self._code()
-        return *super().kernels_of(definition), Kernel(str(code.path), seconds=code.compile_seconds)
+    @property
+    def compile_seconds(self) -> float:
+        """For compiling what all of this kind share, and the generated code, s, about."""
+        return self.shared_seconds + self._code().compile_seconds
+
+    def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
+        """Return the import of the generated code, and the calls that all of this kind share."""
+        return Example(str(self._code().path)), *super().examples(definition)
 
     def _code(self) -> "Code":
         return self.mechanism.code

@@ -1,9 +1,11 @@
 """What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
 
+import hashlib
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from pathlib import PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -20,25 +22,19 @@ Point = Mapping[str, float]  # argument → value
 
 
 @dataclass(frozen=True)
-class Kernel:
-    """A compiled function that a system calls; `sweeps.points.compile` compiles it before it measures."""
+class Example:
+    """A call that compiles kernels: of a function on example arguments, or the import of what compiles on import."""
 
     module: str  #: name of a module of `kernels`, or the path of a generated file
-    name: str = ""  #: a compiled function of the module; "" where importing the module compiles all of it
-    #: the types of the function's arguments, as Numba writes them; "" for a Python function, which is called.
-    types: str = ""
-    #: what a Python function is called with, which compiles all that it calls.
-    example: tuple = field(default=(), compare=False)
-    seconds: float = 1.0  #: how long it takes on one core of 2024, s, about
-    #: a kernel is compiled after those above it in the table that have a lower stage, which it links; others fill gaps.
-    stage: int = 0
-    #: whether a definition needs it.
-    when: "Callable[[Definition], bool]" = field(default=lambda definition: True, compare=False)
+    function: str = ""  #: name of a Python function of the module; "" if its import compiles all of it
+    arguments: tuple = ()  #: of the function
+    is_last: bool = False  #: whether it is called after all other examples, as it links kernels that they compile
 
     @property
-    def call(self) -> tuple:
-        """Return the arguments of `sweeps.points.compiler.compile_kernel` for this kernel."""
-        return self.module, self.name, self.types, self.example, self.stage
+    def name(self) -> str:
+        """A name of the call for files, which no other call has."""
+        values = hashlib.sha256(repr(self.arguments).encode()).hexdigest()[:8]
+        return f"{PurePath(self.module).stem}.{self.function}-{values}"
 
 
 @dataclass(frozen=True)
@@ -97,7 +93,8 @@ class Dynamics(ABC):
     spectrum: tuple[str, ...] = ()  #: dimensions along which one point has all its modes or eigenvalues
     #: dimensions along which one point has all its equilibria, modes or eigenvalues → these in words
     several: Mapping[str, str] = {}
-    compiled: tuple[Kernel, ...] = ()  #: what :meth:`columns` calls of them, some for some definitions only
+    compiled: tuple[Example, ...] = ()  #: the examples of every definition, see :meth:`examples`
+    compile_seconds: float = 1.0  #: for compiling all examples in two processes, s, about
     #: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     variants: Mapping[str, str] = {}
 
@@ -183,9 +180,12 @@ class Dynamics(ABC):
         """Return the method of computation, for a map's `source`: "direct integration of Euler's equations"."""
         return self.method_text
 
-    def kernels_of(self, definition: "Definition | None" = None) -> tuple[Kernel, ...]:
-        """Return what is compiled before points of a definition are measured; without one, before any could be."""
-        return tuple(kernel for kernel in self.compiled if definition is None or kernel.when(definition))
+    def examples(self, definition: "Definition | None" = None) -> tuple[Example, ...]:
+        """Return the calls that compile all kernels of a definition's :meth:`columns`.
+
+        Without a definition, those of any, except generated code.
+        """
+        return self.compiled
 
     def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset | None:
         """Return the motion at one point of a map; None where the system has none to show.

@@ -13,17 +13,17 @@ from pathlib import Path
 import psutil
 import pytest
 import rich.console
-from calls import python, refused, said
+from calls import refused, said
 
 from kernels import cache, fingerprint
 from sweeps import systems
 from sweeps.points import catalogue, columns, compile
 from sweeps.points.loading import read
 from sweeps.process import progress
-from sweeps.systems.system import Kernel
+from sweeps.systems.system import Example
 
 ROOT = compile.ROOT
-ONE, OTHER, LAST = Kernel("exact", "one"), Kernel("exact", "other", "float64"), Kernel("linear", "last", stage=1)
+ONE, OTHER, LAST = Example("exact", "one"), Example("exact", "one", (2.0,)), Example("linear", "last", is_last=True)
 
 
 @pytest.fixture
@@ -31,29 +31,31 @@ def compiled(tmp_path, monkeypatch):
     """A cache of our own and, in the place of the program that compiles, a list of what it was asked for."""
     asked = []
     monkeypatch.setattr(compile, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(compile, "_ensured", set())
+    monkeypatch.setattr(compile, "_compiled", set())
     monkeypatch.setattr(compile, "_run", asked.append)
     return asked
 
 
 def test_what_is_missing_is_compiled_once(compiled):
-    compile.compile_kernels([ONE, LAST])
-    compile.compile_kernels([ONE, OTHER, LAST])
-    compile.compile_kernels([ONE, OTHER, LAST])
+    compile.compile_examples([ONE, LAST])
+    compile.compile_examples([ONE, OTHER, LAST])
+    compile.compile_examples([ONE, OTHER, LAST])
     assert compiled == [[ONE, LAST], [OTHER]]
 
 
 @pytest.mark.parametrize("definition", ["tiny", "symmetric", "rackets", "pendulum", "mathieu"])
 def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, definition, monkeypatch, capsys):
     sweep = read(catalogue.resolve(definition))
-    alone = sum(kernel.seconds for kernel in compile.missing(sweep.system.kernels_of(sweep.definition)))
-    assert "once per machine" in compile.announced(sweep)
+    monkeypatch.setattr(compile.machine, "cores", lambda: 2)
+    both = compile.seconds(sweep)
+    assert both == pytest.approx(sweep.system.compile_seconds)
+    assert "once per machine" in compile.announcement(sweep)
     monkeypatch.setattr(compile, "why_unkept", lambda: "/home/cache: Permission denied")
-    line = compile.announced(sweep)
+    line = compile.announcement(sweep)
     assert "they cannot be kept (/home/cache: Permission denied)" in line
-    assert f"about {alone:.0f} s: " in line  # by this process, and no other beside it
+    assert f"about {both * compile.SECONDS_ALONE:.0f} s: " in line  # by this process, and no other beside it
     assert "once" not in line
-    compile.compile_kernels(sweep.system.kernels_of(sweep.definition))
+    compile.compile_examples(sweep.system.examples(sweep.definition))
     assert compiled == []
     monkeypatch.setattr(cache, "why_unkept", lambda: "/home/cache: Permission denied")
     assert "compile: they cannot be kept (/home/cache: Permission denied)" in refused(capsys, "compile", definition)
@@ -62,17 +64,17 @@ def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, de
 
 @pytest.mark.parametrize("said", [b"", b"another stamp", b"\xff"])
 def test_what_is_of_an_edited_source_or_damaged_is_compiled(compiled, said):
-    compile.compile_kernels([ONE, LAST])
+    compile.compile_examples([ONE, LAST])
     compile._mark(LAST).write_bytes(said)
     assert compile.missing([ONE, LAST]) == [LAST]
-    compile.compile_kernels([ONE, LAST])
+    compile.compile_examples([ONE, LAST])
     assert compiled == [[ONE, LAST], [LAST]]
 
 
 def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
-    kernels = systems.all_kernels()
-    compile.compile_kernels(kernels)
-    assert not compile.missing(kernels)
+    examples = systems.all_examples()
+    compile.compile_examples(examples)
+    assert not compile.missing(examples)
     read_whole, edited = fingerprint._read, Path(fingerprint.__file__).with_name("flips.py")
     stamp = fingerprint.stamp.__wrapped__
 
@@ -82,18 +84,18 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
 
     monkeypatch.setattr(fingerprint, "_read", read_edited)
     monkeypatch.setattr(compile, "stamp", stamp)
-    missing = {kernel.module for kernel in compile.missing(kernels)}
+    missing = {example.module for example in compile.missing(examples)}
     assert "survey" in missing
-    assert not missing & {"lanes", "estimates", "oscillations", "flows", "tumbling", "symmetric_top"}
+    assert not missing & {"oscillations", "flows", "tumbling", "symmetric_top"}
 
 
 def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, monkeypatch):
-    def slowly(kernels):
+    def slowly(examples):
         time.sleep(0.2)
-        compiled.append(kernels)
+        compiled.append(examples)
 
     monkeypatch.setattr(compile, "_run", slowly)
-    threads = [threading.Thread(target=compile.compile_kernels, args=([ONE],)) for _ in range(4)]
+    threads = [threading.Thread(target=compile.compile_examples, args=([ONE],)) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -106,27 +108,19 @@ def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, mon
 def test_the_door_to_the_kernels_has_them_compiled(compiled, threads):
     sweep = read({"grid": {"I1": 1.0, "I2": 2.0, "I3": [3.0, 2.5], "omega0": 1.0}})
     columns.columns(sweep.grid.points(0, 4), sweep, threads)
-    assert compiled == [list(sweep.system.kernels_of(sweep.definition))]
+    assert compiled == [list(sweep.system.examples(sweep.definition))]
 
 
 def test_what_few_definitions_ask_for_is_compiled_for_them():
     grid = {"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0}}
     usual, flips = read(grid), read(grid | {"integration": {"flips": True}})
-    more = set(flips.system.kernels_of(flips.definition)) - set(usual.system.kernels_of(usual.definition))
-    assert {kernel.name for kernel in more} == {"flipped"}
+    usual, flips = ({example.name for example in one.system.examples(one.definition)} for one in (usual, flips))
+    assert [name.partition("-")[0] for name in flips - usual] == ["survey.flipped"]
     described = read({"system": "pendulum", "grid": {"length": 1.0}})
-    moving, *shared, own = described.system.kernels_of(described.definition)
-    assert {kernel.module for kernel in shared} == {"oscillations", "paths", "enclosures", "roots", "direct", "blocks"}
+    moving, own, *shared = described.system.examples(described.definition)
+    assert {example.module for example in shared} == {"oscillations", "paths", "roots", "examples"}
     assert Path(moving.module).read_text() == described.system.mechanism.moving.text
     assert Path(own.module).read_text() == described.system._code().text
-
-
-def test_two_processes_take_less_than_one(compiled, monkeypatch):
-    kernels = [Kernel("exact", "one", seconds=4.0), Kernel("exact", "other", seconds=6.0)]
-    monkeypatch.setattr(compile.machine, "cores", lambda: 1)
-    assert compile.seconds(kernels) == 10.0
-    monkeypatch.setattr(compile.machine, "cores", lambda: 2)
-    assert compile.seconds(kernels) == pytest.approx(10.0 * compile.SHARED)
 
 
 # The program
@@ -166,7 +160,7 @@ def test_a_script_that_is_not_to_be_run_again_and_a_process_that_may_have_no_chi
 
 def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
     with pytest.raises(RuntimeError, match="nowhere"):
-        compile._run([Kernel("nowhere")])
+        compile._run([Example("nowhere")])
 
 
 @pytest.mark.compiled
@@ -208,18 +202,3 @@ def test_a_bar_on_a_terminal_or_in_a_notebook_counts_pieces(monkeypatch):
     with progress.pieces(3, "compiling") as advance:
         advance()
     assert quiet.getvalue() == ""
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_types_in_the_table_are_those_that_kernels_are_called_by():
-    code = "import sys; from sweeps import systems; from sweeps.points import compiler\n"
-    code += "for k in systems.resolve('rigid_body').kernels_of(): compiler.compile_kernel(*k.call)\n"
-    code += "from kernels import lanes, estimates, survey\n"
-    code += "for m in (lanes, estimates, survey):\n"
-    code += "    for n, f in vars(m).items():\n"
-    code += (
-        "        if hasattr(f, 'signatures') and f.__module__ == m.__name__ and n not in ('_sort_back', '_expanded'):\n"
-    )
-    code += "            assert len(f.signatures) <= 1, (n, f.signatures)\n"
-    python(code)

@@ -134,13 +134,16 @@ from sweeps.points.loading import read
 
 def compiled():
     modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
-    return {{(f.__module__, f.__name__): f.signatures for m in modules for f in m if hasattr(f, "py_func")}}
+    functions = [f for m in modules for f in m if getattr(f, "signatures", ())]
+    return {{(f.__module__, f.__name__): [*f.signatures] for f in functions}}
 
-from sweeps.points import compiler
-for kernel in systems.resolve({name!r}).kernels_of():
-    compiler.compile_kernel(*kernel.call)
-before = {{name: list(signatures) for name, signatures in compiled().items()}}
-dataset.survey_grid(read({{"system": {name!r}}} | {SMALL[name]!r}))
+from sweeps.points import compile, compiler
+compile.compile_examples = lambda examples: None
+sweep = read({{"system": {name!r}}} | {SMALL[name]!r})
+for example in sweep.system.examples(sweep.definition):
+    compiler.call(example)
+before = compiled()
+dataset.survey_grid(sweep)
 assert any(before.values())
 assert compiled() == before, [name for name, signatures in compiled().items() if signatures != before.get(name)]
 """

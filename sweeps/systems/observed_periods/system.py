@@ -16,7 +16,7 @@ from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import rows, status
-from sweeps.systems.system import Kernel, Reference
+from sweeps.systems.system import Example, Reference
 from sweeps.systems.tumbling.system import A_POINT
 
 PERIODS = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
@@ -108,9 +108,10 @@ class ObservedPeriods(FreeBody):
     model = ObservedPeriodsDefinition
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
-        Kernel("tumbling", "inverse", example=(1.0, 2.0, 3.0, 3.0), seconds=3.0),
-        Kernel("tumbling", "survey", example=(A_POINT, 1e-10, False)),
+        Example("tumbling", "inverse", (1.0, 2.0, 3.0, 3.0)),
+        Example("tumbling", "survey", (A_POINT, 1e-10, False)),
     )
+    compile_seconds = 5.0
     method_text = "closed form of the energies from tumbling periods"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"

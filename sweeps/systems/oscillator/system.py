@@ -17,7 +17,7 @@ from sweeps.schema.variables import Parameter, Quantity, Variable
 from sweeps.systems import rates
 from sweeps.systems.described import MECHANICS, PATHS, PLANNING, SEARCH, Described
 from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows
-from sweeps.systems.system import Kernel
+from sweeps.systems.system import Example
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -136,7 +136,8 @@ class Oscillator(Described):
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
     kernels = ("oscillations", "enclosures", "roots", "matrices")
-    compiled = (*SEARCH, Kernel("oscillations", seconds=2.0), *PLANNING)
+    shared_seconds = 8.0
+    compiled = (SEARCH, Example("oscillations"), PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     spectrum = ("mode",)
@@ -159,13 +160,10 @@ class Oscillator(Described):
         """By how long its generated code is."""
         return self._code().samples_per_second
 
-    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
-        """Return the kernels of every described system, after the generated code of an animation."""
-        kernels = super().kernels_of(definition)
-        if self.name not in ANIMATED:
-            return kernels
-        code = self.mechanism.moving
-        return Kernel(str(code.path), seconds=code.compile_seconds), *kernels
+    def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
+        """Return the calls for every described system, after the import of the generated code of an animation."""
+        animated = [Example(str(self.mechanism.moving.path))] if self.name in ANIMATED else []
+        return *animated, *super().examples(definition)
 
     def constants(self) -> dict[str, Any]:
         """Return the names of the coordinates, for which `direction` has one number each."""

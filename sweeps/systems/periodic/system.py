@@ -18,10 +18,10 @@ from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, mapping
 from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Role, Variable, table
-from sweeps.systems.described import MECHANICS, PATHS, SEARCH, Described
+from sweeps.systems.described import ENCLOSURES, MECHANICS, PATHS, Described
 from sweeps.systems.reintegration import rates_of
 from sweeps.systems.shared_variables import layout, perturbation, regime, rows, status, with_theory
-from sweeps.systems.system import Kernel, Reference
+from sweeps.systems.system import Example, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -120,7 +120,8 @@ class Periodic(Described):
         *("enclosures", "floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
         "variational",
     )
-    compiled = (Kernel("monodromy", seconds=8.0), Kernel("variational", seconds=1.0), PATHS)
+    shared_seconds = 10.0
+    compiled = (Example("monodromy"), Example("variational"), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
     marker = "phase_residual"
@@ -171,10 +172,10 @@ class Periodic(Described):
 
         return periodic.refusal(self.mechanism, values)
 
-    def kernels_of(self, definition: Definition | None = None) -> tuple[Kernel, ...]:
-        """Return what all periodic systems call, and what encloses functions of the time that are no plain waves."""
+    def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
+        """Return the calls of all periodic systems, and what encloses functions of the time that are no plain waves."""
         encloses = self.mechanism.steepness.parts or self.description.switches
-        return *super().kernels_of(definition), *(SEARCH[:1] if encloses else ())
+        return *super().examples(definition), *([ENCLOSURES] if encloses else [])
 
     def _code(self) -> "Code":
         return self.mechanism.perturbed_code(True)

@@ -26,7 +26,7 @@ from sweeps.systems.periodic.system import (
     PeriodicDefinition,
     trace_reference,
 )
-from sweeps.systems.system import Dynamics, Kernel, Points, Reference
+from sweeps.systems.system import Dynamics, Example, Points, Reference
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
@@ -109,6 +109,7 @@ class PumpedBody(Dynamics):
     kernels = (*Periodic.kernels, "triangle")
     existence = CHANGING
     compiled = Periodic.compiled
+    compile_seconds = 12.0
     model = PumpedDefinition
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"
@@ -149,12 +150,13 @@ class PumpedBody(Dynamics):
 
         return equations.model(self.inverse)
 
-    def kernels_of(self, definition: PumpedDefinition | None = None) -> tuple[Kernel, ...]:
-        """Return what periodic systems share, and what the definition's kind of modulation needs, its code and all."""
-        kinds = (PumpedBody(False), PumpedBody(True)) if definition is None else (self.bound(definition),)
-        codes = [kind.mechanism.perturbed_code(True) for kind in kinds]
-        steep = described.SEARCH[:1] if any(kind.mechanism.steepness.parts for kind in kinds) else ()
-        return *super().kernels_of(definition), *steep, *(Kernel(str(c.path), seconds=c.compile_seconds) for c in codes)
+    def examples(self, definition: PumpedDefinition | None = None) -> tuple[Example, ...]:
+        """Return the calls of all periodic systems, and the import of the code of the definition's modulation."""
+        if definition is None:
+            return self.compiled
+        mechanism = self.bound(definition).mechanism
+        steep = [described.ENCLOSURES] if mechanism.steepness.parts else []
+        return Example(str(mechanism.perturbed_code(True).path)), *self.compiled, *steep
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used; they depend on no parameter."""

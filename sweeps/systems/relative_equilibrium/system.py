@@ -21,7 +21,7 @@ from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
 from sweeps.systems.reintegration import rates_of
 from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows, with_theory
-from sweeps.systems.system import Cost, Kernel, Reference
+from sweeps.systems.system import Cost, Example, Reference
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -106,16 +106,8 @@ class RelativeEquilibrium(Described):
     picture_seconds = 2.5
     method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots", "jacobians", "matrices")
-    compiled = (
-        Kernel("dense", seconds=3.5),
-        Kernel("runs", seconds=1.5),
-        Kernel("invariants", seconds=3.0, stage=1),
-        Kernel("projection", seconds=1.5, stage=1),
-        Kernel("spectrum", seconds=2.5, stage=2),
-        Kernel("flows", seconds=1.5, stage=3),
-        *SEARCH,
-        *PLANNING,
-    )
+    shared_seconds = 14.0
+    compiled = (Example("flows"), SEARCH, PLANNING)
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition
     marker = "eigenvalue"

@@ -23,7 +23,7 @@ from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS, Axes, SignedSpin
 from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, WINDOW, coefficients, spacing, squared_rate
 from sweeps.systems.shared_variables import STEPS, regime, rows, status
-from sweeps.systems.system import Kernel, Point, Reference
+from sweeps.systems.system import Example, Point, Reference
 
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
@@ -204,48 +204,21 @@ class RigidBodyDefinition(NearAxisDefinition):
         return "a collapsed map holds other points' motions in its own units" if self.integration.collapse else ""
 
 
-# -- the compiled functions that a survey calls, in the order of compiling: the longest first
-
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
 RUN = (1.0, 16, 1e-9)
-ROW, NUMBERS, WORK = "float64[::1]", "int64[::1]", "UniTuple(boolean, 5)"
-PLAN = f"UniTuple({NUMBERS}, 4)"
-LANES = "float64[:, :, ::1]"
-SURVEY = (  # first what `_run` links
-    Kernel("estimates", "fill", f"{ROW}, {WORK}, int64, int64, boolean, float64", seconds=2.5),
-    Kernel("lanes", "advance", f"{ROW}, int64, int64", seconds=2.0),
-    Kernel("lanes", "sample", f"{ROW}, int64, int64", seconds=1.0),
-    Kernel("lanes", "begin_exact", f"{ROW},", seconds=1.0),
-    *(
-        Kernel("lanes", name, f"{ROW},", seconds=0.2)
-        for name in ("_exact_samples", "guess", "log_sample", "begin", "watch_invariants", "begin_recurrence")
-    ),
-    *(Kernel("lanes", name, f"{ROW},", seconds=0.1) for name in ("begin_invariants", "certify", "begin_reduction")),
-    Kernel("survey", "_keep", f"{ROW}, {NUMBERS}, float64[:, ::1]", seconds=0.1),
-    Kernel("survey", "_gather", f"{ROW}, {ROW}, {NUMBERS}, int64", seconds=0.2),
-    Kernel("lanes", "follow", f"{ROW}, int64, int64, int64, {WORK}, int64", seconds=1.0, stage=1),
-    Kernel(
-        "survey",
-        "_run",
-        f"{ROW}, {PLAN}, UniTuple({NUMBERS}, 2), Tuple((float64, int64, float64, boolean)), {WORK}, "
-        f"Tuple(({NUMBERS}, {LANES}, uint32[::1]))",
-        seconds=1.5,
-        stage=2,
-    ),
-    Kernel("survey", "theory", example=(A_POINT,), seconds=1.0),
-    Kernel("survey", "_choose", f"{ROW}, int64, float64, {PLAN}", seconds=0.5),
-    Kernel("survey", "_lay_out", f"{ROW}, UniTuple({ROW}, 6)", seconds=0.5),
-    Kernel("survey", "_sort", f"{PLAN},", seconds=0.4),
-    Kernel("survey", "_plan", f"{ROW}, {NUMBERS}, float64, int64, {PLAN}", seconds=0.3),
-    *(
-        Kernel("survey", "_sort_back", f"int64, {ROW}, uint32[::1], int64, int64, {kind}[:, ::1]", seconds=0.1)
-        for kind in ("float64", "int32", "int8")
-    ),
+SURVEY = (
+    Example("examples", "follow_block"),
+    Example("examples", "fill_columns"),
+    Example("survey", "theory", (A_POINT,)),
+    Example("examples", "plan_points"),
+    Example("survey", "survey", (A_POINT, *RUN), is_last=True),
 )
-FLIP_KERNEL = Kernel("survey", "flipped", "", (A_POINT,), 4.0, 0, lambda sweep: sweep.integration.flips)
-COLLAPSE_KERNEL = Kernel("survey", "collapsed", "", (A_POINT, *RUN), 1.0, 3, lambda sweep: sweep.integration.collapse)
-IN_SPACE_KERNEL = Kernel("in_space", "survey", "", (A_POINT, *RUN), 6.0, 0, lambda sweep: sweep.integration.attitude)
-KERNELS = (*SURVEY, FLIP_KERNEL, IN_SPACE_KERNEL, COLLAPSE_KERNEL)
+FLIPPED = Example("survey", "flipped", (A_POINT,))
+ON_REQUEST = {  # key of `integration` → what it compiles
+    "flips": FLIPPED,
+    "attitude": Example("in_space", "survey", (A_POINT, *RUN)),
+    "collapse": Example("survey", "collapsed", (A_POINT, *RUN), is_last=True),
+}
 
 # -- the system
 
@@ -257,7 +230,8 @@ class RigidBody(FreeBody):
 
     name = "rigid_body"
     kernels = ("survey", "in_space")
-    compiled = KERNELS
+    compiled = SURVEY
+    compile_seconds = 12.0
     model = RigidBodyDefinition
     variants: ClassVar = {"uncertainty": "uncertain_bodies"}
     references = "Landau and Lifshitz, Mechanics, sections 36 and 37"
@@ -267,6 +241,11 @@ class RigidBody(FreeBody):
     def variables(self, definition: RigidBodyDefinition | None = None) -> dict[str, Variable]:
         """Return name → variable: the certificate of direct integration, and flips and attitude on request."""
         return VARIABLES if definition is None else definition.integration.table
+
+    def examples(self, definition: RigidBodyDefinition | None = None) -> tuple[Example, ...]:
+        """Return the calls that compile a survey, and those for flips, attitude and collapse on request."""
+        requested = [name for name in ON_REQUEST if definition is None or getattr(definition.integration, name)]
+        return *self.compiled, *(ON_REQUEST[name] for name in requested)
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
         """Return linear theory beside what is measured; see `kernels.survey`."""

@@ -17,7 +17,7 @@ from sweeps.schema.variables import Layout, Parameter, Quantity, coordinates_of
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, spacing
 from sweeps.systems.shared_variables import STEPS, rows, status
-from sweeps.systems.system import Dynamics, Kernel, Point, Reference
+from sweeps.systems.system import Dynamics, Example, Point, Reference
 
 _MEASURED = """
     {0}         rad s-1  precession rate of the {1} about the figure axis, measured{2}
@@ -108,7 +108,8 @@ class SymmetricTop(Dynamics):
     method_text = "direct integration of Euler's equations"
     kernels = ("symmetric_top",)
     existence = ("ratio",)
-    compiled = (Kernel("symmetric_top", "survey", example=(A_POINT, 1.0, 16, 1e-9), seconds=4.0),)
+    compiled = (Example("symmetric_top", "survey", (A_POINT, 1.0, 16, 1e-9)),)
+    compile_seconds = 4.0
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, compared with the closed form"

@@ -20,7 +20,7 @@ from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.shared_variables import rows, status, with_exact
-from sweeps.systems.system import Kernel, Reference
+from sweeps.systems.system import Example, Reference
 
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
 MODES = ("impossible", "sam", "lam", "separatrix", "principal")
@@ -126,9 +126,10 @@ class Tumbling(MeasuredOnce):
     name = "tumbling"
     kernels = ("tumbling", "statuses", "triangle")
     compiled = (
-        Kernel("tumbling", "survey", example=(A_POINT, 1e-9), seconds=4.0),
-        Kernel("tumbling", "tilts", example=(A_POINT,)),
+        Example("tumbling", "survey", (A_POINT, 1e-9)),
+        Example("tumbling", "tilts", (A_POINT,)),
     )
+    compile_seconds = 5.0
     model = TumblingDefinition
     closed = "periods"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"

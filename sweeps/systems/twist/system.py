@@ -17,7 +17,7 @@ from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
 from sweeps.systems.reintegration import ROUNDING, coefficients
 from sweeps.systems.shared_variables import rows, status, with_exact
-from sweeps.systems.system import Kernel, Reference
+from sweeps.systems.system import Example, Reference
 
 ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
 
@@ -94,7 +94,8 @@ class Twist(MeasuredOnce):
 
     name = "twist"
     kernels = ("twist", "statuses", "triangle")
-    compiled = (Kernel("twist", "survey", example=(A_POINT, 1e-9), seconds=7.0),)
+    compiled = (Example("twist", "survey", (A_POINT, 1e-9)),)
+    compile_seconds = 7.0
     model = TwistDefinition
     closed = "attitude"
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"

@@ -18,10 +18,10 @@ from sweeps.systems.bodies.body import list_of
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import VERDICTS
-from sweeps.systems.rigid_body.system import FLIP_KERNEL, REGIMES, SHAREABLE, SURVEY, NearAxisDefinition, SpunBody
+from sweeps.systems.rigid_body.system import FLIPPED, REGIMES, SHAREABLE, SURVEY, NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.system import LAYOUT as OF_RIGID_BODIES
 from sweeps.systems.shared_variables import rows
-from sweeps.systems.system import Cost, Kernel, Reference
+from sweeps.systems.system import Cost, Example, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, distribution, measuring
 from sweeps.systems.uncertain_bodies.measuring import BodySampling
@@ -310,7 +310,6 @@ def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distr
 
 
 WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
-TWISTED = tuple(replace(kernel, when=lambda definition: definition.twist) for kernel in TWIST.compiled)
 
 
 class UncertainBodies(FreeBody):
@@ -322,7 +321,8 @@ class UncertainBodies(FreeBody):
     name = "uncertain_bodies"
     kernels = ("survey", "principal", "twist")
     existence = ()
-    compiled = (*SURVEY, replace(FLIP_KERNEL, when=lambda definition: True), Kernel("principal"), *TWISTED)
+    compiled = (*SURVEY, FLIPPED, Example("principal"))
+    compile_seconds = 16.0
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
     caption = "probability that each spin of bodies with uncertain moments is unstable, and its growth rates"
@@ -354,6 +354,10 @@ class UncertainBodies(FreeBody):
             return VARIABLES
         of_draws = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
         return VARIABLES | (TWISTS if definition.twist else {}) | (of_draws if definition.keep else {})
+
+    def examples(self, definition: UncertainDefinition | None = None) -> tuple[Example, ...]:
+        """Return the calls that compile surveys and flips, and those for twists on request."""
+        return *self.compiled, *(TWIST.compiled if definition is None or definition.twist else ())
 
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
