@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from sweeps.points import catalogue
-from sweeps.pipeline import claims, finished
+from sweeps.pipeline import claims, up_to_date
 from sweeps.schema.refusals import DefinitionError
 from sweeps.pipeline.targets import (
     is_to_run,
@@ -185,7 +185,7 @@ rule handbook:
 
 onsuccess:
     for name in PLANS:
-        finished.note_sizes(Path("results") / name)
+        up_to_date.record(Path("results") / name)
 
 
 try:
@@ -194,7 +194,7 @@ try:
         claims.claim(PLANS)
         for name, plan in PLANS.items():
             claims.assign_to_definition(Path("results") / name, plan.path)
-            finished.remove_incomplete(Path("results") / name)
+            up_to_date.remove_damaged(Path("results") / name)
         claims.replace_locks(workflow)
         for told in what_is_compiled(PLANS.values()):
             print(told, file=sys.stderr)

@@ -23,10 +23,8 @@ def fill_columns() -> None:
 
 def plan_points() -> None:
     """Compile the planning of a survey, by a point of zeros."""
-    T, plan = (
-        np.zeros(survey.PITCH * (survey.GATHERED + 1)),
-        tuple(np.ones(1, np.int64) for _ in survey.PointPlan._fields),
-    )
+    T = np.zeros(survey.PITCH * (survey.GATHERED + 1))
+    plan = tuple(np.ones(1, np.int64) for _ in survey.PointPlan._fields)
     survey._plan(T, np.ones(1, np.int64), 1.0, INTERVALS, plan)
     survey._choose(T, INTERVALS, TOLERANCE, plan)
     survey._sort(plan)

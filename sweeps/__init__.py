@@ -113,9 +113,10 @@ def run(definition: str | Path, *, cores: int | None = None, again: bool = False
         >>> [path.name for path in sweeps.run("tiny")]
         ['stability_map.nc', 'figures', 'report.html']
     """
-    from sweeps.pipeline import making
+    from sweeps.pipeline import run as pipeline
+    from sweeps.points import catalogue
 
-    return list(making.make(definition, cores, again, replace=replace))
+    return list(pipeline.run(catalogue.resolve(str(definition)), cores, again, replace=replace))
 
 
 def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Dataset":

@@ -8,7 +8,7 @@ from sweeps.commands import parser
 from sweeps.figure import printing
 from sweeps.points import catalogue
 from sweeps.process import progress, startup
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.schema.refusals import DefinitionError
 
 BODY = """\
@@ -222,6 +222,6 @@ def _of_all(args, periods) -> list[dict]:
         from sweeps.figure import style
         from sweeps.systems.observed_periods.presentation import figure_energies
 
-        with style.drawn_for(style.ITS_OWN), replaced(args.figure) as temporary:
+        with style.drawn_for(style.ITS_OWN), replace_output(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
     return answers.of_all(periods, ds)

@@ -9,7 +9,7 @@ from sweeps.commands import parser
 from sweeps.figure import printing
 from sweeps.points import catalogue
 from sweeps.process import progress
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.schema.refusals import DefinitionError, display
 
 RUN = """\
@@ -63,9 +63,9 @@ def _list(contents: dict, as_json: bool) -> None:
 def _facts(planned) -> dict:
     from dataclasses import asdict
 
-    from sweeps.points.estimate import estimate, impossible, lacking
+    from sweeps.points.estimate import impossible, lacking
 
-    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, estimate(planned.sweep)
+    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
     return {
         "definition": str(planned.path),
         "title": definition.title,
@@ -80,10 +80,9 @@ def _facts(planned) -> dict:
 
 def _rows(planned):
     from kernels.cache import why_unkept
-    from sweeps.points.estimate import PAGE_BYTES, estimate, impossible, in_words, lacking, span
+    from sweeps.points.estimate import PAGE_BYTES, impossible, in_words, lacking, span
 
-    grid, definition = planned.sweep.grid, planned.sweep.definition
-    needs = estimate(planned.sweep)
+    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
     yield "definition", f"{planned.path}: valid"
     yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
@@ -125,11 +124,12 @@ def add_run(commands) -> None:
 
 
 def _run(args):
-    from sweeps.pipeline import making
+    from sweeps.pipeline.run import run
     from sweeps.views import drawing
 
     with progress.silenced() if args.quiet else nullcontext():
-        for file in making.make(args.definition, args.cores, args.again, args.output, drawing.worker, args.replace):
+        definition = catalogue.resolve(args.definition)
+        for file in run(definition, args.cores, args.again, args.output, drawing.worker, args.replace):
             print(file)
 
 
@@ -216,5 +216,5 @@ def _schema(args):
     if not args.output:
         print(text)
         return
-    with replaced(args.output) as temporary:
+    with replace_output(args.output) as temporary:
         Path(temporary).write_text(text + "\n", encoding="utf-8")

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import amount
 from sweeps.shards.mapfile import write_part
@@ -70,6 +70,6 @@ def write(motion: xr.Dataset, path: str | Path) -> None:
         return
     names = ["time", *(name for name in motion.data_vars if motion[name].dims == ("time",))]
     heading = ",".join(f"{name} ({motion[name].attrs['units']})" for name in names)
-    with replaced(path) as temporary:
+    with replace_output(path) as temporary:
         table = np.column_stack([motion[name].values for name in names])
         np.savetxt(temporary, table, fmt="%.17g", delimiter=",", header=heading, comments="", encoding="utf-8")

@@ -11,7 +11,7 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.maps import admission
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.process.machine import cores
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
@@ -34,7 +34,7 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         encoding[name] = {"chunksizes": chunk_shape(variable.shape), "_FillValue": fill}
         encoding[name] |= DEFLATED if spec.deflated else {}
     lazy = ds[[name for name, variable in ds.data_vars.items() if variable.chunks]]
-    with replaced(path) as temporary:
+    with replace_output(path) as temporary:
         ds.assign_attrs(history=contract.history()).to_netcdf(
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=not lazy.data_vars
         )

@@ -33,7 +33,7 @@ from kernels.blocks import W
 from kernels.cache import cache_folder, load
 from kernels.codes import ORDER
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, Graph, Values, X
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
 
@@ -419,7 +419,7 @@ def _written(folder: Path, name: str, text: str) -> Path:
     """Write a file with this text that the user alone can read, and return its path; no process sees half of it."""
     path = folder / f"{name}.py"
     if not path.is_file() or path.read_text() != text:
-        with replaced(path, flush=False) as temporary:
+        with replace_output(path, flush=False) as temporary:
             temporary.chmod(0o600)
             temporary.write_text(text)
     return path

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps.process import files, living
+from sweeps.process import files, process_identity
 from sweeps.schema.refusals import DefinitionError
 
 CLAIM = ".running"
@@ -74,7 +74,7 @@ def assign_to_definition(folder: Path, definition: Path, replace: bool = False) 
     if not is_same and not replace:
         allowed = "another file name, or polhode run with -o FOLDER or --replace"
         raise DefinitionError(f"{definition}: {folder} contains the results of {owner}; allowed: {allowed}")
-    with files.replaced(note, flush=False) as temporary:
+    with files.replace_output(note, flush=False) as temporary:
         temporary.write_text(str(definition.resolve()))
 
 
@@ -98,11 +98,11 @@ def _claim(handle: int, folder: Path) -> None:
             raise
         _claim_by_word(handle, folder)
     os.ftruncate(handle, 0)
-    os.pwrite(handle, f"{living.mark()}\n".encode(), 0)
+    os.pwrite(handle, f"{process_identity.mark()}\n".encode(), 0)
 
 
 def _refuse(handle: int, folder: Path) -> None:
-    holder = living.in_words(_holder(handle))
+    holder = process_identity.in_words(_holder(handle))
     os.close(handle)
     raise DefinitionError(f"{folder}: another run is active there ({holder}); allowed: one at a time")
 
@@ -114,7 +114,7 @@ def _holder(handle: int) -> str:
 def _claim_by_word(handle: int, folder: Path) -> None:
     """Claim on a file system without locks: by the text of the claim, and by its date, which a thread renews."""
     untouched = time.time() - os.fstat(handle).st_mtime
-    if (holder := _holder(handle)) and not living.is_over(holder, untouched, PATIENCE):
+    if (holder := _holder(handle)) and not process_identity.is_over(holder, untouched, PATIENCE):
         _refuse(handle, folder)
     threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
 

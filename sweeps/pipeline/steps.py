@@ -14,89 +14,85 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.maps import storage
-from sweeps.pipeline import claims, finished
-from sweeps.points import compile
-from sweeps.points.catalogue import Plan
+from sweeps.pipeline import claims, up_to_date
+from sweeps.pipeline.up_to_date import FIGURES, MAP, REPORT
+from sweeps.points import catalogue, compile
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine, progress
 from sweeps.shards import merging
 from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
 
-Beside = Callable[[], AbstractContextManager]
-
 
 def make(
-    planned: Plan,
-    results: str | Path = "results",
+    definition: Path,
+    inputs: str,
+    results: Path,
     workers: int = 1,
     again: bool = False,
-    beside: Beside = nullcontext,
+    drawing_worker: Callable[[], AbstractContextManager] = nullcontext,
     replace: bool = False,
 ) -> Iterator[Path]:
-    """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `making.make`."""
-    sweep, folder = planned.sweep, Path(results) / planned.sweep.name
-    path = folder / "stability_map.nc"
+    """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `run.run`."""
+    with progress.waiting(f"{definition}: deriving its equations"):
+        planned = catalogue.plan(definition, results, check=False)
+    sweep, folder = planned.sweep, results / planned.sweep.name
+    progress.say(planned.intention(folder))
     with claims.claimed([sweep.name], results):
-        claims.assign_to_definition(folder, planned.path, replace)
-        finished.remove_incomplete(folder)
-        is_old = again or not storage.holds_map(path, sweep)
-        if is_old:
+        claims.assign_to_definition(folder, definition, replace)
+        is_new = again or not storage.holds_map(folder / MAP, sweep)
+        outdated = {FIGURES, REPORT} if is_new else up_to_date.outdated(folder)
+        if is_new:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
-        draws = workers > 1 and (is_old or _is_older(folder / "figures", path))
-        with beside() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
-            if is_old:
-                measure(sweep, path, workers, again)
+        draws = workers > 1 and FIGURES in outdated
+        with drawing_worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
+            if is_new:
+                measure(sweep, folder / MAP, workers, again)
                 machine.give_back()
-            if (folder / "shards").exists():
-                shutil.rmtree(folder / "shards")
-            yield path
-            drawn = list(_shown(path, again, worker))
-            finished.note_sizes(folder)
-            yield from drawn
+            shutil.rmtree(folder / "shards", ignore_errors=True)
+            yield folder / MAP
+            _show(folder, outdated, worker)
+        is_covered = up_to_date.covers_text(inputs, sweep.definition.text) and not sweep.has_other_inputs
+        up_to_date.record(folder, inputs if is_covered else "")
+        yield from (folder / FIGURES, folder / REPORT)
 
 
-def _is_older(made: Path, path: Path) -> bool:
-    return not made.exists() or made.stat().st_mtime < path.stat().st_mtime
-
-
-def _shown(path: Path, again: bool, worker: Executor | None) -> Iterator[Path]:
-    """Make the pictures and the report of a map, side by side where there is a worker."""
-    pictures, page = path.with_name("figures"), path.with_name("report.html")
-    report = partial(_report, path, page) if again or _is_older(page, path) else lambda: None
-    if again or _is_older(pictures, path):
-        _draw(path, pictures, worker, report)
+def _show(folder: Path, outdated: set[str], worker: Executor | None) -> None:
+    """Make those of the pictures and the report of a map that are outdated, side by side if there is a worker."""
+    write_report = partial(_report, folder) if REPORT in outdated else lambda: None
+    if FIGURES in outdated:
+        _draw(folder, worker, write_report)
     else:
-        report()
-    yield from (pictures, page)
+        write_report()
 
 
-def _draw(path: Path, folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
+def _draw(folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
     """Draw the pictures of a map, and call `meanwhile` once the worker, if there is one, has begun."""
     from sweeps.views import figures
 
-    progress.say(f"writing {folder}")
-    shutil.rmtree(folder, ignore_errors=True)
+    path, pictures = folder / MAP, folder / FIGURES
+    progress.say(f"writing {pictures}")
+    shutil.rmtree(pictures, ignore_errors=True)
     with figures.open_to_draw(path) as ds:
         submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
-        list(figures.draw_all(ds, folder, submit=submit, meanwhile=meanwhile))
-    os.utime(folder)
+        list(figures.draw_all(ds, pictures, submit=submit, meanwhile=meanwhile))
+    os.utime(pictures)
 
 
-def _report(path: Path, file: Path) -> None:
+def _report(folder: Path) -> None:
     from sweeps.views import figures, report
 
-    progress.say(f"writing {file}")
-    with figures.open_to_draw(path) as ds:
-        report.write(ds, file)
+    progress.say(f"writing {folder / REPORT}")
+    with figures.open_to_draw(folder / MAP) as ds:
+        report.write(ds, folder / REPORT)
 
 
 # -- the map
 
 
 def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Write the map, at once or from shards, of which those that an interrupted run has finished are kept."""
+    """Write the map, at once or from shards; those that an interrupted run has finished are kept."""
     count = sweep.shards
     shards = merging.files(path.with_name("shards"), count)
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]

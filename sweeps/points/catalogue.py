@@ -11,6 +11,7 @@ from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.refusals import DefinitionError, hint
 
 if TYPE_CHECKING:
+    from sweeps.points.estimate import Estimate
     from sweeps.points.sweep import Sweep
     from sweeps.schema.definition import Definition
 
@@ -89,10 +90,15 @@ def _unknown(where: str, name: str, names: Iterable[str], otherwise: str) -> str
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep and the file that defines it."""
+    """A sweep, the file that defines it, and what it needs."""
 
     path: Path  #: the definition's file
     sweep: "Sweep"  #: the sweep, valid and small enough for this machine
+    needs: "Estimate"  #: points, files, memory, disk and time
+
+    def intention(self, folder: Path) -> str:
+        """Return what a run makes in a folder, in one line."""
+        return f"{self.sweep.name}: {self.sweep.counted} of {self.sweep.definition.system}, {self.needs} → {folder}"
 
 
 def plan(
@@ -106,7 +112,7 @@ def plan(
     Raises:
         DefinitionError: also for one that is named like a definition that ships.
     """
-    from sweeps.points.estimate import refuse_if_too_large
+    from sweeps.points.estimate import estimate, refuse_if_too_large
     from sweeps.points.loading import read
 
     path = Path(source)
@@ -117,9 +123,10 @@ def plan(
     if digest not in ("", sweep.definition.digest):
         wrong = "the definition, or a file that it names, was changed while the workflow ran"
         raise DefinitionError(f"{path}: {wrong}; allowed: the same until the end (start the workflow again)")
+    needs = estimate(sweep)
     if not anywhere:
-        refuse_if_too_large(sweep, results)
-    return Plan(path, sweep)
+        refuse_if_too_large(sweep, needs, results)
+    return Plan(path, sweep, needs)
 
 
 def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:

@@ -43,6 +43,9 @@ class Estimate:
     compile_seconds: float  #: time for compiling what is not compiled yet on this machine, s
     wait_seconds: float  #: what a person waits for map, pictures and report on one core, all of the above included, s
 
+    def __str__(self):
+        return f"about {span(self.wait_seconds)} on one core, up to {in_words(self.disk_bytes)} of disk"
+
 
 def estimate(sweep: Sweep) -> Estimate:
     """Estimate memory, disk and time of `sweep` without making its grid."""
@@ -91,9 +94,9 @@ def _bytes_per_point(sweep: Sweep) -> int:
     return sum(np.dtype(v.dtype).itemsize * math.prod(sweep.shape_at(name)) for name, v in sweep.variables.items())
 
 
-def refuse_if_too_large(sweep: Sweep, results_dir: str | Path) -> None:
-    """Refuse a sweep that exceeds the disk or memory of this machine."""
-    if lines := lacking(sweep, estimate(sweep), results_dir):
+def refuse_if_too_large(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> None:
+    """Refuse a sweep that needs more disk or memory than this machine has."""
+    if lines := lacking(sweep, needed, results_dir):
         raise DefinitionError("\n".join(lines))
 
 

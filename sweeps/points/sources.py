@@ -88,12 +88,12 @@ def _values(one: DataArray) -> object:
 def _kept(table: "pd.DataFrame") -> Path:
     """Write a DataFrame beside the tables that were read, under a name made of its content, and return the file."""
     from sweeps.points import tables
-    from sweeps.process.files import replaced
+    from sweeps.process.files import replace_output
 
     text = table.to_csv(index=False, float_format="%.17g").encode()
     path = tables.kept_in() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
     if not path.exists():
-        with replaced(path) as temporary:
+        with replace_output(path) as temporary:
             temporary.write_bytes(text)
     path.touch()
     return path

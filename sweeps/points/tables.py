@@ -18,7 +18,7 @@ import numpy as np
 
 from kernels.cache import cache_folder
 from sweeps.process import machine
-from sweeps.process.files import remove_all_leftovers, replaced
+from sweeps.process.files import remove_all_leftovers, replace_output
 from sweeps.reading import tables
 from sweeps.reading.files import FileBytes
 from sweeps.reading.tables import refusal
@@ -154,7 +154,7 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], pla
     """Read, check and keep all rows, and the names in the column at `place`; leave nothing where one is refused."""
     machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
-    with replaced(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
+    with replace_output(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
         for values in filter(len, source.parts([column.place for column in columns])):

@@ -8,83 +8,80 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sweeps.process import living
+from sweeps.process import process_identity
 
 NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # errors of flock on a file system without locks
 
 
 @contextmanager
-def replaced(path: str | Path, flush: bool = True) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, and rename it to `path` when the block has ended without error.
+def replace_output(path: str | Path, is_folder: bool = False, flush: bool = True) -> Iterator[Path]:
+    """Yield a temporary path next to `path`, and rename it to `path` when the block has ended without error.
 
-    Where the block fails, the temporary file is removed and whatever stood at `path` is as it was. A link stays one:
-    the file that it names is replaced. What a process that was killed left of the same file is removed first. With
-    `flush` the content reaches the disk before the name does: files with checksums that can be made again need it not.
+    If the block fails, the temporary file is removed, and `path` is as it was. What a killed process left of the same
+    file is removed first. A link at `path` is replaced, and not followed.
+
+    Args:
+        path: the file or folder to write.
+        is_folder: whether it is a folder. Files of a folder that exists are replaced by those of the same name.
+        flush: whether the content reaches the disk before the name does; files with checksums that can be made again do
+            not need it.
 
     Raises:
-        OSError: where something stands at `path` that is no file.
+        OSError: if a folder or a device is at the path of a file.
     """
-    path = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
-    if path.exists() and not path.is_file():  # a device would be one no more
+    path = Path(path)
+    if not is_folder and not path.is_symlink() and path.exists() and not path.is_file():  # a device would be lost
         raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
-    temporary = _beside(path)
+    temporary = _temporary_path(path)
     try:
-        temporary.touch(exist_ok=False)
+        temporary.mkdir() if is_folder else temporary.touch(exist_ok=False)
         yield temporary
-        if flush:
+        if flush and not is_folder:
             _flush(temporary)
-        temporary.replace(path)
+        _rename(temporary, path)
         if flush:
             _flush(path.parent)
     finally:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
 
 
 def remove_leftovers(path: Path) -> None:
     """Remove the temporary files and folders of `path` whose process has ended."""
-    _remove_dead(path.parent.glob(f".{glob.escape(path.name)}.*.part"))
+    _remove_ended(path.parent.glob(f".{glob.escape(path.name)}.*.part"))
 
 
 def remove_all_leftovers(folder: Path) -> None:
     """Remove all temporary files of ended processes in a folder and below."""
-    _remove_dead(folder.rglob(".*.part"))
+    _remove_ended(folder.rglob(".*.part"))
 
 
-def _remove_dead(parts: Iterable[Path]) -> None:
-    for part in list(parts):
-        if living.is_over(part.name, living.age(part)):
-            if part.is_dir() and not part.is_symlink():
-                shutil.rmtree(part, ignore_errors=True)
-            else:
-                part.unlink(missing_ok=True)
+def _remove_ended(leftovers: Iterable[Path]) -> None:
+    for leftover in list(leftovers):
+        if process_identity.is_over(leftover.name, process_identity.age(leftover)):
+            _remove(leftover)
 
 
-def _beside(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     """Return a temporary name for the file `path`: it exists before the file does, so that no Ctrl-C comes between."""
-    return path.with_name(f".{path.name}.{living.mark()}.{os.urandom(8).hex()}.part")
+    return path.with_name(f".{path.name}.{process_identity.mark()}.{os.urandom(8).hex()}.part")
 
 
-@contextmanager
-def replaced_folder(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary folder; move its files to `path`, whole if that is new, when the block ends without error."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(path)
-    folder = _beside(path)
-    made = folder / "made"
-    try:
-        made.mkdir(parents=True)
-        yield made
-        try:
-            made.rename(path)
-        except OSError:
-            path.mkdir(exist_ok=True)
-            for file in made.iterdir():
-                file.replace(path / file.name)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+def _rename(temporary: Path, path: Path) -> None:
+    """Give a file or a new folder its name; move the files of a folder one by one into a folder that exists."""
+    if temporary.is_dir() and path.is_dir():
+        for file in temporary.iterdir():
+            file.replace(path / file.name)
+    else:
+        temporary.replace(path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _flush(path: Path) -> None:
@@ -96,7 +93,7 @@ def _flush(path: Path) -> None:
     try:
         os.fsync(handle)
     except OSError as error:
-        if error.errno not in (errno.EBADF, errno.EINVAL, errno.ENOTSUP):  # a full or failing disk must be heard
+        if error.errno not in (errno.EBADF, errno.EINVAL, errno.ENOTSUP):  # a full or failing disk must be reported
             raise
     finally:
         os.close(handle)

@@ -14,7 +14,7 @@ import netCDF4
 import numpy as np
 from isal import isal_zlib
 
-from sweeps.process.files import NO_LOCKS, replaced
+from sweeps.process.files import NO_LOCKS, replace_output
 from sweeps.schema.boxes import runs
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
@@ -31,13 +31,13 @@ PART_VALUES = 2**21  # of a variable of a part of a map, in memory at a time
 def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> Iterator["MapFile"]:
     """Yield a new file with dimensions of these sizes; it is at `path` when the block has ended without error.
 
-    For `flush` see `sweeps.process.files.replaced`.
+    For `flush` see `sweeps.process.files.replace_output`.
 
     Raises:
         OSError: if the disk is full or fails, or the file system has no locks, with the reason that the system gives:
             netCDF reports "HDF error" or "Permission denied".
     """
-    with replaced(path, flush) as temporary:
+    with replace_output(path, flush=flush) as temporary:
         try:
             with closing(MapFile(temporary, sizes)) as file:
                 yield file

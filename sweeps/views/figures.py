@@ -19,7 +19,7 @@ from sweeps.figure import style
 from sweeps.maps import slices, storage
 from sweeps.maps.summary import read
 from sweeps.process import startup
-from sweeps.process.files import replaced, replaced_folder
+from sweeps.process.files import replace_output
 from sweeps.schema.boxes import blocks
 from sweeps.schema.refusals import RefusedError, hint, shortened
 from sweeps.views import films
@@ -118,7 +118,7 @@ def draw_all(
         films.refuse_unless_made(kind, moving)
         still = {}
     names = _named([*still, *moving], only)
-    with replaced_folder(folder) as temporary:
+    with replace_output(folder, is_folder=True) as temporary:
         how = (temporary, kind, theme, sheet)
         given = names[::-3] if submit and len(names) >= LEAST_SHARED else []  # animations, the last, take longest
         futures = {name: submit(name, *how) for name in given}
@@ -204,7 +204,7 @@ def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
             return False
         _leave_logarithms(figure)
         _raster(figure)
-        with replaced(path) as temporary:
+        with replace_output(path) as temporary:
             save(figure, temporary, path.suffix[1:])
     return True
 

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from sweeps.figure import style
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.schema.refusals import RefusedError
 
 SOME = 12  # frames from which the colours of a GIF are chosen
@@ -54,7 +54,7 @@ def write(frames: Iterable[np.ndarray], path: str | Path) -> bool:
     if first is None:
         return False
     kind = Path(path).suffix[1:]
-    with replaced(path) as temporary:
+    with replace_output(path) as temporary:
         (_film if kind in KINDS else _gif)(chain([first], frames), temporary, kind)
     return True
 

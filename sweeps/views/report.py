@@ -23,7 +23,7 @@ from sweeps.figure import colors
 from sweeps.figure import style as figure_style
 from sweeps.maps.description import ColumnDescription, MapDescription, describe_map
 from sweeps.maps.summary import Summary, rule, share
-from sweeps.process.files import replaced
+from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import POINT, Role
 from sweeps.systems.presentation import Opening, Page
@@ -76,7 +76,7 @@ def write(ds: "xr.Dataset", path: str | Path, limit: int = LIMIT) -> None:
     contents = Contents(described, part, opening, summary)
     packed, kept = _fitted(contents, columns, kept, limit)
     page = _page(contents, packed, kept)
-    with replaced(path) as temporary:
+    with replace_output(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 

@@ -20,7 +20,6 @@ import sweeps
 from sweeps import systems
 from sweeps.__main__ import command, main
 from sweeps.maps import storage
-from sweeps.pipeline import making
 from sweeps.points import catalogue
 from sweeps.process import progress
 from sweeps.schema.refusals import MapError
@@ -146,7 +145,7 @@ def test_list_check_and_run_count_the_same_points(name, capsys):
     planned = catalogue.plan(catalogue.resolve(name), anywhere=True, check=False)
     assert planned.sweep.counted == COUNTED[name]
     assert f"{catalogue.contents()[name].points:,} points" == COUNTED[name].split(" (")[0]
-    assert making._intention(planned, Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
+    assert planned.intention(Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
     number, each = COUNTED[name].split()[0], math.prod(planned.sweep.each.values())
     assert f"points      {COUNTED[name].replace(' points', '')} = " in said(capsys, "check", name)
     total = planned.sweep.grid.size

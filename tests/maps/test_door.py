@@ -322,8 +322,8 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
     assert capsys.readouterr().err.count("is a folder or a device, not a file; allowed: ") == 2
     assert (tmp_path / "pipe.csv").is_fifo()
     assert status("link.csv") == 0
-    assert (tmp_path / "link.csv").is_symlink()
-    assert {p.name for p in tmp_path.iterdir()} == {"pipe.csv", "folder.csv", "link.csv", "file.csv"}
+    assert not (tmp_path / "link.csv").is_symlink()  # replaced, and not followed
+    assert {p.name for p in tmp_path.iterdir()} == {"pipe.csv", "folder.csv", "link.csv"}
 
 
 def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):

@@ -239,7 +239,7 @@ def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
         raise OSError(errno.EINVAL, "Invalid argument")
 
     monkeypatch.setattr(os, "fsync", unsupported)
-    with files.replaced(tmp_path / "deep" / "file") as temporary:
+    with files.replace_output(tmp_path / "deep" / "file") as temporary:
         temporary.write_text("new")
     assert (tmp_path / "deep" / "file").read_text() == "new"
 
@@ -247,7 +247,7 @@ def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
 def test_a_replaced_file_has_the_usual_permissions(tmp_path):
     usual = tmp_path / "usual"
     usual.write_text("")
-    with files.replaced(tmp_path / "file") as temporary:
+    with files.replace_output(tmp_path / "file") as temporary:
         assert temporary.parent == tmp_path  # a rename is atomic within one file system only
         temporary.write_text("new")
     assert (tmp_path / "file").stat().st_mode == usual.stat().st_mode

@@ -10,8 +10,8 @@ import pytest
 import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import storage
-from sweeps.pipeline import finished
 from sweeps.pipeline import steps as pipeline
+from sweeps.pipeline import up_to_date
 from sweeps.points import catalogue
 from sweeps.schema.refusals import RefusedError
 from sweeps.shards import merging
@@ -40,7 +40,7 @@ DAMAGES = {
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(pipeline, "_shown", lambda *_: iter(()))
+    monkeypatch.setattr(pipeline, "_show", lambda *_: None)
 
 
 @cache
@@ -74,8 +74,8 @@ def damaged(function, moment, rng):
 
 
 STEPS = [
-    (finished, "basis"),
-    (finished, "found"),
+    (up_to_date, "inputs_hash"),
+    (up_to_date, "unchanged_outputs"),
     (catalogue, "plan"),
     (pipeline, "make"),
     (storage, "holds_map"),
@@ -83,7 +83,7 @@ STEPS = [
     (pipeline, "write_shard"),
     (merging, "merge"),
     (merging, "_merge_once"),
-    (finished, "keep"),
+    (up_to_date, "record"),
 ]
 
 

@@ -23,7 +23,7 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.commands import definitions
 from sweeps.pipeline import claims
-from sweeps.process import living
+from sweeps.process import process_identity
 from sweeps.schema.refusals import DefinitionError
 
 CLAIM = (
@@ -66,7 +66,7 @@ def test_a_claim_holds_in_another_container_and_ends_with_it(folder):
     other.wait()
     wait_for(lambda: is_free("a"))
     assert part.exists()  # whose process cannot be looked at from here: it is given a day
-    os.utime(part, (time.time() - living.DAY - 60,) * 2)
+    os.utime(part, (time.time() - process_identity.DAY - 60,) * 2)
     for handle in claims.claim(["a"]):
         os.close(handle)
     assert not part.exists()
@@ -87,7 +87,7 @@ def without_locks(folder, monkeypatch):
 
 def mark(**parts):
     names = ("host", "boot", "space", "number", "begun")
-    return "-".join((dict(zip(names, living.mark().split("-"), strict=True)) | parts).values())
+    return "-".join((dict(zip(names, process_identity.mark().split("-"), strict=True)) | parts).values())
 
 
 CLAIMS = {
@@ -112,7 +112,7 @@ def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_loc
         return
     for handle in claims.claim(["a"]):
         os.close(handle)
-    assert without_locks.read_text().strip() == living.mark()
+    assert without_locks.read_text().strip() == process_identity.mark()
 
 
 def without_flock(code):

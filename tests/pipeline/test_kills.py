@@ -21,7 +21,7 @@ import test_faults
 from houses import assert_whole, wait_for
 
 import sweeps
-from sweeps.pipeline import claims, finished
+from sweeps.pipeline import claims, up_to_date
 
 pytestmark = [pytest.mark.slow, pytest.mark.faults]
 cleared = test_faults.cleared
@@ -50,7 +50,7 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "report": "broken/report.html",
 }
 PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compiler"]}  # below a shard
-NOTES = {claims.CLAIM, claims.DEFINITION, finished.NOTE, finished.SIZES}
+NOTES = {claims.CLAIM, claims.DEFINITION, up_to_date.NOTE}
 MADE = {*NOTES, "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 
 

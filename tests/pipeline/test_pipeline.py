@@ -8,7 +8,7 @@ import pytest
 
 import sweeps
 from sweeps.__main__ import main
-from sweeps.pipeline import claims, finished
+from sweeps.pipeline import claims, up_to_date
 from sweeps.pipeline import steps as pipeline
 from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
@@ -27,8 +27,8 @@ def mine(tmp_path, monkeypatch):
     return Path("mine.yaml")
 
 
-def made(path, **options):
-    return list(pipeline.make(catalogue.plan(path), **options))
+def made(path, results="results", **options):
+    return list(pipeline.make(Path(path), "", Path(results), **options))
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def measured(monkeypatch):
         write(definition, number, *rest)
 
     monkeypatch.setattr(pipeline, "write_shard", counting)
-    monkeypatch.setattr(pipeline, "_shown", lambda path, again, worker: iter(()))  # pictures take seconds
+    monkeypatch.setattr(pipeline, "_show", lambda folder, outdated, worker: None)  # pictures take seconds
     return numbers
 
 
@@ -65,8 +65,8 @@ def test_run_makes_what_the_workflow_makes(mine, capsys):
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
     assert {path.name for path in folder.iterdir()} == {
-        *(claims.CLAIM, claims.DEFINITION, finished.NOTE, finished.SIZES),
-        *finished.MADE,
+        *(claims.CLAIM, claims.DEFINITION, up_to_date.NOTE),
+        *up_to_date.OUTPUTS,
     }
     assert list(folder.glob("figures/*.png"))
 
@@ -77,7 +77,8 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
     assert Path("elsewhere/mine/stability_map.nc").exists()
     assert not Path("results").exists()
     assert main(["run", "mine.yaml", "--cores", "1", "--again", "--quiet", "-o", "elsewhere"]) == 0
-    assert capsys.readouterr() == ("elsewhere/mine/stability_map.nc\n", "")
+    outputs = "".join(f"elsewhere/mine/{name}\n" for name in up_to_date.OUTPUTS)
+    assert capsys.readouterr() == (outputs, "")
 
 
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
@@ -142,7 +143,7 @@ def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, me
 
 def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch):
     mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
-    monkeypatch.setattr(pipeline.compile, "seconds", lambda kernels: 1.0)
+    monkeypatch.setattr(pipeline.compile, "seconds", lambda sweep: 1.0)
     monkeypatch.setattr(pipeline.compile, "ensure", lambda sweep: measured.append(sweep.system.name))
     made(mine)
     assert measured[0] == "pendulum"

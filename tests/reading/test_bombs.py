@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from sweeps.mechanics import taylor
-from sweeps.pipeline import finished
+from sweeps.pipeline import up_to_date
 from sweeps.points import tables
 from sweeps.points.loading import read
-from sweeps.process import living
+from sweeps.process import process_identity
 from sweeps.reading import definitions, hdf5
 from sweeps.reading import tables as formats
 from sweeps.reading.files import FileBytes
@@ -49,7 +49,7 @@ def test_numbers_of_an_attribute_are_read_where_they_are_few(tmp_path):
 def test_what_a_finished_run_stands_on_is_no_device(tmp_path, place):
     if not place.startswith("/"):
         {"fifo": os.mkfifo, "folder": os.mkdir, "loop": lambda p: os.symlink(p, p)}[place](tmp_path / place)
-    assert finished.basis(tmp_path / place) == ""
+    assert up_to_date.inputs_hash(tmp_path / place) == ""
     with pytest.raises(UnreadableError, match=r"is not a regular file|cannot be opened"):
         definitions.file_text(tmp_path / place)
 
@@ -184,7 +184,7 @@ def test_what_a_killed_conversion_left_is_removed_by_the_next_reading(tmp_path, 
     (tmp_path / "my.json").write_text(json.dumps({"table": "a.csv", "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
     folder = tmp_path / "cache" / "tables"
     folder.mkdir(parents=True)
-    mark = living.mark().rsplit("-", 2)[0]
+    mark = process_identity.mark().rsplit("-", 2)[0]
     for number, name in enumerate(("another", "seen-another", "third", "seen-third", "a" * 40)):
         (folder / f".{name}.{mark}-{2**22 + 1 + number}-1.0123456789abcdef.part").write_bytes(b"x")
     read(tmp_path / "my.json")

@@ -13,7 +13,6 @@ import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.pipeline import steps as pipeline
-from sweeps.points import catalogue
 
 TOY = Path(__file__).parents[1] / "toy"
 TEXT = (TOY / "honey.yaml").read_text()
@@ -32,7 +31,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
     assert "damped_top" in systems.names()
-    made = list(pipeline.make(catalogue.plan("honey.yaml")))
+    made = list(pipeline.make(Path("honey.yaml"), "", Path("results")))
     assert [path.name for path in made] == ["stability_map.nc", "figures", "report.html"]
     path = str(made[0])
     with sweeps.open_map(path) as ds:

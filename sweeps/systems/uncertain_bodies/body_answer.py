@@ -51,13 +51,13 @@ class BodyAnswer:
     def savefig(self, path: str | Path) -> None:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
         from sweeps.figure import style
-        from sweeps.process.files import replaced
+        from sweeps.process.files import replace_output
         from sweeps.systems.uncertain_bodies import prediction as uncertain
         from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
         if self._sampled is None:
             raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
-        with style.drawn_for(style.ITS_OWN), replaced(path) as temporary:
+        with style.drawn_for(style.ITS_OWN), replace_output(path) as temporary:
             figure = figure_outlook.draw_cloud(self.name, next(uncertain.lines(self._sampled)), self._sampled.axes)
             figure.savefig(temporary, format="png")
 

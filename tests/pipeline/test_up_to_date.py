@@ -4,16 +4,18 @@ import fcntl
 import json
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from calls import python
 
-from sweeps.pipeline import claims, finished
+from sweeps.pipeline import claims, up_to_date
 from sweeps.points.loading import read
 
-ROOT = Path(finished.__file__).parents[2]
+ROOT = Path(up_to_date.__file__).parents[2]
+FOLDER = Path("results/mine")
 MINE = {"grid": {"I1": [0.5, 1.0], "I2": 0.75, "I3": 1.0, "omega0": 1.0}}
 HEAVY = {"numba", "llvmlite", "numpy", "xarray", "pandas", "matplotlib", "pydantic", "ruamel", "h5py", "netCDF4"}
 
@@ -22,23 +24,23 @@ HEAVY = {"numba", "llvmlite", "numpy", "xarray", "pandas", "matplotlib", "pydant
 def mine(tmp_path, monkeypatch):
     """A definition, and a folder with what a run of it leaves, noted."""
     monkeypatch.chdir(tmp_path)
-    path, folder = Path("mine.yaml"), Path("results/mine")
+    path, folder = Path("mine.yaml"), FOLDER
     path.write_text(json.dumps(MINE))
     (folder / "figures").mkdir(parents=True)
     for name in ("stability_map.nc", "report.html", claims.CLAIM):
         (folder / name).write_text(name)
-    finished.keep(read(path), finished.basis(path))
+    up_to_date.record(folder, up_to_date.inputs_hash(path))
     return path
 
 
 def found(path):
-    return [file.name for file in finished.found(path, finished.basis(path))]
+    outputs, inputs = up_to_date.unchanged_outputs(FOLDER)
+    return [file.name for file in outputs if inputs == up_to_date.inputs_hash(path)]
 
 
 def test_what_is_finished_and_unchanged_is_found(mine):
-    assert found(mine) == list(finished.MADE)
-    assert not finished.found(mine, "")
-    assert finished.basis("nowhere.yaml") == ""
+    assert found(mine) == list(up_to_date.OUTPUTS)
+    assert up_to_date.inputs_hash("nowhere.yaml") == ""
 
 
 def _edit_the_definition(path):
@@ -69,22 +71,22 @@ def test_whatever_changes_sends_it_the_long_way(mine, change):
 
 
 def test_settings_processor_and_sources_count(mine, monkeypatch):
-    basis = finished.basis(mine)
+    basis = up_to_date.inputs_hash(mine)
     with monkeypatch.context() as patched:
         patched.setenv("NUMBA_OPT", "1")
-        assert finished.basis(mine) != basis
+        assert up_to_date.inputs_hash(mine) != basis
     with monkeypatch.context() as patched:
         patched.setenv("NUMBA_CACHE_DIR", "/elsewhere")
-        assert finished.basis(mine) == basis
+        assert up_to_date.inputs_hash(mine) == basis
     with monkeypatch.context() as patched:
-        patched.setattr(finished, "processor", lambda: ["another"])
-        assert finished.basis(mine) != basis
-    sources = [*map(str, finished._sources())]
+        patched.setattr(up_to_date, "processor", lambda: ["another"])
+        assert up_to_date.inputs_hash(mine) != basis
+    sources = [*map(str, up_to_date._sources())]
     assert {str(ROOT / name) for name in ("kernels/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {*sources}
-    weigh = finished._weight
+    weigh = up_to_date._file_state
     edited = str(ROOT / "kernels/exact.py")
-    monkeypatch.setattr(finished, "_weight", lambda p: (*weigh(p), "edited") if str(p) == edited else weigh(p))
-    assert finished.basis(mine) != basis
+    monkeypatch.setattr(up_to_date, "_file_state", lambda p: (*weigh(p), "edited") if str(p) == edited else weigh(p))
+    assert up_to_date.inputs_hash(mine) != basis
 
 
 EDITS = {
@@ -99,13 +101,11 @@ EDITS = {
 @pytest.mark.parametrize("how", EDITS)
 def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, how):
     """Put back as it was, it would be served the other's map."""
-    Path("results/mine/.finished").unlink()
-    before, basis = mine.read_text(), finished.basis(mine)
+    before, basis = mine.read_text(), up_to_date.inputs_hash(mine)
     EDITS[how](mine)
     sweep = read(mine)
     mine.write_text(before)
-    finished.keep(sweep, basis)
-    assert not found(mine)
+    assert not up_to_date.covers_text(basis, sweep.definition.text)
 
 
 def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
@@ -115,36 +115,41 @@ def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
     assert found(mine)
 
 
-def test_a_definition_that_names_files_has_no_note(mine):
-    note = Path("results/mine/.finished")
-    note.unlink()
+def test_a_definition_that_names_files_has_other_inputs(mine):
+    assert not read(mine).has_other_inputs
     Path("rows.csv").write_text("I3\n1.0\n1.1\n")
     mine.write_text(json.dumps({"grid": {"I1": 0.5, "I2": 0.75, "omega0": 1.0}, "table": "rows.csv"}))
-    finished.keep(read(mine), finished.basis(mine))
-    system = read(MINE).system
+    assert read(mine).has_other_inputs
+    sweep = read(MINE)
     for own in ({"system": "swing.py"}, {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"}, {"inputs": "a.csv 0"}):
-        told = {"system": "rigid_body", "text": "", "inputs": ""} | own
-        basis = finished._hash(told["text"].encode())
-        finished.keep(SimpleNamespace(name="mine", system=system, definition=SimpleNamespace(**told)), basis)
-    assert not note.exists()
+        definition = SimpleNamespace(**{"system": "rigid_body", "text": "", "inputs": ""} | own)
+        assert replace(sweep, definition=definition).has_other_inputs
+
+
+def test_a_note_without_a_hash_sends_it_the_long_way_and_takes_none_from_unchanged_outputs(mine):
+    up_to_date.record(FOLDER)
+    assert found(mine)
+    os.utime(FOLDER / "report.html")
+    up_to_date.record(FOLDER)
+    assert not found(mine)
 
 
 def test_nothing_is_loaded_for_what_is_finished(mine):
-    known = finished._hash(mine.read_bytes())
-    finished.keep(read(mine), known)
+    known = up_to_date._hash(mine.read_bytes())
+    up_to_date.record(FOLDER, known)
     code = (
-        f"import sys; from sweeps.pipeline import finished; finished.basis = lambda path: {known!r}\n"
+        f"import sys; from sweeps.pipeline import up_to_date; up_to_date.inputs_hash = lambda path: {known!r}\n"
         "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
         "print(*sys.modules)"
     )
     *made, loaded = python(code).splitlines()
-    assert made == [str(Path("results/mine") / name) for name in finished.MADE]
+    assert made == [str(Path("results/mine") / name) for name in up_to_date.OUTPUTS]
     assert not HEAVY & set(loaded.split())
 
 
 # Figures and the report: each file counts
 
-MAP = finished.MADE[0]
+MAP = up_to_date.OUTPUTS[0]
 
 
 @pytest.fixture
@@ -153,7 +158,7 @@ def drawn(tmp_path):
     (tmp_path / "figures").mkdir()
     for name in (MAP, "figures/a.png", "figures/b.png", "figures/flip.gif", "report.html"):
         (tmp_path / name).write_bytes(bytes(100))
-    finished.note_sizes(tmp_path)
+    up_to_date.record(tmp_path)
     return tmp_path
 
 
@@ -171,15 +176,14 @@ DAMAGES = {  # what happens to a file, and what is removed for it
 def test_a_file_that_is_missing_or_cut_short_has_its_figures_made_again(drawn, damage):
     name, change, part = DAMAGES[damage]
     change(drawn / name)
-    assert finished.incomplete(drawn) == {drawn / part}
-    finished.remove_incomplete(drawn)
+    up_to_date.remove_damaged(drawn)
     assert not (drawn / part).exists()
     assert (drawn / ("report.html" if part == "figures" else "figures/a.png")).exists()
 
 
 def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(drawn):
     (drawn / "figures/mine.txt").write_text("a note of the user")
-    finished.remove_incomplete(drawn)
+    up_to_date.remove_damaged(drawn)
     assert len(list((drawn / "figures").iterdir())) == 4
 
 
@@ -187,4 +191,5 @@ def test_files_that_an_interrupted_run_has_drawn_again_are_no_damage(drawn):
     (drawn / MAP).write_bytes(b"another map")  # a run begins, replaces a file, and is killed
     os.utime(drawn / MAP, ns=(time.time_ns() + 10**9,) * 2)
     (drawn / "report.html").write_bytes(bytes(50))
-    assert finished.incomplete(drawn) == set()
+    up_to_date.remove_damaged(drawn)
+    assert (drawn / "report.html").exists()
