@@ -7,7 +7,7 @@ import numpy as np
 
 from kernels import blocks, direct, estimates, lanes, survey
 
-EVERY_COLUMN = 5 * (True,)  # of :class:`kernels.lanes.Work`
+EVERY_COLUMN = tuple(lanes.Work(*5 * [True]))
 INTERVALS, TOLERANCE = 1, 1e-9
 
 

@@ -233,7 +233,7 @@ def test_whatever_name_is_taken_stays_below_results(name):
 def test_odd_names_that_are_allowed_work(folder, name, capsys):
     (folder / f"{name}.yaml").write_text(GOOD)
     assert main(["check", f"{name}.yaml"]) == 0
-    with claims.claimed([name]):
+    with claims.claim_folders([name]):
         assert [path.name for path in (folder / "results").iterdir()] == [name]
 
 

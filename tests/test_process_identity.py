@@ -33,28 +33,28 @@ def ended():
 
 
 def test_this_process_lives_and_an_ended_one_does_not(ended):
-    assert not process_identity.is_over(process_identity.mark(), untouched=1e9)
-    assert process_identity.is_over(of(ended), untouched=0.0)
+    assert not process_identity.is_over(process_identity.mark(), silence=1e9)
+    assert process_identity.is_over(of(ended), silence=0.0)
 
 
 def test_a_process_that_nobody_waited_for_has_ended():
     process = subprocess.Popen([sys.executable, "-c", ""], stdout=subprocess.PIPE)
     process.stdout.read()
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
-    assert process_identity.is_over(of(process.pid, begun=0), untouched=0.0)
+    assert process_identity.is_over(of(process.pid, begun=0), silence=0.0)
     process.wait()
 
 
 def test_a_number_that_another_program_has_now_is_over():
-    assert process_identity.is_over(of(begun=int(process_identity.mark().rpartition("-")[2]) - 1), untouched=0.0)
+    assert process_identity.is_over(of(begun=int(process_identity.mark().rpartition("-")[2]) - 1), silence=0.0)
 
 
 @pytest.mark.parametrize("elsewhere", [{"boot": "0" * 12}, {"space": 1}, {"boot": "0" * 12, "host": "other"}])
 def test_processes_elsewhere_are_given_a_day(elsewhere, ended):
     """On another machine, or in a container with the same name, numbers mean other processes."""
     for number in (os.getpid(), ended):
-        assert not process_identity.is_over(of(number, **elsewhere), untouched=process_identity.DAY - 1)
-        assert process_identity.is_over(of(number, **elsewhere), untouched=process_identity.DAY + 1)
+        assert not process_identity.is_over(of(number, **elsewhere), silence=process_identity.DAY - 1)
+        assert process_identity.is_over(of(number, **elsewhere), silence=process_identity.DAY + 1)
 
 
 def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, ended):

@@ -1,7 +1,8 @@
-"""Claims: who may write a sweep's folder. One run of a sweep goes at a time.
+"""Claims of a sweep's folder, by which one run of a sweep at a time writes it.
 
-A claim is a lock on a file in the folder, which the system itself gives back when the process that holds it ends,
-however it ends: nothing is left to be unlocked by hand.
+A claim is a lock (flock) on a file in the folder, which the system itself releases when the process ends, however it
+ends: no lock is left for a person to remove. The file contains the identity of the process, for messages, and as the
+claim itself on file systems without locks.
 """
 
 import errno
@@ -18,12 +19,12 @@ from sweeps.schema.refusals import DefinitionError
 
 CLAIM = ".running"
 DEFINITION = ".definition"  # contains the path of the definition that made the files of the folder
-PATIENCE = 600.0  # s after which a claim of another machine that nobody renews is over
+MAX_SILENCE = 600.0  # s, after which a claim of another machine that no thread renews has ended
 
 
 @contextmanager
-def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[None]:
-    """Claim the folders of some sweeps for the time of a block; see `claim`."""
+def claim_folders(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[None]:
+    """Claim the folders of some sweeps for the duration of a block; see `claim`."""
     handles = claim(sweeps, results)
     try:
         yield
@@ -35,7 +36,7 @@ def claimed(sweeps: Iterable[str], results: str | Path = "results") -> Iterator[
 def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     """Claim the folders of some sweeps until this process ends or closes the files that are returned.
 
-    What dead runs have left half-written in the folders is removed.
+    Temporary files of ended runs in the folders are removed.
 
     Raises:
         DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
@@ -52,7 +53,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
             what = f"cannot be written ({error.strerror}); allowed: a folder that can be written"
             raise DefinitionError(f"{path.parent}: {what}") from None
         _claim(handle, path.parent)
-        _forget_the_future(path.parent)
+        _correct_future_times(path.parent)
         files.remove_all_leftovers(path.parent)
         handles.append(handle)
     return handles
@@ -96,7 +97,7 @@ def _claim(handle: int, folder: Path) -> None:
     except OSError as error:
         if error.errno not in files.NO_LOCKS:
             raise
-        _claim_by_word(handle, folder)
+        _claim_by_text(handle, folder)
     os.ftruncate(handle, 0)
     os.pwrite(handle, f"{process_identity.mark()}\n".encode(), 0)
 
@@ -111,17 +112,17 @@ def _holder(handle: int) -> str:
     return os.pread(handle, 200, 0).decode("ascii", "replace").strip()
 
 
-def _claim_by_word(handle: int, folder: Path) -> None:
-    """Claim on a file system without locks: by the text of the claim, and by its date, which a thread renews."""
-    untouched = time.time() - os.fstat(handle).st_mtime
-    if (holder := _holder(handle)) and not process_identity.is_over(holder, untouched, PATIENCE):
+def _claim_by_text(handle: int, folder: Path) -> None:
+    """Claim on a file system without locks: by the text of the claim, and by its time, which a thread renews."""
+    silence = time.time() - os.fstat(handle).st_mtime
+    if (holder := _holder(handle)) and not process_identity.is_over(holder, silence, MAX_SILENCE):
         _refuse(handle, folder)
     threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
 
 
 def _renew(handle: int, number: int) -> None:
     while True:
-        time.sleep(PATIENCE / 10)
+        time.sleep(MAX_SILENCE / 10)
         try:
             if os.fstat(handle).st_ino != number:
                 return
@@ -130,8 +131,8 @@ def _renew(handle: int, number: int) -> None:
             return
 
 
-def _forget_the_future(folder: Path) -> None:
-    """Give today's date to files of a clock that ran ahead: Snakemake would take them for newer than their results."""
+def _correct_future_times(folder: Path) -> None:
+    """Set future times of files, of a clock that ran ahead, to now: to Snakemake these are newer than their results."""
     now = time.time()
     for file in folder.rglob("*"):
         try:

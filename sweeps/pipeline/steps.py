@@ -35,33 +35,33 @@ def make(
 ) -> Iterator[Path]:
     """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `run.run`."""
     with progress.waiting(f"{definition}: deriving its equations"):
-        planned = catalogue.plan(definition, results, check=False)
-    sweep, folder = planned.sweep, results / planned.sweep.name
-    progress.say(planned.intention(folder))
-    with claims.claimed([sweep.name], results):
+        plan = catalogue.plan(definition, results, check=False)
+    sweep, folder = plan.sweep, results / plan.sweep.name
+    progress.say(plan.intention(folder))
+    with claims.claim_folders([sweep.name], results):
         claims.assign_to_definition(folder, definition, replace)
         is_new = again or not storage.holds_map(folder / MAP, sweep)
-        outdated = {FIGURES, REPORT} if is_new else up_to_date.outdated(folder)
+        old_outputs = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
         if is_new:
             compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
-        draws = workers > 1 and FIGURES in outdated
-        with drawing_worker() if draws else nullcontext() as worker:  # loads Matplotlib while this process measures
+        draws = workers > 1 and FIGURES in old_outputs
+        with drawing_worker() if draws else nullcontext() as worker:  # It loads Matplotlib while this process measures.
             if is_new:
                 measure(sweep, folder / MAP, workers, again)
                 machine.give_back()
             shutil.rmtree(folder / "shards", ignore_errors=True)
             yield folder / MAP
-            _show(folder, outdated, worker)
+            _show(folder, old_outputs, worker)
         is_covered = up_to_date.covers_text(inputs, sweep.definition.text) and not sweep.has_other_inputs
         up_to_date.record(folder, inputs if is_covered else "")
         yield from (folder / FIGURES, folder / REPORT)
 
 
-def _show(folder: Path, outdated: set[str], worker: Executor | None) -> None:
+def _show(folder: Path, old_outputs: set[str], worker: Executor | None) -> None:
     """Make those of the pictures and the report of a map that are outdated, side by side if there is a worker."""
-    write_report = partial(_report, folder) if REPORT in outdated else lambda: None
-    if FIGURES in outdated:
+    write_report = partial(_report, folder) if REPORT in old_outputs else lambda: None
+    if FIGURES in old_outputs:
         _draw(folder, worker, write_report)
     else:
         write_report()

@@ -24,9 +24,9 @@ from sweeps.reading.limits import MAX_FILE_BYTES
 
 NOTE = ".finished"
 MAP, FIGURES, REPORT = "stability_map.nc", "figures", "report.html"
-OUTPUTS = (MAP, FIGURES, REPORT)  # of a run, in the order in which it names them
-PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # whose versions determine bits
-SETTINGS = ".numba_config.yaml"  # in the folder where a process starts
+OUTPUTS = (MAP, FIGURES, REPORT)  # A run yields them in this order.
+PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # Their versions determine bits.
+SETTINGS = ".numba_config.yaml"  # Numba reads it in the folder where a process starts.
 CACHE = "NUMBA_CACHE_DIR"
 
 
@@ -81,17 +81,17 @@ def remove_damaged(folder: Path) -> None:
     files = _note(folder)["files"]
     if files.get(MAP) != list(_file_state(folder / MAP)[2:]):
         return
-    changed = [name for name, (size, _) in files.items() if _file_state(folder / name)[2:3] != (size,)]
-    for path in {folder / Path(name).parts[0] for name in changed}:
+    damaged_files = [name for name, (size, _) in files.items() if _file_state(folder / name)[2:3] != (size,)]
+    for path in {folder / Path(name).parts[0] for name in damaged_files}:
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
-def outdated(folder: Path) -> set[str]:
+def find_outdated(folder: Path) -> set[str]:
     """Return which of figures and report are missing, damaged, or older than the map."""
     remove_damaged(folder)
-    made = (folder / MAP).stat().st_mtime
+    map_time = (folder / MAP).stat().st_mtime
     paths = {name: folder / name for name in (FIGURES, REPORT)}
-    return {name for name, path in paths.items() if not path.exists() or path.stat().st_mtime < made}
+    return {name for name, path in paths.items() if not path.exists() or path.stat().st_mtime < map_time}
 
 
 def _note(folder: Path) -> dict:
@@ -115,7 +115,7 @@ def _file_state(path: str | Path) -> tuple:
 def _sources() -> Iterator[str | Path]:
     """Yield every source file here, and the first file of each package that determines bits."""
     root = Path(__file__).parents[2]
-    yield from sorted(path for part in ("kernels", "sweeps") for path in (root / part).rglob("*.py"))
+    yield from sorted(path for package in ("kernels", "sweeps") for path in (root / package).rglob("*.py"))
     for name in PACKAGES:
         spec = PathFinder.find_spec(name)
         yield (spec.origin if spec else None) or name

@@ -22,18 +22,20 @@ from sweeps.process import machine, progress
 from sweeps.systems.system import Example
 
 ROOT = Path(__file__).parents[2]
-SECONDS_ALONE = 1.5  # times the seconds of two processes, for compiling in one
+SECONDS_ALONE = 1.5  # One process takes this many times the seconds of two.
 _compiled: set[str] = set()  # names of the examples of which this process knows that they are compiled
 
 
 def ensure(sweep: Sweep) -> None:
     """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook."""
-    examples = [example for example in sweep.system.examples(sweep.definition) if example.name not in _compiled]
-    if examples and not jit.is_plain():
-        if line := announcement(sweep):
-            progress.say(line)
+    examples = sweep.system.examples(sweep.definition)
+    names = {example.name for example in examples}
+    if names <= _compiled or jit.is_plain():
+        return
+    if line := announcement(sweep):
+        progress.say(line)
         compile_examples(examples)
-        _compiled.update(example.name for example in examples)
+    _compiled.update(names)
 
 
 def missing(examples: Iterable[Example]) -> list[Example]:
@@ -98,9 +100,9 @@ def _read(path: Path) -> str:
 def _run(examples: list[Example]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with tempfile.TemporaryFile("w+") as said:
+    with tempfile.TemporaryFile("w+") as messages:
         command = [sys.executable, "-P", "-m", "sweeps.points.compiler"]
-        program = subprocess.Popen(command, stderr=said, **options)
+        program = subprocess.Popen(command, stderr=messages, **options)
         try:
             with progress.pieces(len(examples), "compiling") as advance:
                 program.stdin.write(pickle.dumps(examples))
@@ -114,8 +116,8 @@ def _run(examples: list[Example]) -> None:
             program.terminate()
             program.wait()
         if status:
-            said.seek(0)
-            raise RuntimeError(f"the kernels cannot be compiled: {said.read().strip()[-2000:]}")
+            messages.seek(0)
+            raise RuntimeError(f"the kernels cannot be compiled: {messages.read().strip()[-2000:]}")
 
 
 @contextmanager

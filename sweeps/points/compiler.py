@@ -23,8 +23,8 @@ def main() -> None:
     pool = ProcessPoolExecutor(machine.cores(), get_context("spawn"), _begin)
     try:
         for group in (side_by_side, *([example] for example in examples if example.is_last)):
-            for done in as_completed([pool.submit(call, example) for example in group]):
-                done.result()
+            for future in as_completed([pool.submit(call, example) for example in group]):
+                future.result()
                 print(flush=True)
     finally:
         interrupts.abandon(pool)  # all is stored: to take the compiler down would last 0.6 s
@@ -46,8 +46,8 @@ def call(example: Example) -> None:
     with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
-        generated = example.module.endswith(".py")
-        module = load(Path(example.module)) if generated else import_module(f"kernels.{example.module}")
+        is_generated = example.module.endswith(".py")
+        module = load(Path(example.module)) if is_generated else import_module(f"kernels.{example.module}")
         if example.function:
             getattr(module, example.function)(*example.arguments)
 

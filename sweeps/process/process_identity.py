@@ -51,15 +51,15 @@ def _start_time(number: int) -> int | None:
         return None
 
 
-def is_over(made_by: str, untouched: float, patience: float = DAY) -> bool:
+def is_over(made_by: str, silence: float, max_silence: float = DAY) -> bool:
     """Return True if the process of a mark, in the text `made_by`, has ended.
 
-    A process of another machine or container, or of no mark, counts as ended if its file has been untouched for more
-    than `patience` seconds.
+    A process of another machine or container, or of no mark, counts as ended if its file has not changed for more
+    than `max_silence` seconds.
     """
     match = _FORM.search(made_by)
     if match is None or f"{match[2]}-{match[3]}" != _namespace():
-        return untouched > patience
+        return silence > max_silence
     try:
         return _start_time(int(match[4])) != int(match[5])
     except psutil.AccessDenied:  # it is another user's

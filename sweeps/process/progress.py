@@ -72,17 +72,17 @@ def points(total: int, label: str, each: int = 1) -> Iterator[Callable[[int], No
 
 
 def _lines(total: int, label: str, each: int) -> Callable[[int], None]:
-    begun = said = time.monotonic()
-    done = 0
+    start = last_line = time.monotonic()
+    values = 0
 
-    def advance(values_done: int) -> None:
-        nonlocal done, said
-        done += values_done
+    def advance(new_values: int) -> None:
+        nonlocal values, last_line
+        values += new_values
         now = time.monotonic()
-        if done >= total or now - said >= SECONDS_BETWEEN_LINES:
-            said, speed = now, done / each / max(now - begun, 1e-9)
-            left = (total - done) / each / speed
-            say(f"{label}: {done // each:,} of {total // each:,} points, {speed:,.0f} points/s, {left:,.0f} s left")
+        if values >= total or now - last_line >= SECONDS_BETWEEN_LINES:
+            last_line, speed = now, values / each / max(now - start, 1e-9)
+            points, seconds = f"{values // each:,} of {total // each:,} points", (total - values) / each / speed
+            say(f"{label}: {points}, {speed:,.0f} points/s, {seconds:,.0f} s left")
 
     return advance
 

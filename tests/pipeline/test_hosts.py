@@ -96,7 +96,7 @@ CLAIMS = {
     "a number that another program has now": ({"begun": "1"}, 0, True),
     "a number that nobody has": ({"number": "99999999"}, 0, True),
     "another machine": ({"boot": "0" * 12, "host": "other"}, 0, False),
-    "another machine, not renewed": ({"boot": "0" * 12, "host": "other"}, claims.PATIENCE + 60, True),
+    "another machine, not renewed": ({"boot": "0" * 12, "host": "other"}, claims.MAX_SILENCE + 60, True),
     "another container": ({"space": "1"}, 0, False),
 }
 
