@@ -80,7 +80,7 @@ def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, sho
     needed = getattr(estimate(sweep), f"{short}_bytes")
     free(monkeypatch, **{short: needed - 1})
     with pytest.raises(DefinitionError) as caught:
-        refuse_if_too_large(sweep, tmp_path)
+        refuse_if_too_large(sweep, estimate(sweep), tmp_path)
     message = str(caught.value)
     assert message.startswith("sweep: grid: 2,000 points need ")
     assert f"({needed:,} bytes) of {short}; allowed: " in message
@@ -93,12 +93,12 @@ def test_runs_whose_samples_do_not_fit_are_refused(tmp_path):
     grid, runs = {"spin_rate": [1.0]}, {"rotations": 5e7, "samples_per_rotation": 20}
     sweep = read({"system": "gyrostat", "grid": grid, "integration": runs})
     with pytest.raises(DefinitionError, match=r"samples or draws of the points in work need .* of memory; allowed"):
-        refuse_if_too_large(sweep, tmp_path)
+        refuse_if_too_large(sweep, estimate(sweep), tmp_path)
 
 
 def test_the_real_machine_refuses_the_impossible(tmp_path):
     with pytest.raises(DefinitionError, match=r"of disk.*\n.*of memory"):
-        refuse_if_too_large(sweep_of(10**15), tmp_path)
+        refuse_if_too_large(sweep_of(10**15), estimate(sweep_of(10**15)), tmp_path)
 
 
 @pytest.mark.parametrize(
