@@ -1,31 +1,30 @@
 r"""Branches: equilibria that keep their slots through folds and pitchforks.
 
-Which root of one point is which root of another has no answer but along a way from one to the other. The way here leads
-from the parameters' defaults to the point, each parameter on a straight line of its own (of its logarithm where both
-ends are positive). So a point's branches depend on the description and the point alone, never on what other points a
-sweep has, in which order, or in which shard.
+Which root at one point corresponds to which root at another is defined only along a path between them. The path leads
+from the parameters' defaults to the point, each parameter on a straight line (of its logarithm, if both ends are
+positive). So a point's branches depend on the description and the point alone, and not on a sweep's other points, their
+order, or the shard.
 
-At each of `STEPS` steps all roots are searched anew, with the proof that there are so many, and those that were there
-are carried on to them: with a proof that each has become this one (:func:`carried`), as far as it meets nothing. One
-that is stopped has met another there, and so has one of the new roots that, carried back, is stopped on its way to the
-old ones. Of these two sorts those are one branch that lie where each other's course leads: a branch that goes straight
-through a pitchfork, or through another one, keeps its slot. What is stopped and led on by none has vanished (a fold),
-and its slot is free; what is new takes the first slot that is free where it comes to be.
+At each of `STEPS` steps all roots are searched anew, with the proof that these are all, and the previous roots are
+continued to them, each with a proof of its identity (:func:`continue_roots`), until it meets another root. A root that
+is stopped has met one, and so has a new root that is stopped while it is continued back. An old and a new one of these
+are on one branch if each is near the other's extrapolation: a branch that passes straight through a pitchfork, or
+crosses another branch, keeps its slot. A stopped root without a partner has vanished (a fold), and its slot is free; a
+new root without a partner takes the first slot that is free at its appearance.
 
-What cannot be decided is said, by point: two that are led to one place nearly as well; one that stops or comes to be
-alone, which no fold does; a search without a proof. And no way can tell this: where a loop about a cusp changes which
-root is which, the slots of neighbouring points change somewhere on it.
+A point is reported as undecided if two roots are almost equally near one extrapolation, if a single root vanishes or
+appears (folds have two), or if a search has no proof. Undetectable: if a loop around a cusp exchanges roots, the slots
+of neighbouring points change somewhere on it.
 
-*Carried zeros* of F(x, p), whose parameters p go straight from one place to another, t from 0 to 1: a box of
-half-widths r goes along with the chord m(t) from the zero at the one end to Newton's at the other. It holds exactly one
-zero at every t if
+*Continued roots* of F(x, p), with parameters p on a straight line, t from 0 to 1: a box of half-widths r moves along
+the chord m(t) from the root at one end to Newton's root at the other end. It contains exactly one root at every t if
 
 .. math:: |Y F(m(t), p(t))| + |1 - Y J|\, r < r, \qquad
           F(m(t), p(t)) \in F(m(\tfrac12), p(\tfrac12)) + (t - \tfrac12)\,(J \Delta x + F_p \Delta p)
 
-with Y near the inverse of J(m(1/2), p(1/2)), J and F_p enclosed over all that the box passes: Krawczyk's operator of
-every t. J is then regular there, so these zeros are one smooth curve. A piece that cannot be passed so is halved; where
-it is too short to be halved the zero has met something: a fold, a pitchfork, an end of where F is defined.
+with Y near the inverse of J(m(1/2), p(1/2)), J and F_p enclosed over all boxes: Krawczyk's operator at every t. J is
+then regular, so these roots are one smooth curve. A piece for which that fails is halved; if it is too short to be
+halved, the root has met a fold, a pitchfork, or an end of the domain of F.
 
 Source: Neumaier, Interval Methods for Systems of Equations, section 5.1; Allgower and Georg, Numerical Continuation
 Methods, chapter 2.
@@ -40,97 +39,102 @@ import numpy as np
 from kernels.codes import POLE, UNIT
 from kernels.matrices import by_matrix
 
-STEPS = 8
-SHIFT = 0.381966  # of a step, which the steps' ends lie before round fractions of the path, where places like to meet
-SPARE = 8  # slots on the path, beyond those there is room for at its end
-SAME = 1e-6  # of the range: places that are one
-NEAR = 0.05  # of the range: how far from where a course leads a root may lie to be led on
-SURE = 0.2  # of the distance of the next best: one that is nearer than this is led on without a doubt
-HALVINGS = 8  # of a piece
-NEWTON, FOUND = 6, 1e-13  # steps, and when no more are needed, over the range
-LEAP = 0.25  # of the range, the most in one go
-GROWTHS, LARGER = 3, 1.5  # of a box, how often, and than what is to lie inside
-LEAST = 1e-10  # of the range: half a box
-STALLED = 400
-SLACK = 1.0 + 1e-14
-GAP = 64.0 / STEPS * 2.0**-HALVINGS  # of the path, between where the one stops and where the other does
+STEPS = 8  # steps of the path from the defaults to a point
+STEP_SHIFT = 0.381966  # steps end this much before round fractions of the path, at which roots often meet
+SPARE_SLOTS = 8  # slots on the path in addition to those at its end
+SAME_PLACE = 1e-6  # places closer than this, relative to the range, are the same
+MAX_PAIR_DISTANCE = 0.05  # largest distance of a root from its partner's extrapolation, relative to the range
+MAX_AMBIGUITY = 0.2  # a pair is certain if its distance is less than this fraction of the next larger one
+MAX_HALVINGS = 8  # halvings of a step before a root counts as stopped
+MAX_NEWTON_STEPS, NEWTON_TOLERANCE = 6, 1e-13  # Newton steps, and the last one relative to the range
+MAX_STEP_DISTANCE = 0.25  # distance of a root over one piece, relative to the range
+MAX_BOX_GROWTHS, BOX_GROWTH = 3, 1.5  # a box may grow this often, to this much more than it has to contain
+MIN_BOX_HALF_WIDTH = 1e-10  # half-width of the first box, relative to the range
+MAX_PIECES = 400  # pieces of one step
+SLACK = 1.0 + 1e-14  # factor that covers the rounding of bounds
+MAX_GAP = 64.0 / STEPS * 2.0**-MAX_HALVINGS  # fraction of the path between the ends of two roots of one pair
 
 
 @dataclass(frozen=True)
-class Way:
-    """The way from the defaults to points."""
+class ParameterPath:
+    """The path from the parameters' defaults to points."""
 
-    #: fraction of the path → places (points, count, n), NaN for none, and whether each point's are proved to be all
-    #: that are there, (points,).
+    #: fraction of the path → roots (points, count, n), padded by NaN, and True for points whose roots are proved to be
+    #: all, (points,)
     search: Callable
-    slopes: Callable  #: as of :func:`carried`
-    parameters: Callable  #: (points, shares) → parameters, as of :func:`carried`
+    slopes: Callable  #: as of :func:`continue_roots`
+    parameters: Callable  #: (points, shares) → parameters, as of :func:`continue_roots`
     bounds: Callable  #: fraction of the path → the range of each variable, shape (points, n, 2)
-    periodic: np.ndarray  #: whether the range closes, shape (n,)
+    periodic: np.ndarray  #: True for periodic variables, shape (n,)
 
-    def apart(self, a, b, width):
-        """Return the largest distance between places in any variable, over its range; periodic ones the shorter way."""
-        part = np.abs(a - b) / width
-        return np.where(self.periodic, np.abs(part - np.round(part)), part).max(axis=-1)
+    def distance(self, a, b, width):
+        """Return the largest distance of any variable, relative to its range; the shorter way round if periodic."""
+        distance = np.abs(a - b) / width
+        return np.where(self.periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
 
-    def outside(self, place, bounds):
+    def is_outside(self, place, bounds):
         """Return True for places outside the bounds of a variable that is not periodic."""
-        width = SAME * (bounds[..., 1] - bounds[..., 0])
-        beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
-        return (beyond & ~self.periodic).any(axis=-1)
+        width = SAME_PLACE * (bounds[..., 1] - bounds[..., 0])
+        is_beyond = (place < bounds[..., 0] + width) | (place > bounds[..., 1] - width)
+        return (is_beyond & ~self.periodic).any(axis=-1)
 
 
 @dataclass
-class Carried:
-    """Where zeros have come to."""
+class ContinuedRoots:
+    """Roots after their continuation."""
 
-    place: np.ndarray  #: shape (zeros, n), at the fraction of the path that each has reached
-    share: np.ndarray  #: shape (zeros,), `end` for those that came through
-    speed: np.ndarray  #: dx/ds over the last piece, shape (zeros, n); 0 for one that did not get away
-    through: np.ndarray  #: shape (zeros,), whether each is proved to have become the one at `place`
+    place: np.ndarray  #: shape (zeros, n), at the reached fractions of the path
+    share: np.ndarray  #: shape (zeros,), the fraction of the path that each has reached
+    speed: np.ndarray  #: dx/ds over the last piece, shape (zeros, n); 0 if it did not move
+    is_complete: np.ndarray  #: shape (zeros,), True if the root was continued to the end
 
 
-def followed(way: Way, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return which root each slot holds at the end of the path, and for which points that is decided.
+def follow_branches(path: ParameterPath, max_slots: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the index of each slot's root at the end of the path, and True for points at which that is decided.
+
+    Args:
+        path: the path to the points.
+        max_slots: number of slots.
 
     Returns:
-        Numbers of the roots that are found at the end of the path, shape (points, most), -1 for a slot that is empty (a
-        point with more roots than slots shows some of them), and shape (points,), False where it could not be decided
-        which root is which.
+        Indices, shape (points, max_slots), -1 for an empty slot; at points with more roots than slots some roots have
+        none. Flags, shape (points,).
     """
-    roots, decided = way.search(0.0)
-    slots = np.full((len(roots), most + SPARE), -1)
-    for row, there in zip(slots, ~np.isnan(roots).any(axis=-1), strict=True):
-        born(row, [(j, 0.0) for j in np.flatnonzero(there)], {})
-    shares = [0.0, *((step - SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
+    roots, is_decided = path.search(0.0)
+    slots = np.full((len(roots), max_slots + SPARE_SLOTS), -1)
+    for row, exists in zip(slots, ~np.isnan(roots).any(axis=-1), strict=True):
+        assign_new_roots(row, [(j, 0.0) for j in np.flatnonzero(exists)], {})
+    shares = [0.0, *((step - STEP_SHIFT) / STEPS for step in range(1, STEPS)), 1.0]
     for begin, end in pairwise(shares):
-        new, sure = way.search(end)
-        slots, is_handed_on = _handed_on(way, roots, new, slots, begin, end)
-        roots, decided = new, decided & sure & is_handed_on
-    return _fitted(slots, most), decided
+        next_roots, is_proved = path.search(end)
+        slots, is_continued = _continue_step(path, roots, next_roots, slots, begin, end)
+        roots, is_decided = next_roots, is_decided & is_proved & is_continued
+    return _fill_free_slots(slots, max_slots), is_decided
 
 
-def _fitted(slots, most):
-    """Return the first slots, with the roots of the spare slots in those of them that are free."""
-    fitted = slots[:, :most].copy()
-    for spare in slots[:, most:].T:
-        moved = (spare >= 0) & (fitted < 0).any(axis=1)
-        fitted[moved, (fitted[moved] < 0).argmax(axis=1)] = spare[moved]
-    return fitted
+def _fill_free_slots(slots, max_slots):
+    """Return the first slots, the free ones filled from the spare slots."""
+    filled = slots[:, :max_slots].copy()
+    for spare in slots[:, max_slots:].T:
+        can_fill = (spare >= 0) & (filled < 0).any(axis=1)
+        filled[can_fill, (filled[can_fill] < 0).argmax(axis=1)] = spare[can_fill]
+    return filled
 
 
-def born(slots, new, freed) -> None:
-    """Store new roots in the first slots that are free where each root appears; leave out a root without a free slot.
+def assign_new_roots(slots, new, free_from) -> None:
+    """Store new roots in the first slots that are free at their appearance; a root without a free slot is left out.
 
-    The slots of one point are changed in place. New are (number of the root, fraction of the path where it appears);
-    `freed` has for a slot the fraction from which it is free; the others always were.
+    Args:
+        slots: of one point; changed in place.
+        new: (index of the root, fraction of the path at which it appears).
+        free_from: slot → the fraction from which it is free; missing slots are free throughout.
     """
     shares = sorted({share for _, share in new})
     first = {}
-    for k, share in enumerate(shares):  # both of a fold are there at once, but for a rounding
-        first[share] = first[shares[k - 1]] if k and share - shares[k - 1] <= GAP else share
+    for k, share in enumerate(shares):  # both roots of a fold appear together, up to rounding
+        first[share] = first[shares[k - 1]] if k and share - shares[k - 1] <= MAX_GAP else share
     for j, share in sorted(new, key=lambda root: (first[root[1]], root[0])):
-        free = [k for k, root in enumerate(slots) if root < 0 and freed.get(k, -1.0) <= share + GAP]
+        free = [k for k, root in enumerate(slots) if root < 0 and free_from.get(k, -1.0) <= share + MAX_GAP]
         if free:
             slots[free[0]] = j
 
@@ -138,158 +142,174 @@ def born(slots, new, freed) -> None:
 # -- one step
 
 
-def _handed_on(way, old, new, slots, begin, end):
-    """Return the slots with the numbers of the new roots, and whether that is decided, of each point."""
+def _continue_step(path, old, new, slots, begin, end):
+    """Return the slots with the indices of the new roots, and True for points at which that is decided."""
     point, slot = np.nonzero(slots >= 0)
-    forth = _carried(way, point, old[point, slots[point, slot]], begin, end)
-    root = _met(way, new, point, forth, way.bounds(end))
-    result, decided = np.full(slots.shape, -1), np.ones(len(slots), dtype=bool)
+    forward = _continue_roots(path, point, old[point, slots[point, slot]], begin, end)
+    root = _match_roots(path, new, point, forward, path.bounds(end))
+    result, is_decided = np.full(slots.shape, -1), np.ones(len(slots), dtype=bool)
     result[point, slot] = root
-    decided[point[forth.through & (root < 0) & ~way.outside(forth.place, way.bounds(end)[point])]] = False
-    claimed = np.zeros(new.shape[:2], dtype=bool)
-    claimed[point[root >= 0], root[root >= 0]] = True
-    rest, number = np.nonzero(~claimed & ~np.isnan(new).any(axis=-1))
-    back = _carried(way, rest, new[rest, number], end, begin)
-    freed = np.where(forth.through, end, forth.share)  # one that came through has left the bounds
-    for k in np.unique(np.concatenate([rest, point[root < 0]])):
-        a, b = np.flatnonzero((point == k) & (root < 0)), np.flatnonzero(rest == k)
-        before = old[k, slots[k, slot[a]]]
-        still = np.array_equal(*(way.parameters(np.array([k]), share) for share in (begin, end)))
-        pairs, sure = _paired(way, before, (forth, a), (back, b), way.bounds(end)[k], still)
-        decided[k] &= sure
+    is_decided[point[forward.is_complete & (root < 0) & ~path.is_outside(forward.place, path.bounds(end)[point])]] = (
+        False
+    )
+    is_matched = np.zeros(new.shape[:2], dtype=bool)
+    is_matched[point[root >= 0], root[root >= 0]] = True
+    new_points, number = np.nonzero(~is_matched & ~np.isnan(new).any(axis=-1))
+    backward = _continue_roots(path, new_points, new[new_points, number], end, begin)
+    free_from = np.where(forward.is_complete, end, forward.share)  # a complete one has left the bounds
+    for k in np.unique(np.concatenate([new_points, point[root < 0]])):
+        old_rows, new_rows = np.flatnonzero((point == k) & (root < 0)), np.flatnonzero(new_points == k)
+        old_places = old[k, slots[k, slot[old_rows]]]
+        is_at_rest = np.array_equal(*(path.parameters(np.array([k]), share) for share in (begin, end)))
+        pairs, is_certain = _pair_stopped_roots(
+            path, old_places, (forward, old_rows), (backward, new_rows), path.bounds(end)[k], is_at_rest
+        )
+        is_decided[k] &= is_certain
         for i, j in pairs:
-            result[k, slot[a[i]]] = number[b[j]]
-        left = [j for j in range(b.size) if j not in {pair[1] for pair in pairs}]
-        born(result[k], [(number[b[j]], back.share[b[j]]) for j in left], dict(zip(slot[a], freed[a], strict=True)))
-    return result, decided
+            result[k, slot[old_rows[i]]] = number[new_rows[j]]
+        unpaired = [j for j in range(new_rows.size) if j not in {pair[1] for pair in pairs}]
+        assign_new_roots(
+            result[k],
+            [(number[new_rows[j]], backward.share[new_rows[j]]) for j in unpaired],
+            dict(zip(slot[old_rows], free_from[old_rows], strict=True)),
+        )
+    return result, is_decided
 
 
-def _carried(way, point, place, begin, end) -> Carried:
-    bounds = way.bounds(begin)[point]
-    return carried(way.slopes, way.parameters, point, place, begin, end, bounds[..., 1] - bounds[..., 0])
+def _continue_roots(path, point, place, begin, end) -> ContinuedRoots:
+    bounds = path.bounds(begin)[point]
+    return continue_roots(path.slopes, path.parameters, point, place, begin, end, bounds[..., 1] - bounds[..., 0])
 
 
-def _met(way, new, point, forth, bounds):
-    """Return the number of the new root that each one is proved to have become, -1 for none."""
+def _match_roots(path, new, point, forward, bounds):
+    """Return the index of the new root that each continued root is, -1 for none."""
     width = (bounds[..., 1] - bounds[..., 0])[point]
-    apart = way.apart(forth.place[:, None], new[point], width[:, None])
-    apart = np.where(np.isnan(apart) | ~forth.through[:, None], np.inf, apart)
-    if not apart.size:
+    distance = path.distance(forward.place[:, None], new[point], width[:, None])
+    distance = np.where(np.isnan(distance) | ~forward.is_complete[:, None], np.inf, distance)
+    if not distance.size:
         return np.full(point.size, -1)
-    return np.where(apart.min(axis=1) <= SAME, apart.argmin(axis=1), -1)
+    return np.where(distance.min(axis=1) <= SAME_PLACE, distance.argmin(axis=1), -1)
 
 
-def _paired(way, before, ahead, behind, bounds, still):
-    """Return which of a point's old stopped roots is which new stopped one, and whether that is certain.
+def _pair_stopped_roots(path, old_places, forward_roots, backward_roots, bounds, is_at_rest):
+    """Return (old, new) index pairs of a point's stopped roots that are on one branch, and whether that is certain.
 
-    The old ones were at `before`, shape (roots, n); `ahead` and `behind` say what became of all old and all new ones,
-    and which of them are this point's; `still` says whether the path stands still.
+    `old_places` has shape (roots, n); `forward_roots` and `backward_roots` are all continued roots, and the rows of
+    this point; `is_at_rest`: the parameters do not change over the step.
     """
-    (forth, a), (back, b) = ahead, behind
-    stopped, started = ~forth.through[a], ~back.through[b] | ~way.outside(back.place[b], bounds)
+    (forward, old_rows), (backward, new_rows) = forward_roots, backward_roots
+    is_stopped, is_new = (
+        ~forward.is_complete[old_rows],
+        ~backward.is_complete[new_rows] | ~path.is_outside(backward.place[new_rows], bounds),
+    )
     width = bounds[:, 1] - bounds[:, 0]
-    gap = (back.share[b] - forth.share[a, None]) * (not still)
-    led = forth.place[a, None] + forth.speed[a, None] * gap[..., None]
-    met = back.place[b] - back.speed[b] * gap[..., None]
-    cost = np.maximum(way.apart(led, back.place[b], width), way.apart(met, forth.place[a, None], width))
-    cost = np.where(stopped[:, None] & started & (np.abs(gap) <= GAP), cost, np.inf)
-    proved = back.through[b] & (way.apart(before[:, None], back.place[b], width) <= SAME)
-    cost = np.where(proved & stopped[:, None], 0.0, cost)
-    pairs, sure = [], True
-    while cost.size and cost.min() <= NEAR:
+    gap = (backward.share[new_rows] - forward.share[old_rows, None]) * (not is_at_rest)
+    predicted_end = forward.place[old_rows, None] + forward.speed[old_rows, None] * gap[..., None]
+    predicted_start = backward.place[new_rows] - backward.speed[new_rows] * gap[..., None]
+    cost = np.maximum(
+        path.distance(predicted_end, backward.place[new_rows], width),
+        path.distance(predicted_start, forward.place[old_rows, None], width),
+    )
+    cost = np.where(is_stopped[:, None] & is_new & (np.abs(gap) <= MAX_GAP), cost, np.inf)
+    is_same = backward.is_complete[new_rows] & (
+        path.distance(old_places[:, None], backward.place[new_rows], width) <= SAME_PLACE
+    )
+    cost = np.where(is_same & is_stopped[:, None], 0.0, cost)
+    pairs, is_certain = [], True
+    while cost.size and cost.min() <= MAX_PAIR_DISTANCE:
         i, j = np.unravel_index(cost.argmin(), cost.shape)
-        best, others = cost[i, j], np.concatenate([np.delete(cost[i], j), np.delete(cost[:, j], i)])
-        sure &= bool((best <= SURE * others).all())
+        best, rivals = cost[i, j], np.concatenate([np.delete(cost[i], j), np.delete(cost[:, j], i)])
+        is_certain &= bool((best <= MAX_AMBIGUITY * rivals).all())
         cost[i], cost[:, j] = np.inf, np.inf
         pairs.append((i, j))
-    alone = (stopped.sum() - len(pairs)) % 2 or (started.sum() - len(pairs)) % 2
-    return pairs, sure and not alone
+    has_odd_count = (is_stopped.sum() - len(pairs)) % 2 or (is_new.sum() - len(pairs)) % 2
+    return pairs, is_certain and not has_odd_count
 
 
-# -- zeros that are carried along a piece of the way
+# -- continuation of roots over a step
 
 
-def carried(slopes: Callable, way: Callable, owner, place, begin: float, end: float, width) -> Carried:
-    """Follow zeros from one fraction of the path to another, forwards or backwards.
+def continue_roots(slopes: Callable, path: Callable, owner, place, begin: float, end: float, width) -> ContinuedRoots:
+    """Follow roots from one fraction of the path to another, forwards or backwards.
 
     Args:
         slopes: (low, high), shape (boxes, n + parameters) → enclosures (boxes, n, 1 + n + parameters, 2) of F and its
             derivatives by variables and parameters, and states (boxes,).
-        way: (owner, share) → parameters, shape (zeros, parameters).
-        owner: whose each zero is, as `way` takes it.
-        place: where each is at `begin`, shape (zeros, n).
-        begin: fraction of the path where they are.
-        end: fraction of the path where they go.
-        width: ranges of the variables, shape (zeros, n): what is small and what is large.
+        path: (owner, share) → parameters, shape (zeros, parameters).
+        owner: the point of each root, an argument of `path`.
+        place: roots at `begin`, shape (zeros, n).
+        begin: fraction of the path at the start.
+        end: fraction of the path at the end.
+        width: ranges of the variables, shape (zeros, n).
     """
     x, s = place.copy(), np.full(owner.size, begin)
-    speed, step, careful = np.zeros(place.shape), np.full(owner.size, end - begin), np.zeros(owner.size, dtype=bool)
-    shortest = abs(end - begin) * 2.0**-HALVINGS
+    speed, step, is_careful = np.zeros(place.shape), np.full(owner.size, end - begin), np.zeros(owner.size, dtype=bool)
+    shortest = abs(end - begin) * 2.0**-MAX_HALVINGS
     active = np.arange(owner.size)
     with np.errstate(all="ignore"):
-        for _ in range(STALLED):
+        for _ in range(MAX_PIECES):
             if not active.size:
                 break
-            there = s[active] + step[active]
-            there = np.where((there - end) * np.sign(step[active]) >= 0.0, end, there)
-            ends = [way(owner[active], share) for share in (s[active], there)]
-            guess = x[active] + speed[active] * (there - s[active])[:, None]
-            arrived = _passed(slopes, x[active], guess, *ends, width[active])
-            good = np.isfinite(arrived).all(axis=1)
-            won = active[good]
-            speed[won] = (arrived[good] - x[won]) / (there[good] - s[won])[:, None]
-            x[won], s[won] = arrived[good], there[good]
-            step[active] *= np.where(good, np.where(careful[active], 1.0, 2.0), 0.5)
-            careful[active] = ~good  # one more of the same length before longer ones are tried again
+            next_share = s[active] + step[active]
+            next_share = np.where((next_share - end) * np.sign(step[active]) >= 0.0, end, next_share)
+            end_parameters = [path(owner[active], share) for share in (s[active], next_share)]
+            guess = x[active] + speed[active] * (next_share - s[active])[:, None]
+            next_places = _advance_roots(slopes, x[active], guess, *end_parameters, width[active])
+            is_passed = np.isfinite(next_places).all(axis=1)
+            advanced = active[is_passed]
+            speed[advanced] = (next_places[is_passed] - x[advanced]) / (next_share[is_passed] - s[advanced])[:, None]
+            x[advanced], s[advanced] = next_places[is_passed], next_share[is_passed]
+            step[active] *= np.where(is_passed, np.where(is_careful[active], 1.0, 2.0), 0.5)
+            is_careful[active] = ~is_passed  # one more piece of this length before longer ones
             active = active[(s[active] != end) & (np.abs(step[active]) >= shortest)]
-    return Carried(x, s, speed, s == end)
+    return ContinuedRoots(x, s, speed, s == end)
 
 
-def _passed(slopes, x, guess, p, q, width):
-    """Return the places at the ends of pieces from parameters p to q; NaN where identity of zeros is not proved."""
+def _advance_roots(slopes, x, guess, p, q, width):
+    """Return the roots at the ends of pieces from parameters p to q; NaN if their identity is not proved."""
     y, n = guess, x.shape[1]
-    for _ in range(NEWTON):
+    for _ in range(MAX_NEWTON_STEPS):
         at = np.concatenate([y, q], axis=1)
         values = slopes(at, at)[0][:, :, : 1 + n].mean(axis=-1)
         values[~np.isfinite(values).all(axis=(1, 2))] = np.nan
-        step = by_matrix(np.linalg.solve, values[:, :, 1:], values[:, :, :1])[..., 0]  # NaN where J is singular
+        step = by_matrix(np.linalg.solve, values[:, :, 1:], values[:, :, :1])[..., 0]  # NaN if J is singular
         y = y - step
-        if not (np.abs(step) > FOUND * width).any():
+        if not (np.abs(step) > NEWTON_TOLERANCE * width).any():
             break
-    left = np.flatnonzero((np.abs(y - x) < LEAP * width).all(axis=1))  # no NaN
-    arrived = np.full(x.shape, np.nan)
-    if left.size:
-        begin, end = (np.concatenate(z, axis=1)[left] for z in ((x, p), (y, q)))
-        proved = left[_single(slopes, begin, end, width[left])]
-        arrived[proved] = y[proved]
-    return arrived
+    candidates = np.flatnonzero((np.abs(y - x) < MAX_STEP_DISTANCE * width).all(axis=1))  # no NaN
+    next_places = np.full(x.shape, np.nan)
+    if candidates.size:
+        begin, end = (np.concatenate(z, axis=1)[candidates] for z in ((x, p), (y, q)))
+        unique = candidates[_is_unique_along(slopes, begin, end, width[candidates])]
+        next_places[unique] = y[unique]
+    return next_places
 
 
-def _single(slopes, begin, end, width):
-    """Return whether a box on a straight way between places and parameters holds one zero all the way."""
+def _is_unique_along(slopes, begin, end, width):
+    """Return True if a box that moves on the chord between places and parameters contains one root throughout."""
     n, middle = width.shape[1], 0.5 * (begin + end)
-    here, _ = slopes(middle, middle)
-    F, J = here[:, :, 0], here[:, :, 1 : 1 + n].mean(axis=-1)
-    proved, left = np.zeros(len(width), dtype=bool), np.flatnonzero(np.linalg.det(np.nan_to_num(J)) != 0.0)
-    left = left[np.isfinite(J[left]).all(axis=(1, 2))]
-    Y, r = np.linalg.inv(J[left]), LEAST * width[left]
-    for _ in range(GROWTHS):
-        if not left.size:
+    middle_values, _ = slopes(middle, middle)
+    F, J = middle_values[:, :, 0], middle_values[:, :, 1 : 1 + n].mean(axis=-1)
+    is_proved, boxes = np.zeros(len(width), dtype=bool), np.flatnonzero(np.linalg.det(np.nan_to_num(J)) != 0.0)
+    boxes = boxes[np.isfinite(J[boxes]).all(axis=(1, 2))]
+    Y, r = np.linalg.inv(J[boxes]), MIN_BOX_HALF_WIDTH * width[boxes]
+    for _ in range(MAX_BOX_GROWTHS):
+        if not boxes.size:
             break
-        given, share = _needed(slopes, F[left], Y, begin[left], end[left], r)
-        need = SLACK * (given + np.einsum("bij,bj->bi", share, r))
-        inside = (need < r).all(axis=1)
-        proved[left[inside]] = True
-        open_ = np.flatnonzero(~inside & ((share @ r[:, :, None])[..., 0] < r).all(axis=1))  # no NaN
-        larger = np.linalg.solve(np.eye(n) - share[open_], LARGER * given[open_][:, :, None])[..., 0]
-        left, Y, r = left[open_], Y[open_], np.maximum(r[open_], larger)
-        kept = (r < LEAP * width[left]).all(axis=1)
-        left, Y, r = left[kept], Y[kept], r[kept]
-    return proved
+        start_size, share = _krawczyk_terms(slopes, F[boxes], Y, begin[boxes], end[boxes], r)
+        required = SLACK * (start_size + np.einsum("bij,bj->bi", share, r))
+        is_inside = (required < r).all(axis=1)
+        is_proved[boxes[is_inside]] = True
+        growing = np.flatnonzero(~is_inside & ((share @ r[:, :, None])[..., 0] < r).all(axis=1))  # no NaN
+        larger = np.linalg.solve(np.eye(n) - share[growing], BOX_GROWTH * start_size[growing][:, :, None])[..., 0]
+        boxes, Y, r = boxes[growing], Y[growing], np.maximum(r[growing], larger)
+        is_small = (r < MAX_STEP_DISTANCE * width[boxes]).all(axis=1)
+        boxes, Y, r = boxes[is_small], Y[is_small], r[is_small]
+    return is_proved
 
 
-def _needed(slopes, F, Y, begin, end, r):
-    """Return the size of Y F all the way, shape (boxes, n), and |1 - Y J| in the box; NaN where F breaks."""
+def _krawczyk_terms(slopes, F, Y, begin, end, r):
+    """Return the largest |Y F| along the chord, shape (boxes, n), and |1 - Y J| in the box; NaN outside F's domain."""
     n, change = r.shape[1], np.abs(end - begin)
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     low[:, :n], high[:, :n] = low[:, :n] - SLACK * r, high[:, :n] + SLACK * r
@@ -298,11 +318,11 @@ def _needed(slopes, F, Y, begin, end, r):
     absolute, size = np.abs(Y), np.abs(values[:, :, 1:]).max(axis=-1)
     rounding = (n + 8) * UNIT
     spread = spread + rounding * size
-    moved = np.einsum("bij,bj->bi", D, end - begin)
-    reach = np.einsum("bij,bj->bi", spread, change)
-    drift = np.abs(np.einsum("bij,bj->bi", Y, moved)) + np.einsum("bij,bj->bi", absolute, reach)
+    change_of_F = np.einsum("bij,bj->bi", D, end - begin)
+    spread_of_F = np.einsum("bij,bj->bi", spread, change)
+    drift = np.abs(np.einsum("bij,bj->bi", Y, change_of_F)) + np.einsum("bij,bj->bi", absolute, spread_of_F)
     start = np.abs(np.einsum("bij,bj->bi", Y, F.mean(axis=-1)))
     start += np.einsum("bij,bj->bi", absolute, 0.5 * (F[..., 1] - F[..., 0]) + rounding * np.abs(F).max(axis=-1))
-    bent = np.abs(np.eye(n) - Y @ D[:, :, :n]) + absolute @ spread[:, :, :n] + rounding * np.eye(n)
-    bent[states >= POLE] = np.nan
-    return SLACK * (start + 0.5 * drift), bent
+    operator_spread = np.abs(np.eye(n) - Y @ D[:, :, :n]) + absolute @ spread[:, :, :n] + rounding * np.eye(n)
+    operator_spread[states >= POLE] = np.nan
+    return SLACK * (start + 0.5 * drift), operator_spread

@@ -6,17 +6,17 @@ r"""Periodic motions of driven systems, each followed from the place that names 
 
 has the solution y_0 at s = 0, and the motions of the system at s = 1. If the named place is an equilibrium without the
 drive, y_0 stays there at all times: G(y_0) is then the force that drives the system off its place, and s is the
-amplitude of that force. Modulations that leave the place at rest are not scaled. Any other place is the start of a
+amplitude of that force. Modulations that leave the place at rest are not scaled. A place that is none is the start of a
 motion (at rest at the time 0), which is followed for a period; y_0 is that motion less a ramp that closes it.
 
 *Collocation.* y is a trigonometric polynomial through an odd number of phases. No motion is integrated, so large
 multipliers do no harm; the number of phases is doubled until the last third of the harmonics is small all along.
 
-Where the rates jump in time, each phase has the mean of the rates over its cell, so that no jump is missed or shifted.
+If the rates jump in time, each phase has the mean of the rates over its cell, so that no jump is missed or shifted.
 
 *Curve.* Pseudo-arclength steps, each point by itself. A step is accepted if the correction is small and the tangent
 rotates little, and if the cubic through both ends has no fold that the ends do not show. A motion with the number k
-(`branch`) lies on the curve behind k - 1 folds: where the curve has had k folds and was not at s = 1 in between, the
+(`branch`) lies on the curve behind k - 1 folds: if the curve has had k folds and was not at s = 1 in between, the
 motion does not exist. The curve goes straight through a pitchfork.
 
 Source: Allgower and Georg, Numerical Continuation Methods, chapters 2 and 6; Trefethen, Spectral Methods in MATLAB,
@@ -44,21 +44,21 @@ MIN_TANGENT_COSINE = 0.94  # smallest cosine of the angle between the tangents o
 EASY_CORRECTION = 0.03  # first correction relative to the step, below which the next step is twice as long
 MAX_AMPLITUDE = 8.0  # largest |s| at which a further branch is searched for
 MAX_DISTANCE = 64.0  # largest distance from the named place, in state sizes, up to which the curve is followed
-MAX_SHIFT = 0.1  # a place is an equilibrium without the drive if one is estimated within this many state sizes,
-MAX_MEAN_FORCE = 2.0  # or if the mean force is at most this many times the largest force that varies in time
+MAX_SHIFT = 0.1  # a place is an equilibrium without the drive if one is estimated within this many state sizes
+MAX_MEAN_FORCE = 2.0  # the same if the mean force is at most this many times the largest varying force
 
 
-def differentiation(count: int) -> np.ndarray:
+def differentiation_matrix(count: int) -> np.ndarray:
     """Return the matrix of derivatives by the phase of trigonometric polynomials through an odd number of phases."""
-    apart = np.subtract.outer(np.arange(count), np.arange(count))
-    np.fill_diagonal(apart, 1)
-    D = np.pi * (-1.0) ** apart / np.sin(np.pi * apart / count)
+    distance = np.subtract.outer(np.arange(count), np.arange(count))
+    np.fill_diagonal(distance, 1)
+    D = np.pi * (-1.0) ** distance / np.sin(np.pi * distance / count)
     np.fill_diagonal(D, 0.0)
     return D
 
 
 def values_at(places: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """Return trigonometric polynomials (..., count), given at equal phases from 0, at others: (..., phases)."""
+    """Return trigonometric polynomials (..., count), given at equal phases from 0, at any phases: (..., phases)."""
     count = places.shape[-1]
     orders = np.arange(count // 2 + 1)
     waves = np.exp(2j * np.pi * np.multiply.outer(orders, phases)) * np.where(orders, 2.0, 1.0)[:, None]
@@ -70,7 +70,7 @@ class Collocation:
 
     def __init__(self, rates, period, sizes, order: int, count: int):
         self.rates, self.period, self.sizes, self.order = rates, period, sizes, order
-        self.phases, self.D = np.arange(count) / count, differentiation(count)
+        self.phases, self.D = np.arange(count) / count, differentiation_matrix(count)
         self.main = np.linalg.matrix_power(self.D, self.order)
 
     def states(self, y, which) -> np.ndarray:
@@ -97,18 +97,24 @@ class Collocation:
 
     def is_aliased(self, y) -> np.ndarray:
         """Return True if the rates of y between the phases are not those of the polynomial through the phases."""
-        each, between = np.arange(len(y)), self.phases + 0.5 / self.phases.size
-        x = self.states(y, each)
-        rates, _ = self.rates(each, x, self.phases)
+        rows, between = np.arange(len(y)), self.phases + 0.5 / self.phases.size
+        x = self.states(y, rows)
+        rates, _ = self.rates(rows, x, self.phases)
         x = np.moveaxis(values_at(np.moveaxis(x, 1, 2), between), 2, 1)
-        there, _ = self.rates(each, x, between)
-        rates, there = np.moveaxis(rates, 1, 2), np.moveaxis(there, 1, 2)
-        apart = np.abs(values_at(rates, between) - there).max(axis=2)
-        return (apart > MAX_ALIASING * np.abs(there).max(axis=2)).any(axis=0)
+        rates_between, _ = self.rates(rows, x, between)
+        rates, rates_between = np.moveaxis(rates, 1, 2), np.moveaxis(rates_between, 1, 2)
+        error = np.abs(values_at(rates, between) - rates_between).max(axis=2)
+        return (error > MAX_ALIASING * np.abs(rates_between).max(axis=2)).any(axis=0)
 
 
 def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
-    """Return True for places at which, without the drive, points would stay at rest, or near which they would."""
+    """Return True for places at or near equilibria of the system without its drive, shape (points,).
+
+    Args:
+        rates_at: as `rates` of :func:`follow`.
+        sizes: of the states, shape (points, n).
+        place: shape (points, m).
+    """
     points, m = place.shape
     x = np.zeros((sizes.shape[1], 1, points))
     x[:m, 0] = place.T
@@ -117,8 +123,8 @@ def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     mean = force.mean(axis=1)
     J = np.array([[slopes[a][b].mean(axis=0) * s[b] / s[a] for b in range(m)] for a in range(m)])
     shift = np.abs(by_matrix(np.linalg.solve, np.moveaxis(J, 2, 0), mean.T[..., None])[..., 0]).max(axis=1)
-    varying = np.abs(force - mean[:, None]).max(axis=(0, 1))
-    return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * varying)
+    largest_varying = np.abs(force - mean[:, None]).max(axis=(0, 1))
+    return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * largest_varying)
 
 
 def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
@@ -133,31 +139,31 @@ def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list,
         branch: number of the motion on the curve, shape (points,): 1 before all folds.
 
     Returns:
-        Of each point the states at equal phases from 0, shape (n, phases), and a status: OK, NO_PERIODIC_MOTION where
-        the name has ended at a fold, NOT_FOUND where the search has ended. The states of others are NaN.
+        Of each point the states at equal phases from 0, shape (n, phases), and a status: OK, NO_PERIODIC_MOTION if
+        the name has ended at a fold, NOT_FOUND if the search has ended. States of these are NaN.
     """
-    status, left = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
-    n, m = sizes.shape[1], curves(left[:1], np.zeros(1)).shape[1]
+    status, open_points = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
+    n, m = sizes.shape[1], curves(open_points[:1], np.zeros(1)).shape[1]
     states = [np.full((n, 1), np.nan)] * period.size
     for count in PHASE_COUNTS:
-        size, unresolved = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []
-        for part in np.split(left, range(size, left.size, size)):
+        chunk_size, remaining = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []
+        for chunk in np.split(open_points, range(chunk_size, open_points.size, chunk_size)):
 
-            def rates_of_part(which, x, phases, part=part):
-                return rates(part[which], x, phases)
+            def rates_of_part(which, x, phases, chunk=chunk):
+                return rates(chunk[which], x, phases)
 
-            collocation = Collocation(rates_of_part, period[part], sizes[part], n // m, count)
-            start, last = curves(part, collocation.phases), count == PHASE_COUNTS[-1]
-            y, found, tail = _follow(collocation, start, branch[part])
-            resolved = tail <= (MAX_LAST_TAIL if last else MAX_JUMP_TAIL if has_jumps else MAX_TAIL)
-            resolved &= (found != statuses.NOT_FOUND) & (last | has_jumps | ~collocation.is_aliased(start))
-            status[part[resolved]] = found[resolved]
-            x = collocation.states(y, np.arange(part.size))
-            for k in np.flatnonzero(resolved & (found == statuses.OK)):
-                states[part[k]] = x[:, :, k]
-            unresolved.append(part[~resolved])
-        left = np.concatenate(unresolved)
-        if not left.size:
+            collocation = Collocation(rates_of_part, period[chunk], sizes[chunk], n // m, count)
+            start, is_last = curves(chunk, collocation.phases), count == PHASE_COUNTS[-1]
+            y, chunk_status, tail = _follow(collocation, start, branch[chunk])
+            is_resolved = tail <= (MAX_LAST_TAIL if is_last else MAX_JUMP_TAIL if has_jumps else MAX_TAIL)
+            is_resolved &= (chunk_status != statuses.NOT_FOUND) & (is_last | has_jumps | ~collocation.is_aliased(start))
+            status[chunk[is_resolved]] = chunk_status[is_resolved]
+            x = collocation.states(y, np.arange(chunk.size))
+            for k in np.flatnonzero(is_resolved & (chunk_status == statuses.OK)):
+                states[chunk[k]] = x[:, :, k]
+            remaining.append(chunk[~is_resolved])
+        open_points = np.concatenate(remaining)
+        if not open_points.size:
             break
     return states, status
 
@@ -179,58 +185,58 @@ def _follow(collocation, start, branch):
         if not active.size:
             break
         h, t = step[active, None], tangent[active]
-        v, A, first_change, converged = _corrected(collocation, u[active] + h * t, t * weight, G0[active], active)
+        v, A, first_change, converged = _correct(collocation, u[active] + h * t, t * weight, G0[active], active)
         new = _tangent(A, G0[active], t, weight)
         share = first_change / step[active]
-        good = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_TANGENT_COSINE)
-        turned = t[:, -1] * new[:, -1] <= 0.0
-        hidden = _is_bent(u[active, -1], v[:, -1], h[:, 0] * t[:, -1], h[:, 0] * new[:, -1]) & ~turned
-        good &= ~(turned | hidden) | (step[active] <= MAX_FOLD_STEP)
-        now, after, wanted = u[active, -1] - 1.0, v[:, -1] - 1.0, folds[active] == branch[active] - 1
-        crossed = np.flatnonzero(good & ~turned & wanted & (now * after <= 0.0))
-        if crossed.size:  # a straight line between both ends, then Newton's method at s = 1
-            part = np.where(now == after, 0.0, now / (now - after))[crossed, None]
-            w = u[active[crossed]] + (v - u[active])[crossed] * part
-            row, which = np.repeat(np.eye(1, size + 1, size), crossed.size, axis=0), active[crossed]
-            ends, _, change, done = _corrected(collocation, w, row, G0[which], which)
-            done &= change <= MAX_CORRECTION * step[which]
-            y[which[done]], status[which[done]] = ends[done, :-1], statuses.OK
-            good[crossed[~done]] = False
-        won = active[good]
-        u[won], tangent[won] = v[good], new[good]
-        folds[won] += turned[good]
-        tail[won] = np.maximum(tail[won], _tail(v[good, :-1].reshape(-1, m, count)))
+        is_accepted = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_TANGENT_COSINE)
+        is_fold = t[:, -1] * new[:, -1] <= 0.0
+        has_hidden_fold = _has_hidden_fold(u[active, -1], v[:, -1], h[:, 0] * t[:, -1], h[:, 0] * new[:, -1]) & ~is_fold
+        is_accepted &= ~(is_fold | has_hidden_fold) | (step[active] <= MAX_FOLD_STEP)
+        s_before, s_after, is_on_branch = u[active, -1] - 1.0, v[:, -1] - 1.0, folds[active] == branch[active] - 1
+        crossings = np.flatnonzero(is_accepted & ~is_fold & is_on_branch & (s_before * s_after <= 0.0))
+        if crossings.size:  # a straight line between both ends, then Newton's method at s = 1
+            position = np.where(s_before == s_after, 0.0, s_before / (s_before - s_after))[crossings, None]
+            w = u[active[crossings]] + (v - u[active])[crossings] * position
+            rows, which = np.repeat(np.eye(1, size + 1, size), crossings.size, axis=0), active[crossings]
+            ends, _, change, is_converged = _correct(collocation, w, rows, G0[which], which)
+            is_converged &= change <= MAX_CORRECTION * step[which]
+            y[which[is_converged]], status[which[is_converged]] = ends[is_converged, :-1], statuses.OK
+            is_accepted[crossings[~is_converged]] = False
+        advanced = active[is_accepted]
+        u[advanced], tangent[advanced] = v[is_accepted], new[is_accepted]
+        folds[advanced] += is_fold[is_accepted]
+        tail[advanced] = np.maximum(tail[advanced], _tail(v[is_accepted, :-1].reshape(-1, m, count)))
         longer = np.where(share < EASY_CORRECTION, 2.0, np.where(share < MAX_CORRECTION / 2.0, 1.0, 0.7))
-        step[active] = np.minimum(np.where(good, longer, 0.5) * step[active], MAX_STEP)
+        step[active] = np.minimum(np.where(is_accepted, longer, 0.5) * step[active], MAX_STEP)
         status[active[(folds[active] >= branch[active])]] = statuses.NO_PERIODIC_MOTION
-        far = np.abs(u[active, :-1] - first[active]).max(axis=1) > MAX_DISTANCE
-        going = (status[active] == statuses.NOT_FOUND) & (step[active] >= MIN_STEP) & ~far
-        active = active[going & (np.abs(u[active, -1]) <= MAX_AMPLITUDE)]
+        is_far = np.abs(u[active, :-1] - first[active]).max(axis=1) > MAX_DISTANCE
+        is_open = (status[active] == statuses.NOT_FOUND) & (step[active] >= MIN_STEP) & ~is_far
+        active = active[is_open & (np.abs(u[active, -1]) <= MAX_AMPLITUDE)]
     return y.reshape(start.shape), status, tail
 
 
-def _corrected(collocation, u, row, G0, which):
+def _correct(collocation, u, row, G0, which):
     """Return u with G(y) = (1 - s) G(y_0) in the plane across a row, the derivative there, and how Newton went.
 
     That is the length of the first correction, and whether the last one is short enough.
     """
     count, unknowns = collocation.phases.size, u.shape[1] - 1
-    u, A, left = u.copy(), np.zeros((len(u), unknowns, unknowns)), np.arange(len(u))
+    u, A, active = u.copy(), np.zeros((len(u), unknowns, unknowns)), np.arange(len(u))
     first, last = np.full(len(u), np.nan), np.full(len(u), np.inf)
-    for turn in range(MAX_CORRECTIONS):
-        G, A[left] = collocation(u[left, :-1].reshape(left.size, -1, count), which[left])
-        G = G - (1.0 - u[left, -1:]) * G0[left]
-        change = _bordered(A[left], G0[left], row[left], G)
-        u[left] -= change
-        last[left] = np.sqrt((change[:, :-1] ** 2).mean(axis=1) + change[:, -1] ** 2)
-        first = last.copy() if turn == 0 else first
-        left = left[(last[left] > MAX_LAST_CORRECTION) & (last[left] < 4.0)]
-        if not left.size:
+    for iteration in range(MAX_CORRECTIONS):
+        G, A[active] = collocation(u[active, :-1].reshape(active.size, -1, count), which[active])
+        G = G - (1.0 - u[active, -1:]) * G0[active]
+        change = _solve_bordered(A[active], G0[active], row[active], G)
+        u[active] -= change
+        last[active] = np.sqrt((change[:, :-1] ** 2).mean(axis=1) + change[:, -1] ** 2)
+        first = last.copy() if iteration == 0 else first
+        active = active[(last[active] > MAX_LAST_CORRECTION) & (last[active] < 4.0)]
+        if not active.size:
             break
     return u, A, first, last <= MAX_LAST_CORRECTION
 
 
-def _bordered(A, column, row, right, last=0.0):
+def _solve_bordered(A, column, row, right, last=0.0):
     """Return (y, s) of A y + column s = right and row (y, s) = last."""
     n = A.shape[1]
     M = np.empty((len(A), n + 1, n + 1))
@@ -241,13 +247,13 @@ def _bordered(A, column, row, right, last=0.0):
 
 
 def _tangent(A, G0, last, weight):
-    """Return the unit tangents of curves, of the sense of the last ones."""
-    t = _bordered(A, G0, last * weight, np.zeros(G0.shape), 1.0)
+    """Return the unit tangents of curves, in the direction of the previous tangents."""
+    t = _solve_bordered(A, G0, last * weight, np.zeros(G0.shape), 1.0)
     return t / np.sqrt((t * t * weight).sum(axis=1, keepdims=True))
 
 
-def _is_bent(a, b, da, db):
-    """Return True where the cubic of s from a to b, with slopes da and db of one sign, goes back in between."""
+def _has_hidden_fold(a, b, da, db):
+    """Return True if the cubic of s from a to b, with slopes da and db of one sign, goes back in between."""
     p, q, r = 3.0 * (da + db - 2.0 * (b - a)), 2.0 * (3.0 * (b - a) - 2.0 * da - db), da  # slope p z² + q z + r
     with np.errstate(all="ignore"):
         z = -q / (2.0 * p)

@@ -222,7 +222,7 @@ def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
         where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
-        if not modes.positive(numbers.real[None])[0]:
+        if not modes.is_positive_definite(numbers.real[None])[0]:
             raise DescriptionError(f"T: a_ij is not positive at {where}: {numbers.real.tolist()}; allowed: positive T")
 
 

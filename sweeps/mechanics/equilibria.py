@@ -178,7 +178,7 @@ def _find_in_chunk(problem, parameters):
         counts = (~np.isnan(places).any(axis=-1)).sum(axis=1)
         max_slots = problem.system.most
         if problem.system.follow:
-            index, is_decided = branches.followed(_parameter_path(problem, parameters, places), max_slots)
+            index, is_decided = branches.follow_branches(_parameter_path(problem, parameters, places), max_slots)
             is_crowded = counts > max_slots
         else:
             index, is_crowded = _assign_slots(problem, parameters, places)
@@ -679,8 +679,8 @@ def _parameter_path(problem, parameters, places):
         )
 
     def slopes(low, high):
-        numbers, owner = problem.followed.constants([]), np.zeros(len(low), dtype=np.int64)
-        return problem.followed.slopes(numbers, owner, low, high)
+        numbers, owner = problem.path_tape.constants([]), np.zeros(len(low), dtype=np.int64)
+        return problem.path_tape.slopes(numbers, owner, low, high)
 
     def along(points, share):
         return np.stack(at(share, points), axis=-1)[:, : len(problem.parameters)]
@@ -688,7 +688,7 @@ def _parameter_path(problem, parameters, places):
     def bounds(share):
         return np.broadcast_to(problem.bounds(at(share)), (size, problem.m, 2))[:, free]
 
-    return branches.Way(search, slopes, along, bounds, problem.periodic[free])
+    return branches.ParameterPath(search, slopes, along, bounds, problem.periodic[free])
 
 
 def _interpolate_parameters(default, values, share):

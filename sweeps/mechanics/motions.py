@@ -1,11 +1,10 @@
 """Motions of a described system, however far from an equilibrium, with errors.
 
-The generated Taylor series carry functions beside the states, and after some steps these are worked out afresh, so that
-no rounding adds up in them; what rounding leaves of a state is carried on. Each step is as long as its own terms allow,
-and samples within it are sums of its terms. Steps are halved until the samples change by less than the tolerance, or by
-rounding alone. Starts are known to a rounding, and so is the time where it stands in the equations: one more solution
-starts that much beside and later, for no halving shows what the motion makes of that. Four times what both change
-together is the error.
+The generated Taylor series integrate functions together with the states; after some steps the functions are evaluated
+again, so that no rounding adds up in them, and the rounding of a state is carried to the next step. Each step is as
+long as its terms allow, and samples within it are sums of its terms. Steps are halved until the samples change by
+less than the tolerance, or by rounding alone. The start is uncertain by a rounding, and so is the time
+if the equations depend on it: one more solution starts that much off and later. The error is four times the sum of both changes.
 """
 
 from itertools import pairwise
@@ -15,25 +14,25 @@ import numpy as np
 from kernels import paths
 from sweeps.mechanics.series import Moving
 
-SEGMENT, MOST_SEGMENTS = 32, 1 << 14  # steps until functions are worked out afresh, and how often
-SHARE = 1.0 / 16.0  # of the tolerance: the last term of the first steps
-MOST_HALVINGS = 6
-BETWEEN = 8  # more times at which solutions are compared
+SEGMENT_STEPS, MAX_SEGMENTS = 32, 1 << 14  # steps between evaluations of the functions, and how many segments of these
+FIRST_TERM_SHARE = 1.0 / 16.0  # last term of the first steps, relative to the tolerance
+MAX_HALVINGS = 6  # halvings of the steps
+COMPARISON_TIMES = 8  # additional times at which two solutions are compared
 EPSILON = float(np.finfo(np.float64).eps)
-SAFE = 4.0  # times what both changed is the error: roundings add up
-ROUNDING = 4.0 * EPSILON  # of a state's largest size, whatever the halving shows, and of the time
-STIFF_CHANGE = 0.01  # largest relative change of the states in a segment of a stiff motion; others change by about 1
-STIFF_SEGMENTS = 1 << 12  # from here on, a stiff motion that cannot end within MOST_SEGMENTS at this pace is given up
-MAX_ACCELERATION = 16.0  # any other motion is given up if it would have to become so many times as fast
+ERROR_FACTOR = 4.0  # the error, relative to the sum of both changes: roundings add up
+STATE_ROUNDING = 4.0 * EPSILON  # smallest error of a state, relative to its largest size, and of the time
+STIFF_CHANGE = 0.01  # relative change of the states in a segment of a stiff motion; of any other motion it is about 1
+STIFF_SEGMENTS = 1 << 12  # segments after which a stiff motion is given up if it will not end within MAX_SEGMENTS
+MAX_ACCELERATION = 16.0  # after these, any motion is given up that would have to become this many times as fast
 STATUSES = ("ok", "not_converged", "non_finite", "too_many_steps", "stiff")
 OK, NOT_CONVERGED, NON_FINITE, TOO_MANY_STEPS, STIFF = range(len(STATUSES))
-FALLING, ROUNDED = 0.25, 1e-7  # changes below ROUNDED that a halving does not make so much smaller are rounding
+MIN_REDUCTION, MAX_ROUNDING = 0.25, 1e-7  # changes below the latter that a halving reduces less than this are rounding
 
 
 def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the states at times, shape (runs, times, states), and the status of each run.
 
-    States are NaN from where a motion ends. The status is TOO_MANY_STEPS, or STIFF if the steps are much shorter than
+    States are NaN after the end of a motion. The status is TOO_MANY_STEPS, or STIFF if the steps are much shorter than
     the time in which the motion changes: the fastest rate of the equations bounds an explicit step, even if the motion
     does not contain it.
 
@@ -54,111 +53,136 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np
     status = np.full(len(x), TOO_MANY_STEPS, np.int8)
     begin, span = times[:, 0], np.ptp(times, axis=1)
     times = np.pad(times, ((0, 0), (0, paths.TOGETHER)), constant_values=np.inf)
-    for segment in range(MOST_SEGMENTS):
+    for segment in range(MAX_SEGMENTS):
         if not due.size:
             break
         table = code.table([p[due[0]] for p in parameters], x, low[:, : code.n], step)
         low[:, code.n :] = 0.0
         path = paths.Path(table, low, size, due)
-        paths.follow(expand, path, times, tolerance, SEGMENT, states)
+        paths.follow(expand, path, times, tolerance, SEGMENT_STEPS, states)
         is_over = due[1] == count
         status[due[0, is_over]] = OK
         if segment >= STIFF_SEGMENTS:
             change = np.abs(table[:, : code.n] - x)[:, :-1] / size[:, :-1]
             progress = (table[:, code.n - 1] - begin[due[0]]) / span[due[0]]
-            is_stiff = ~is_over & (change.max(axis=1) < STIFF_CHANGE) & (progress < segment / MOST_SEGMENTS)
+            is_stiff = ~is_over & (change.max(axis=1) < STIFF_CHANGE) & (progress < segment / MAX_SEGMENTS)
             status[due[0, is_stiff]] = STIFF
-            is_over |= is_stiff | (progress < segment / (MAX_ACCELERATION * MOST_SEGMENTS))
-        left = ~is_over
-        x, low, size, step = table[left, : code.n], low[left], size[left], table[left, code.step_row]
-        due = np.ascontiguousarray(due[:, left])
+            is_over |= is_stiff | (progress < segment / (MAX_ACCELERATION * MAX_SEGMENTS))
+        remaining = ~is_over
+        x, low, size, step = (
+            table[remaining, : code.n],
+            low[remaining],
+            size[remaining],
+            table[remaining, code.step_row],
+        )
+        due = np.ascontiguousarray(due[:, remaining])
     states[status != OK] = np.nan
     return states[..., :count].swapaxes(1, 2), status
 
 
-def solved(
-    code: Moving, parameters, start, times, tolerance: float, least=None, uncertain=0.0
+def solve(
+    code: Moving, parameters, start, times, tolerance: float, min_size=None, uncertainty=0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return states at times and their errors, shape (runs, times, states), and the status of each run.
 
-    Arguments are those of :func:`follow`; the tolerance is the largest change by halving the steps, relative to the
-    largest size of each state in the run, which is at least `least`, shape (runs, states). Starts are uncertain by a
-    quarter of an error.
+    Args:
+        code: as of :func:`follow`, as are `parameters`, `start` and `times`.
+        parameters: as there.
+        start: as there.
+        times: as there.
+        tolerance: largest change by halving the steps, relative to each state's largest size in the run.
+        min_size: lower bound of these sizes, shape (runs, states).
+        uncertainty: of the start, shape (runs, states); a quarter of its error.
     """
-    times, place = _with_times_between(times)
-    states, apart = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
+    times, place = _add_comparison_times(times)
+    states, difference = (np.full((*times.shape, start.shape[1]), np.nan) for _ in range(2))
     change, last = np.full(len(start), np.inf), np.full(len(start), np.inf)
     status = np.full(len(start), OK, np.int8)
     signs = np.resize([1.0, -1.0], start.shape[1])
-    beside = start * (1.0 + 2.0 * signs * EPSILON) + signs * uncertain
-    late = times + ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    shifted_start = start * (1.0 + 2.0 * signs * EPSILON) + signs * uncertainty
+    shifted_times = times + STATE_ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
 
-    def followed(runs, begin, at, halving):
-        finer = SHARE * tolerance / 2.0 ** (code.order * halving)
-        found, outcome = follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
+    def integrate(runs, begin, at, halvings):
+        finer = FIRST_TERM_SHARE * tolerance / 2.0 ** (code.order * halvings)
+        states_at, outcome = follow(code, [p[runs] for p in parameters], begin[runs], at[runs], finer)
         status[runs] = np.maximum(status[runs], outcome)
-        return found
+        return states_at
 
     def largest(runs):
         size = np.abs(states[runs]).max(axis=1)
-        size = size if least is None else np.maximum(size, least[runs])
-        return np.where(apart[runs, -1] == 0.0, 0.0, apart[runs, -1] / size).max(axis=1)
+        size = size if min_size is None else np.maximum(size, min_size[runs])
+        return np.where(difference[runs, -1] == 0.0, 0.0, difference[runs, -1] / size).max(axis=1)
 
-    left = np.arange(len(start))
+    open_runs = np.arange(len(start))
     with np.errstate(all="ignore"):
-        coarse = followed(left, start, times, 0)
-        coarse, left = coarse[status == OK], left[status == OK]
-        for halving in range(1, MOST_HALVINGS + 1) if left.size else ():
-            states[left] = followed(left, start, times, halving)
-            apart[left] = np.maximum.accumulate(np.abs(states[left] - coarse), axis=1)
-            change[left] = largest(left)
-            going = (change > tolerance) & ~((change > FALLING * last) & (change < ROUNDED)) & np.isfinite(change)
-            going = going[left] if halving < MOST_HALVINGS else np.zeros(left.size, bool)
-            done, last = left[~going], change.copy()
-            near = followed(done, beside, late, halving)
-            apart[done] += np.maximum.accumulate(np.abs(near - states[done]), axis=1)
-            change[done] = largest(done)
-            left, coarse = left[going], states[left[going]]
-            if not left.size:
+        coarse = integrate(open_runs, start, times, 0)
+        coarse, open_runs = coarse[status == OK], open_runs[status == OK]
+        for halvings in range(1, MAX_HALVINGS + 1) if open_runs.size else ():
+            states[open_runs] = integrate(open_runs, start, times, halvings)
+            difference[open_runs] = np.maximum.accumulate(np.abs(states[open_runs] - coarse), axis=1)
+            change[open_runs] = largest(open_runs)
+            is_open = (
+                (change > tolerance)
+                & ~((change > MIN_REDUCTION * last) & (change < MAX_ROUNDING))
+                & np.isfinite(change)
+            )
+            is_open = is_open[open_runs] if halvings < MAX_HALVINGS else np.zeros(open_runs.size, bool)
+            finished, last = open_runs[~is_open], change.copy()
+            shifted = integrate(finished, shifted_start, shifted_times, halvings)
+            difference[finished] += np.maximum.accumulate(np.abs(shifted - states[finished]), axis=1)
+            change[finished] = largest(finished)
+            open_runs, coarse = open_runs[is_open], states[open_runs[is_open]]
+            if not open_runs.size:
                 break
     states[:, 0] = start
-    error = SAFE * apart + ROUNDING * np.maximum.accumulate(np.abs(states), axis=1)
+    error = ERROR_FACTOR * difference + STATE_ROUNDING * np.maximum.accumulate(np.abs(states), axis=1)
     states, error = (np.take_along_axis(array, place[..., None], axis=1) for array in (states, error))
     is_finite = np.isfinite(states + error).all(axis=(1, 2))
     status = np.select([status != OK, ~is_finite, change > tolerance], [status, NON_FINITE, NOT_CONVERGED], OK)
     return states, error, status.astype(np.int8)
 
 
-def solved_between_jumps(model, parameters, start, times, tolerance: float, least=None) -> tuple | None:
-    """Return the same of equations that may jump in time, run by run from jump to jump; None if these are not known."""
-    outcomes, smallest = [], np.abs(start) if least is None else least
+def solve_between_jumps(model, parameters, start, times, tolerance: float, min_size=None) -> tuple | None:
+    """Return the same as :func:`solve` for equations that may jump in time; None if the jumps are not known.
+
+    Args:
+        model: of the motions.
+        parameters: without switches; these and the other arguments are those of :func:`solve`.
+        start: as there.
+        times: as there.
+        tolerance: as there.
+        min_size: as there.
+    """
+    outcomes, smallest = [], np.abs(start) if min_size is None else min_size
     for run in range(len(start) if model.equations.switches else 0):
-        given, wanted = [p[run : run + 1] for p in parameters], times[run]
-        pieces = model.jumps.of_point([p[run] for p in model.with_switches(parameters)], wanted[0], wanted[-1])
+        values, times_of_run = [p[run : run + 1] for p in parameters], times[run]
+        pieces = model.jumps.of_point(
+            [p[run] for p in model.with_switches(parameters)], times_of_run[0], times_of_run[-1]
+        )
         if pieces is None:
             return None
-        x, error, size, status, parts = start[run], np.zeros(start.shape[1]), smallest[run], OK, []
+        x, error, size, status, segments = start[run], np.zeros(start.shape[1]), smallest[run], OK, []
         for (begin, end), switches in zip(pairwise(pieces[0]), pieces[1], strict=True):
-            within = np.r_[begin, wanted[(wanted > begin) & (wanted <= end)], end]
-            at = [*given, *switches[:, None]]
-            piece = solved(model.moving, at, x[None], within[None], tolerance, size[None], error / SAFE)
-            states, errors, status = piece[0][0], piece[1][0], max(status, int(piece[2][0]))
+            inside = np.r_[begin, times_of_run[(times_of_run > begin) & (times_of_run <= end)], end]
+            at = [*values, *switches[:, None]]
+            solution = solve(model.moving, at, x[None], inside[None], tolerance, size[None], error / ERROR_FACTOR)
+            states, errors, status = solution[0][0], solution[1][0], max(status, int(solution[2][0]))
             x, error, size = states[-1], errors[-1], np.maximum(size, np.abs(states).max(axis=0))
-            parts.append(np.stack([states[1:-1], errors[1:-1]]))
-        begun = np.stack([start[run], np.zeros(start.shape[1])])[:, None]
-        states, errors = np.concatenate([begun, *parts], axis=1)
+            segments.append(np.stack([states[1:-1], errors[1:-1]]))
+        first = np.stack([start[run], np.zeros(start.shape[1])])[:, None]
+        states, errors = np.concatenate([first, *segments], axis=1)
         outcomes.append((states, errors, status))
     if not outcomes:
-        return solved(model.moving, parameters, start, times, tolerance, least)
+        return solve(model.moving, parameters, start, times, tolerance, min_size)
     return tuple(np.array(column) for column in zip(*outcomes, strict=True))
 
 
-def _with_times_between(times):
-    """Return times with BETWEEN more, evenly over each run, where solutions are compared, and the places of the given.
+def _add_comparison_times(times):
+    """Return times with COMPARISON_TIMES more, evenly over each run, and the indices of the original ones.
 
-    At a single time two solutions that differ may agree by chance.
+    At a single time two different solutions may agree by chance.
     """
-    span = np.linspace(0.0, 1.0, BETWEEN + 2)[1:-1]
-    more = np.concatenate([times, times[:, :1] + np.ptp(times, axis=1)[:, None] * span], axis=1)
-    order = np.argsort(more, axis=1, kind="stable")
-    return np.take_along_axis(more, order, axis=1), np.argsort(order, axis=1)[:, : times.shape[1]]
+    span = np.linspace(0.0, 1.0, COMPARISON_TIMES + 2)[1:-1]
+    all_times = np.concatenate([times, times[:, :1] + np.ptp(times, axis=1)[:, None] * span], axis=1)
+    order = np.argsort(all_times, axis=1, kind="stable")
+    return np.take_along_axis(all_times, order, axis=1), np.argsort(order, axis=1)[:, : times.shape[1]]

@@ -439,7 +439,7 @@ class BaseMotions:
             if ids.size:
                 times = self.period[ids, None] * np.append(phases, 1.0)
                 values = [p[ids] for p in self.parameters[: len(self.parameters) - self.switches.shape[2]]]
-                states = motions.solved_between_jumps(
+                states = motions.solve_between_jumps(
                     self.model, values, self.start[ids], times, 1e-10, self.sizes[ids]
                 )[0]
                 states = np.swapaxes(states[:, :, : y.shape[1]], 1, 2)
@@ -470,7 +470,7 @@ class BaseMotions:
             times = self.period[which, None, None] * (begin[..., None] + pace[..., None] * np.array([0.0, 1.0 / K]))
             times, values = np.repeat(times.reshape(-1, 2), count, axis=0), [np.repeat(p, count) for p in values]
             min_sizes = np.repeat(self.sizes[which], K * count, axis=0)
-            ends, error, _ = motions.solved(self.model.moving, values, starts, times, 1e-13, min_sizes)
+            ends, error, _ = motions.solve(self.model.moving, values, starts, times, 1e-13, min_sizes)
             ends, error = (y[:, 1].reshape(-1, K, len(perturbations), n) / sizes[:, :, None] for y in (ends, error))
             mismatch, rounding = ends[:, :, 0] - np.roll(x, -1, axis=1) / sizes, error[:, :, 0]
             slopes = np.swapaxes(ends[:, :, 1:] - ends[:, :, :1], 2, 3) / SLOPE_STEP
@@ -513,9 +513,7 @@ class BaseMotions:
                 times = self.period[group, None] * self.between_jumps(np.insert(inside, 0, k / K), group)[0].T
                 *_, given = self.between_jumps(np.array([k / K]), group)
                 given = [np.ravel(p) for p in given]
-                ends = motions.solved(self.model.moving, given, self.nodes[group, k], times, 1e-13, self.sizes[group])[
-                    0
-                ]
+                ends = motions.solve(self.model.moving, given, self.nodes[group, k], times, 1e-13, self.sizes[group])[0]
                 states.append(ends[:, 1:])
             states_at[:, :, group] = np.moveaxis(np.concatenate(states, axis=1)[:, index], 0, 2).swapaxes(0, 1)
         return states_at

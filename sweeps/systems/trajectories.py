@@ -52,7 +52,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
     runs = shape[0] if shape else 1
     x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
     given = list(p) or [np.zeros(runs)]
-    solution = motions.solved_between_jumps(model, given, x.T, np.tile(times, (runs, 1)), tolerance)
+    solution = motions.solve_between_jumps(model, given, x.T, np.tile(times, (runs, 1)), tolerance)
     if solution is None:
         raise DefinitionError("times: the jumps of the equations are not all found; allowed: system.jump(t) for each")
     followed, error, status = solution

@@ -167,7 +167,7 @@ def test_what_cannot_be_decided_is_said():
 
 def test_places_that_are_born_together_are_numbered_by_place_and_take_no_place_that_was_not_free():
     slots = np.array([7, -1, -1, -1, -1])
-    branches.born(slots, [(3, 0.51), (1, 0.51 + branches.GAP / 2), (2, 0.2)], {1: 0.4})
+    branches.assign_new_roots(slots, [(3, 0.51), (1, 0.51 + branches.MAX_GAP / 2), (2, 0.2)], {1: 0.4})
     assert slots.tolist() == [7, 1, 2, 3, -1]
 
 

@@ -203,7 +203,7 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
         pair = model.survey(columns)
         theory = model.theory(columns)
         assert theory["twice"].all()
-        once = normal_modes.measured(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
+        once = normal_modes.measure_points(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
         alone = normal_modes._columns(model, columns, theory, once)
         deviations.append([np.abs(c["omega_squared"] / c["omega_squared_theory"] - 1)[1] for c in (pair, alone)])
     assert np.log10(deviations[0][0] / deviations[1][0]) == pytest.approx(2.0, abs=0.2)

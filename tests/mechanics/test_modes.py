@@ -51,4 +51,5 @@ def test_there_is_no_scale_where_nothing_pulls():
 
 
 def test_a_matrix_is_positive_by_its_eigenvalues_whatever_the_units():
-    assert modes.positive(np.array([np.diag([1e-40, 1e30]), [[1.0, 2.0], [2.0, 1.0]]])).tolist() == [True, False]
+    matrices = np.array([np.diag([1e-40, 1e30]), [[1.0, 2.0], [2.0, 1.0]]])
+    assert modes.is_positive_definite(matrices).tolist() == [True, False]
