@@ -3,8 +3,8 @@
 The generated Taylor series integrate functions together with the states; after some steps the functions are evaluated
 again, so that no rounding adds up in them, and the rounding of a state is carried to the next step. Each step is as
 long as its terms allow, and samples within it are sums of its terms. Steps are halved until the samples change by
-less than the tolerance, or by rounding alone. The start is uncertain by a rounding, and so is the time
-if the equations depend on it: one more solution starts that much off and later. The error is four times the sum of both changes.
+less than the tolerance, or by rounding alone. The start is uncertain by a rounding, and so is the time if the
+equations depend on it: one more solution starts that much off and later. The error is four times both changes.
 """
 
 from itertools import pairwise
