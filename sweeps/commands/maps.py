@@ -194,8 +194,9 @@ MILLIMETRES = {"": 1.0, "mm": 1.0, "cm": 10.0, "in": 25.4}
 FIGURES = """\
 Draws all figures, or those named by --only, at the values given by --at or --DIMENSION VALUE (the nearest grid value is
 used and reported). SVG and PDF are for slides and papers: the text of a PDF can be searched, and its fonts are in the
-file; the letters of an SVG are curves. MP4 and WebM are for animations and need ffmpeg; with the other formats animations are GIF. SIZE is slide
-(16:9, 1920 x 1080 pixels), page (178 mm wide), column (86 mm), or a width or width x height: 160 (mm), 15cm, 6x4in.
+file; the letters of an SVG are curves. MP4 and WebM are for animations and need ffmpeg; with the other formats
+animations are GIF. SIZE is slide (16:9, 1920 x 1080 pixels), page (178 mm wide), column (86 mm), or a width or width x
+height: 160 (mm), 15cm, 6x4in.
 
   polhode figures results/tennis_racket/stability_map.nc -o slides --format pdf --only stability --axis 2
 """
