@@ -292,6 +292,7 @@ ATTRIBUTES = {
     "conventions": ({"Conventions": [9]}, UNLIKE),
 }
 QUICK = ("control characters", "script", "a file")
+DRAWN = (*QUICK, "a formula that is none", "title of many lines")  # pictures take seconds
 
 
 @pytest.mark.usefixtures("few_frames")
@@ -302,6 +303,8 @@ def test_attributes_of_any_kind_are_taken_or_refused_in_words_by_every_command(f
     ds = sweeps.survey(GRID if "definition" in attributes else GRID | FEW_PICTURES)  # it says which variables there are
     ds.assign_attrs(attributes).to_netcdf(folder / "map.nc")
     for command, words in damages.commands("map.nc").items():
+        if command == "figures" and name not in DRAWN:
+            continue
         ended = damages.run(words)
         assert ended[0] == expected[command], (command, ended)
         assert damages.wrong(command, *ended) == "", command

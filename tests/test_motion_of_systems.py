@@ -249,7 +249,6 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
     ("change", "wrong"),
     [
         ({"system": "pendulun"}, "system: 'pendulun' is no described system"),
-        ({"start": {}}, "start: theta is missing"),
         ({"system": "double_pendulum", "start": {}}, "start: theta1, theta2 are missing"),
         ({"system": "gravity_gradient", "start": {"pitch": 0.1}}, "omega1, omega2, omega3, roll, yaw are missing"),
         ({"system": "pendulum", "start": {"theto": 1, "x": 2}}, "theto is unknown .*; x is unknown; theta is missing"),
@@ -260,18 +259,13 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
         ),
         ({"start": {"theta": np.nan}}, "start: theta: nan"),
         ({"start": np.ones(2)}, "start: <ndarray>; allowed: a mapping with theta, theta_dot"),
-        ({"start": {None: 1.0, 3: 1.0}}, "start: 3 is unknown"),
-        ({"start": {"theta": 1j}}, "start: theta: <complex>"),
         ({"start": {"theta": np.zeros((2, 2))}}, "start: theta: <ndarray>"),
         ({"start": {"theta": [1, 2], "theta_dot": [1, 2, 3]}}, "start, parameters: lists of different lengths"),
         ({"times": np.array([0, 1], dtype="m8[ms]")}, "times: allowed: two"),
         ({"times": np.ma.masked_greater([0.0, 1.0, 2.0], 1.5)}, "times: allowed: two"),
-        ({"times": [0.0]}, "times: allowed: two"),
         ({"times": [0.0, -1.0]}, "times: allowed: two"),
         ({"parameters": {"length": -1.0}}, "length: -1.0; allowed: a finite number and > 0"),
-        ({"times": ["now", "soon"]}, "times: allowed: two"),
         ({"tolerance": "1e-9"}, "tolerance: '1e-9'; allowed: 1e-13 to 0.001"),
-        ({"tolerance": 1e-16}, "tolerance: 1e-16; allowed: 1e-13 to 0.001"),
     ],
 )
 def test_what_is_wrong_is_named(change, wrong):

@@ -192,6 +192,7 @@ def test_errors_hold_the_distance_to_the_formula(gap):
         assert (found[f"{name}_error"] <= some).all()
 
 
+@pytest.mark.compiled
 def test_errors_hold_where_steps_of_a_slow_precession_round_alike():
     rng = np.random.default_rng(5)
     points = top(1.0 + 1e-6 * rng.uniform(0.3, 1.0, 500), 1.0, rng.uniform(0.1, 80.0, 500))

@@ -17,45 +17,26 @@ from sweeps.systems.rigid_body import system as rigid_body
 TINY = catalogue.shipped()["tiny"]
 
 # Written out by hand from the public contract: name → units, None for flags.
-CONTRACT = {
-    "omega_squared_theory": "s-2",
-    "omega_squared": "s-2",
-    "omega_squared_stderr": "s-2",
-    "omega_squared_error": "s-2",
-    "omega_squared_reduced": "s-2",
-    "omega_squared_reduced_error": "s-2",
-    "amplitude_shift": "s-2",
-    "growth_rate_error": "s-1",
-    "growth_rate_reduced": "s-1",
-    "growth_rate_reduced_error": "s-1",
-    "growth_rate_logslope_error": "s-1",
-    "frequency_error": "rad s-1",
-    "frequency_reduced": "rad s-1",
-    "frequency_reduced_error": "rad s-1",
-    "growth_rate_theory": "s-1",
-    "growth_rate": "s-1",
-    "growth_rate_stderr": "s-1",
-    "growth_rate_logslope": "s-1",
-    "e_folds": "1",
-    "frequency_theory": "rad s-1",
-    "frequency": "rad s-1",
-    "frequency_stderr": "rad s-1",
-    "regime_theory": None,
-    "regime": None,
-    "shape": None,
-    "growing_fraction": "1",
-    "encircles": None,
-    "samples_used": "1",
-    "window_end": "s",
-    "steps_per_sample": "1",
-    "status": None,
-    "triangle_margin": "1",
-    "energy_drift": "1",
-    "momentum_drift": "1",
-    "perturbation_drift": "1",
-    "propagation_error": "1",
-    "euler_period": "s",
+UNITS = {  # unit of measured and theoretical columns → their names
+    "s-2": (
+        "omega_squared_theory omega_squared omega_squared_stderr omega_squared_error omega_squared_reduced "
+        "omega_squared_reduced_error amplitude_shift"
+    ),
+    "s-1": (
+        "growth_rate_error growth_rate_reduced growth_rate_reduced_error growth_rate_logslope_error "
+        "growth_rate_theory growth_rate growth_rate_stderr growth_rate_logslope"
+    ),
+    "rad s-1": (
+        "frequency_error frequency_reduced frequency_reduced_error frequency_theory frequency frequency_stderr"
+    ),
+    "1": (
+        "e_folds growing_fraction samples_used steps_per_sample triangle_margin energy_drift momentum_drift "
+        "perturbation_drift propagation_error"
+    ),
+    None: "regime_theory regime shape encircles status",
+    "s": "window_end euler_period",
 }
+CONTRACT = {name: unit for unit, names in UNITS.items() for name in names.split()}
 FLAGS = {
     "regime_theory": {0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
     "regime": {

@@ -251,7 +251,8 @@ def jumping():
     return system
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [60])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
     rng, model, kinds = np.random.default_rng(4), Model(jumping()), np.arange(count) % len(JUMPING)

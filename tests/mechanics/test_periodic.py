@@ -258,6 +258,7 @@ def test_a_base_motion_that_grows_without_bound_is_none():
     assert np.isnan(found["trace"][0])
 
 
+@pytest.mark.slow
 def test_a_base_motion_that_is_not_the_only_one_near_is_none():
     """An undamped pendulum, driven weakly near high resonances: in doubles each motion beside closes as well.
 
@@ -310,6 +311,7 @@ def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
     assert of_model(Model(system), sharpness=[1.0, 800.0])["status"].tolist() == [OK, NON_FINITE]
 
 
+@pytest.mark.slow
 def test_a_force_that_has_a_potential_leaves_pairs():
     """Two springs with a drive: as forces in place of a potential; then with what has none, a curl."""
     system = System("Driven")
@@ -489,6 +491,7 @@ def test_a_slowly_convergent_certificate_is_not_taken_for_rounded():
     assert found["phase_residual"] < 1e-12
 
 
+@pytest.mark.slow
 def test_no_pulse_of_the_time_is_overlooked():
     """x'' + (2 + p(t)) x = 0, p a pulse of area near 1 and of width 1/√K, down to 1e-7 of the period.
 
@@ -574,6 +577,7 @@ def test_constant_coefficients_have_a_period_too():
     assert found["regime"] == floquet.STABLE
 
 
+@pytest.mark.slow
 def test_a_coefficient_much_faster_than_the_state_is_resolved_or_named():
     """x'' + (2 + 50 cos N t) x = 0 against DOP853; at 30,000 waves the steps do not suffice, and it says so."""
 

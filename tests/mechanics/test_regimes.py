@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import relative
+import repeated
 import sympy as sp
 import verdicts
 
@@ -13,29 +14,18 @@ from sweeps.points import catalogue
 from sweeps.points.columns import columns
 from sweeps.points.loading import read
 
-QUICK = {
-    "growth twice",
-    "trap",
-    "Ziegler",
-    "rotor",
-    "charge",
-    "undamped",
-    "rough",
-    "two pairs",
-    "bearing, coordinates",
-    "bearing, states",
-}
-SYSTEMS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in verdicts.OWN]
+QUICK = {"growth twice", "trap", "Ziegler", "rotor", "two pairs", "bearing, states"}
+QUICK_MARGINAL = {"a mode without drag", "free particle", "the same modes as states", "Ziegler's threshold", "Hopf"}
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("name", repeated.but(QUICK, verdicts.OWN))
 def test_what_a_theorem_decides_is_not_marginal(name):
     model, points, right = verdicts.own(name)
     for said in verdicts.columns(model, **points)[:2]:
         assert [word if word in some else some for word, some in zip(said, right, strict=True)] == said
 
 
-@pytest.mark.parametrize("name", [*verdicts.MARGINAL])
+@pytest.mark.parametrize("name", repeated.but(QUICK_MARGINAL, verdicts.MARGINAL))
 def test_what_linear_theory_leaves_open_stays_marginal(name):
     make, point = verdicts.MARGINAL[name]
     theory, measured, status, _ = verdicts.columns(make(), **point)

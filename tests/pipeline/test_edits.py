@@ -92,7 +92,7 @@ def run():
     return main(["run", "mine.yaml", "--cores", "1"])
 
 
-@pytest.mark.parametrize("number", [5, pytest.param(200, marks=pytest.mark.faults)])
+@pytest.mark.parametrize("number", [2, pytest.param(200, marks=pytest.mark.faults)])
 def test_a_run_makes_the_map_of_the_definition_that_it_states(number, monkeypatch):
     rng = random.Random(number)
     for _ in range(number):

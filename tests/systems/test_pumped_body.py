@@ -67,6 +67,7 @@ def test_impossible_points_are_counted():
     assert counted.impossible(sweep) == (1, True)  # 3.2 > 2.9
 
 
+@pytest.mark.slow
 def test_the_measured_boundary_is_mathieus_curve():
     ds = sweeps.survey(RACKET)
     part = ds.sel(axis=3).squeeze()
