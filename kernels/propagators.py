@@ -10,20 +10,24 @@ from typing import NamedTuple
 class Propagator(NamedTuple):
     """How perturbed rotations are followed."""
 
-    method: str  #: in words
+    summary: str  #: for whoever writes a definition
+    method: str  #: for whoever reads a map
     is_certified: bool  #: True if the motion is compared with the exact solution, False if it is the exact solution
 
 
 PROPAGATORS = {
-    "direct": Propagator("direct integration of Euler's equations, certified by the closed form", True),
-    "exact": Propagator("exact steps of the closed-form rotation", False),
+    "direct": Propagator(
+        "Taylor steps, each point certified by the closed form",
+        "direct integration of Euler's equations, certified by the closed form",
+        is_certified=True,
+    ),
+    "exact": Propagator("steps of the closed form", "exact steps of the closed-form rotation", is_certified=False),
 }
 
 # Steps of one sample interval or a part of it: Taylor steps as in :data:`kernels.taylor.STEPS`, and the exact solution
 # by its map or, for small motions, by its recurrence.
-TAYLOR_8, NEAR_8, NEAREST_8, TAYLOR_10, NEAR_10, NEAREST_10, TAYLOR_12, NEAR_12, NEAREST_12, EXACT, RECURRENCE = range(
-    11
-)
+TAYLOR_8, NEAR_8, NEAREST_8, TAYLOR_10, NEAR_10, NEAREST_10, TAYLOR_12, NEAR_12, NEAREST_12 = range(9)
+EXACT, RECURRENCE = range(9, 11)
 
 IS_EXACT = (*9 * (False,), True, True)  # True if the step has no truncation error
 ORDER = (*3 * (8.0,), *3 * (10.0,), *3 * (12.0,), 12.0, 12.0)  # of the Taylor series; not used if the step is exact

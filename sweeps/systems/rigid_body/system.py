@@ -143,8 +143,7 @@ class RigidBodyIntegration(Integration):
     """How each run of a rigid body is made."""
 
     propagator: Annotated[str, choice(tuple(PROPAGATORS))] = key(
-        "integration method: direct (Taylor steps, each point certified by the closed form) or exact "
-        "(steps of the closed form)",
+        "integration method: " + " or ".join(f"{name} ({each.summary})" for name, each in PROPAGATORS.items()),
         "direct",
     )
     collapse: bool = switch("points that differ by units alone are integrated once and expanded")
