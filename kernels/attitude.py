@@ -270,16 +270,23 @@ def half_turn(t, top):
 
 
 @njit(**OPTIONS)
-def at(t, top):
-    """Return attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
-    p, _, _, _, c, w, unit = top.motion
-    d, turned, on_j, g, begin = top.frame
-    t *= unit
-    angle = half_turn(t, top)
+def direction(t, top):
+    """Return the direction m of L in the body by the axes (d, j, k) of its frame, at t (in the motion's own unit)."""
+    p, _, _, _, c, w, _ = top.motion
+    g = top.frame.g
     sn, cn, dn = climb(p * t, top.ladder)
     x_s, x_c, x_d = solution.advance(w, c, p, t, sn, cn, dn)
-    x_j, x_k = (x_s, x_c) if on_j else (x_c, x_s)
-    m_d, m_j, m_k = g[0] * x_d, g[1] * x_j, g[2] * x_k
+    x_j, x_k = (x_s, x_c) if top.frame.on_j else (x_c, x_s)
+    return g[0] * x_d, g[1] * x_j, g[2] * x_k
+
+
+@njit(**OPTIONS)
+def at(t, top):
+    """Return attitude since the start (unit quaternion) and direction m of L in the body, a time t (s) after it."""
+    d, turned, begin = top.frame.d, top.frame.turned, top.frame.m
+    t *= top.motion.unit
+    angle = half_turn(t, top)
+    m_d, m_j, m_k = direction(t, top)
     q0, qd, qj, qk, _ = land((m_d, m_j, m_k), lifted(begin, math.cos(angle), math.sin(angle)))
     return (q0, *by_axis(d, turned * qd, qj, turned * qk)), by_axis(d, turned * m_d, m_j, turned * m_k)
 

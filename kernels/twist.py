@@ -23,8 +23,8 @@ so the defect from half a turn, 2 eps, falls with :math:`e^{-\pi\sigma/\omega_0}
 its crossings on the way. A first run with longer steps gives the error: three times the difference, and what rounding
 grows to, the ratio of the fastest to the slowest change of w on the way.
 
-*Exactly.* The same angle from the closed form of :mod:`kernels.attitude`, whose phi is searched to rounding. The two
-share no code but the start.
+*Exactly.* The same angle from the closed form of :mod:`kernels.attitude`, in which the time of phi = 2 pi is found to
+rounding. The two share no code but the start.
 
 Source: derived from Euler's equations; the differential equation should be that of Van Damme, Mardesic and Sugny,
 Physica D 338 (2017) 17, with their psi = chi + pi/2.
@@ -39,14 +39,11 @@ from kernels.blocks import W
 from kernels.columns import arrays
 from kernels.events import AZIMUTH, row
 from kernels.jit import INNER, OPTIONS, njit, whole_vectors
-from kernels.rigid_body import relabel
 
 EPSILON = float(np.finfo(np.float64).eps)
 TWO_PI = 2.0 * math.pi
 STEPS_IN_A_TURN = 30.0  # The steps' error stays below the tolerance over so many of them, a typical number.
-MAX_STRIDES = 10_000  # half turns of the closed form: only impossible bodies need more than four
 MAX_TURN_ERROR = 1e-9  # rad that a turn may be off by when the closed form's search has ended
-NEAR_HANDLE = 0.01  # squared sine of L's angle to the handle, below which the handle's components about L cancel
 
 
 @njit(**OPTIONS)
@@ -92,70 +89,50 @@ def _rounding(S, lane):
 
 
 @njit(**INNER)
-def _azimuth(q, n, m, frame):
-    """Return the handle's azimuth about L since the start, rad, modulo 2 pi; q the attitude, n and m L's direction.
-
-    Far from L, that of the handle turned by q. Near L its two components would cancel: there it is psi of
-    :mod:`kernels.attitude` and the azimuths about the axis d that the shortest arcs from n and m to d give the handle.
-    """
-    (q0, q1, q2, q3), (n1, n2, n3), (m1, m2, m3) = q, n, m
-    if n2 * n2 + n3 * n3 > NEAR_HANDLE:
-        v1 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3
-        v2, v3 = 2.0 * (q1 * q2 + q0 * q3), 2.0 * (q1 * q3 - q0 * q2)
-        return math.atan2(n3 * v2 - n2 * v3, v1 - n1 * m1)
-    d, turned = frame.d, frame.turned
-    qd, qj, qk = relabel(q1, q2, q3, d)
-    n_d, n_j, n_k = relabel(n1, n2, n3, d)
-    m_d, m_j, m_k = relabel(m1, m2, m3, d)
-    n_d, n_k, m_d, m_k = turned * n_d, turned * n_k, turned * m_d, turned * m_k
-    x, y = attitude.heading((q0, turned * qd, qj, turned * qk), (n_d, n_j, n_k), (m_d, m_j, m_k))
-    psi = 2.0 * math.atan2(y, x)
-    if d == 1:
-        return psi + math.atan2(n_j * m_k - n_k * m_j, n_j * m_j + n_k * m_k)
-    return psi + _bent(m_d, m_j, m_k) - _bent(n_d, n_j, n_k)
-
-
-@njit(**INNER)
 def _bent(m_d, m_j, m_k):
     """Return the azimuth about d of axis j after the shortest arc from m to d: of ``1 - m_j^2/(1 + m_d)`` and so on."""
     return math.atan2(-m_j * m_k, m_d + (m_d * m_d + m_k * m_k))
+
+
+@njit(**INNER)
+def _angles(t, top, chi):
+    """Return phi since the start, the change of chi, and the components L2 and L3 over L, a time t (s) after it.
+
+    phi is psi of :mod:`kernels.attitude` and the handle's azimuth about the axis d, which the polhode encircles.
+    """
+    d, side, own_t = top.frame.d, top.frame.turned, t * top.motion.unit
+    m_d, m_j, m_k = attitude.direction(own_t, top)
+    _, m2, m3 = attitude.by_axis(d, side * m_d, m_j, side * m_k)
+    change = _unwound(math.atan2(m3, m2) - chi, t, top)
+    azimuth = side * change if d == 1 else _bent(m_d, m_j, m_k) - _bent(*top.frame.m)
+    return 2.0 * attitude.half_turn(own_t, top) + azimuth, change, m2, m3
 
 
 @njit(**OPTIONS)
 def exact_turn(moments, begin, chi):
     """Return twist and time of the first full turn of the handle about L, in closed form; NaN along the handle.
 
-    phi grows between L/I_3 and L/I_2 a second, so 2 pi I_2/L is before the turn's end; from there Newton's method. A
-    stride forward is at most half a turn and one back a quarter, which tells how much phi has grown from where it is.
+    phi grows between L/I_3 and L/I_2 a second, which bounds the time: Newton's method, halving if it leaves the bounds.
     """
     n1, n2, n3 = moments[0] * begin[0], moments[1] * begin[1], moments[2] * begin[2]
-    square = n2 * n2 + n3 * n3
-    if square == 0.0:
+    if n2 == 0.0 and n3 == 0.0:
         return math.nan, math.nan
-    L = math.sqrt(n1 * n1 + square)
-    n1, n2, n3 = n1 / L, n2 / L, n3 / L
-    steady = solution.is_stationary(solution.coefficients(*moments), begin)
-    if steady:
+    if solution.is_stationary(solution.coefficients(*moments), begin):
         return 0.0, TWO_PI / math.sqrt(begin[0] ** 2 + begin[1] ** 2 + begin[2] ** 2)
     top = attitude.prepare(moments, begin)
-    half = math.pi * moments[1] / L
-    t, phi, last, left = 0.0, 0.0, 0.0, TWO_PI
-    stride = TWO_PI * moments[1] / L / 2.0
-    for _ in range(int(min(2.0 * math.ceil(moments[2] / moments[1]), MAX_STRIDES)) + 12):
-        t += stride
-        q, m = attitude.at(t, top)
-        _, m2, m3 = m
-        now = _azimuth(q, (n1, n2, n3), m, top.frame)
-        phi += (now - last) - TWO_PI * math.floor((now - last) / TWO_PI + 1.0 / 3.0)
-        last = now
-        rate = L * (m2 * m2 / moments[1] + m3 * m3 / moments[2]) / (m2 * m2 + m3 * m3)
-        left = TWO_PI - phi
-        stride = max(min(left / rate, half), -0.5 * half)
-        if abs(left) < 1e-14:  # some ten roundings of a turn
+    L = math.sqrt(n1 * n1 + (n2 * n2 + n3 * n3))
+    low, high = TWO_PI * moments[1] / L, TWO_PI * moments[2] / L
+    t, change, missing = low, 0.0, TWO_PI
+    rounding = 1e-14 + 4.0 * EPSILON * abs(begin[0]) * high  # of phi: of a turn, and of those about the handle
+    for _ in range(100):
+        phi, change, m2, m3 = _angles(t, top, chi)
+        missing = TWO_PI - phi
+        low, high = (t, high) if missing > 0.0 else (low, t)
+        t += missing / L * (m2 * m2 + m3 * m3) / (m2 * m2 / moments[1] + m3 * m3 / moments[2])
+        if abs(missing) < rounding:
             break
-    if not abs(left) < MAX_TURN_ERROR:
-        return math.nan, math.nan
-    return _unwound(math.atan2(m3, m2) - chi, t, top), t
+        t = t if low < t < high else 0.5 * (low + high)
+    return (change, t) if abs(missing) < MAX_TURN_ERROR else (math.nan, math.nan)
 
 
 @njit(**INNER)
