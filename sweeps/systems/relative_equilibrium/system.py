@@ -154,11 +154,11 @@ class RelativeEquilibrium(Described):
 
     def cost(self, definition: Definition) -> Cost:
         """Return the samples, and the memory for those of the points that each processor has in work."""
-        from sweeps.mechanics.relative import CHUNK, CHUNK_BYTES, W
+        from sweeps.mechanics.relative import CHUNK_BYTES, MAX_CHUNK_POINTS, W
 
         runs, samples = self._runs(definition.integration), definition.integration.samples
         block = SAMPLE_BYTES * runs * samples * (self.mechanism.n + 1)
-        return Cost(samples, cores() * max(block, min(CHUNK_BYTES, CHUNK // W * block)))
+        return Cost(samples, cores() * max(block, min(CHUNK_BYTES, MAX_CHUNK_POINTS // W * block)))
 
     def reference(self) -> Reference:
         """Return the eigenvalues found again: theory by LAPACK, measured values by SciPy from motions."""
