@@ -143,3 +143,8 @@ def all_examples() -> list[Example]:
     of_modules = (example for name in MODULES for example in resolve(name).examples())
     of_kinds = (example for kind in kinds() for example in kind.compiled)
     return list({example.name: example for example in (*of_modules, *of_kinds)}.values())
+
+
+def moving() -> tuple[str, ...]:
+    """Return the names of the systems whose maps have a motion at each point."""
+    return tuple(n for n in (*MODULES, *_brought()) if type(resolve(n)).motion is not Dynamics.motion)

@@ -185,14 +185,14 @@ def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
 
 def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
     m, columns = motions("rotor", 6)
-    honest, eigen = m.survey(columns), theirs._eigen
+    honest, eigen = m.survey(columns), theirs._eigen_columns
 
     def nonsense(matrix, S):
         found = eigen(matrix, S)
         return found | {"eigenvalues": -3.7 * found["eigenvalues"] + 1.0, "condition": 0.0 * found["condition"]}
 
-    monkeypatch.setattr(theirs, "_eigen", nonsense)
-    monkeypatch.setattr(theirs, "_invariants", lambda matrix: 3 * (np.full(len(matrix), -7.0),))
+    monkeypatch.setattr(theirs, "_eigen_columns", nonsense)
+    monkeypatch.setattr(theirs, "_quartic_invariants", lambda matrix: 3 * (np.full(len(matrix), -7.0),))
     misled = m.survey(columns)
     assert not np.array_equal(honest["growth_rate_theory"], misled["growth_rate_theory"], equal_nan=True)
     for name in honest:

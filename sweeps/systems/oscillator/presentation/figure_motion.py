@@ -64,7 +64,7 @@ def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     start = np.array([[*(run.place + run.shift), *np.zeros(run.place.size)] for run in runs])
     times = np.linspace(0.0, duration, FRAMES * style.film.get().finer * FINER + 1)
     given = [np.full(len(runs), value) for value in point.values()]
-    states, _, _ = motions.solved(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
+    states, _, _ = motions.solve(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
         return
     yield from _drawn(model, point, runs, states[:, :, : model.equations.m], times)
