@@ -1,4 +1,4 @@
-"""Systems and definitions as a user writes them outside the tree: gyroscopic terms, damping, first-order equations."""
+"""Systems and definitions as a user writes them outside the tree: gyroscopic terms, first-order equations, a drive."""
 
 SYSTEMS = {
     "gyro": """
@@ -13,21 +13,6 @@ vx, vy = system.velocity(x), system.velocity(y)
 system.kinetic_energy(((vx - W * y) ** 2 + (vy + W * x) ** 2) / 2)
 system.potential(k * (x**2 - y**2) / 2)
 system.equilibrium("centre", {x: 0, y: 0})
-""",
-    "damped": """
-from sympy import cos, pi, sin
-from sweeps.mechanics import System
-
-system = System("Damped pendulum in a rotating frame")
-g = system.parameter("gravity", "s-2", default=9.81, positive=True, meaning="gravity over the length")
-c = system.parameter("drag", "s-1", default=0.3, least=0.0)
-W = system.parameter("spin_rate", "rad s-1", default=1.0)
-q = system.coordinate("theta", "rad", bounds=(-pi / 2, pi / 2))
-v = system.velocity(q)
-system.kinetic_energy((v**2 + (W * sin(q)) ** 2) / 2)
-system.potential(-g * cos(q))
-system.dissipation(c * v**2 / 2)
-system.equilibrium("bottom", {q: 0})
 """,
     "lorenz": """
 from sympy import sqrt
@@ -64,7 +49,6 @@ system.equilibrium("swinging", {x: 0})
 }
 GRIDS = {
     "gyro": "{stiffness: {start: 0.1, stop: 1.0, num: 4}, spin_rate: [0.5, 1.0, 2.0]}",
-    "damped": "{drag: [0.1, 0.3], spin_rate: {start: 0.5, stop: 3.0, num: 4}}",
     "lorenz": "{sigma: [5.0, 10.0], rayleigh: {start: 2.0, stop: 30.0, num: 5}}",
     "driven": "{force: {start: 0.0, stop: 1.0, num: 4}, drive: {start: 2.0, stop: 4.0, num: 5}}",
 }

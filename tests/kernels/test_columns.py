@@ -33,6 +33,12 @@ def test_a_column_without_a_power_cannot_be_written():
         Column("forgotten")
 
 
+def test_numbers_are_the_places_in_the_table():
+    assert tuple(column.name for column in flips.COLUMNS) == flips.AT._fields
+    assert tuple(flips.AT) == tuple(range(len(flips.COLUMNS)))
+    assert columns.numbers(("b", "a"))._asdict() == {"b": 0, "a": 1}
+
+
 def test_every_status_has_its_number():
     for number, name in enumerate(statuses.STATUSES):
         assert getattr(statuses, name.upper()) == number
