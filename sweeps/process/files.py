@@ -18,7 +18,7 @@ def replace_output(path: str | Path, is_folder: bool = False, flush: bool = True
     """Yield a temporary path next to `path`, and rename it to `path` when the block has ended without error.
 
     If the block fails, the temporary file is removed, and `path` is as it was. What a killed process left of the same
-    file is removed first. A link at `path` is replaced, and not followed.
+    file is removed first. No link is followed.
 
     Args:
         path: the file or folder to write.
@@ -27,11 +27,11 @@ def replace_output(path: str | Path, is_folder: bool = False, flush: bool = True
             not need it.
 
     Raises:
-        OSError: if a folder or a device is at the path of a file.
+        OSError: if a link, a folder or a device is at the path of a file.
     """
     path = Path(path)
-    if not is_folder and not path.is_symlink() and path.exists() and not path.is_file():  # a device would be lost
-        raise OSError(errno.EINVAL, "is a folder or a device, not a file", str(path))
+    if not is_folder and (path.is_symlink() or (path.exists() and not path.is_file())):  # a device would be lost
+        raise OSError(errno.EINVAL, "is a link, a folder or a device, not a file", str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
     temporary = _temporary_path(path)

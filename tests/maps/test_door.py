@@ -318,11 +318,10 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
     def status(name):
         return main(["point", str(path), *place, "--trajectory", str(tmp_path / name)])
 
-    assert status("pipe.csv") == status("folder.csv") == 2
-    assert capsys.readouterr().err.count("is a folder or a device, not a file; allowed: ") == 2
+    assert status("pipe.csv") == status("folder.csv") == status("link.csv") == 2
+    assert capsys.readouterr().err.count("is a link, a folder or a device, not a file; allowed: ") == 3
     assert (tmp_path / "pipe.csv").is_fifo()
-    assert status("link.csv") == 0
-    assert not (tmp_path / "link.csv").is_symlink()  # replaced, and not followed
+    assert (tmp_path / "link.csv").is_symlink()
     assert {p.name for p in tmp_path.iterdir()} == {"pipe.csv", "folder.csv", "link.csv"}
 
 
