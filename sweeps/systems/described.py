@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 MECHANICS = Path(__file__).parents[1] / "mechanics"
 ENCLOSURES, SEARCH = Example("enclosures"), Example("roots")  # the search encloses functions, too
 PLANNING = Example("examples", "plan_runs", is_last=True)  # before and between runs
-PATHS = Example("paths", is_last=True)  # motions far from an equilibrium
+PATHS = Example("paths")  # motions far from an equilibrium
 FILE_SECONDS = 60.0  # of processor that the file of a description may take
 FEW, MANY = 16, 256  # points of a grid at which a check looks for equilibria: the many where the few have none
 

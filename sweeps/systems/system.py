@@ -94,7 +94,7 @@ class Dynamics(ABC):
     #: dimensions along which one point has all its equilibria, modes or eigenvalues → these in words
     several: Mapping[str, str] = {}
     compiled: tuple[Example, ...] = ()  #: the examples of every definition, see :meth:`examples`
-    compile_seconds: float = 1.0  #: for compiling all examples in two processes, s, about
+    compile_seconds: float = 1.0  #: for compiling all examples in two processes, measured on an EPYC of 2024, s
     #: key of a definition, or of one of its bodies → name of the system that reads such definitions.
     variants: Mapping[str, str] = {}
 

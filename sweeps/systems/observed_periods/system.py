@@ -111,7 +111,7 @@ class ObservedPeriods(FreeBody):
         Example("tumbling", "inverse", (1.0, 2.0, 3.0, 3.0)),
         Example("tumbling", "survey", (A_POINT, 1e-10, False)),
     )
-    compile_seconds = 5.0
+    compile_seconds = 3.0
     method_text = "closed form of the energies from tumbling periods"
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"

@@ -120,7 +120,7 @@ class Periodic(Described):
         *("enclosures", "floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
         "variational",
     )
-    shared_seconds = 10.0
+    shared_seconds = 13.0
     compiled = (Example("monodromy"), Example("variational"), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition

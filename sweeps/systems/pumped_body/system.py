@@ -109,7 +109,7 @@ class PumpedBody(Dynamics):
     kernels = (*Periodic.kernels, "triangle")
     existence = CHANGING
     compiled = Periodic.compiled
-    compile_seconds = 12.0
+    compile_seconds = 14.0
     model = PumpedDefinition
     references = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
     caption = "measured multipliers of a spin whose moments of inertia change periodically, beside linear theory"

@@ -106,7 +106,7 @@ class RelativeEquilibrium(Described):
     picture_seconds = 2.5
     method_text = "direct integration of the full equations of motion"
     kernels = ("flows", "enclosures", "roots", "jacobians", "matrices")
-    shared_seconds = 14.0
+    shared_seconds = 20.0
     compiled = (Example("flows"), SEARCH, PLANNING)
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition

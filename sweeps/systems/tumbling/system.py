@@ -129,7 +129,7 @@ class Tumbling(MeasuredOnce):
         Example("tumbling", "survey", (A_POINT, 1e-9)),
         Example("tumbling", "tilts", (A_POINT,)),
     )
-    compile_seconds = 5.0
+    compile_seconds = 9.0
     model = TumblingDefinition
     closed = "periods"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"

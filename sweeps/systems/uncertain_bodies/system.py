@@ -322,7 +322,7 @@ class UncertainBodies(FreeBody):
     kernels = ("survey", "principal", "twist")
     existence = ()
     compiled = (*SURVEY, FLIPPED, Example("principal"))
-    compile_seconds = 16.0
+    compile_seconds = 14.0
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"
     caption = "probability that each spin of bodies with uncertain moments is unstable, and its growth rates"
