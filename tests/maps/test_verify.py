@@ -258,9 +258,6 @@ HOSTILE = {
     "text for numbers": (2, lambda ds: ds.assign(omega_squared=ds.omega_squared.astype(str).astype(object))),
     "no points": (2, lambda ds: ds.isel(I1=slice(0, 0))),
     "another variable": (1, lambda ds: ds.assign({"a b": ds.status})),
-    "definition of numbers": (1, lambda ds: ds.assign_attrs(definition=np.arange(4.0))),
-    "definition of script": (1, lambda ds: ds.assign_attrs(definition="<script>alert(1)</script>\x1b[31m")),
-    "deep definition": (1, lambda ds: ds.assign_attrs(definition="[" * 10_000)),
     "explosive definition": (1, lambda ds: ds.assign_attrs(definition="a: &a [1,1]\nb: &b [*a,*a]\nc: [*b,*b]\n")),
     "huge grid": (
         1,
@@ -293,7 +290,7 @@ def test_what_is_computed_from_a_map_carries_no_hash_that_certifies_it(tiny, tmp
             assert all("sha256" not in variable.ncattrs() for variable in file.variables.values())
 
 
-QUICK = ("no coordinate", "NaN everywhere", "definition of script")
+QUICK = ("no coordinate", "NaN everywhere", "explosive definition")
 
 
 @pytest.mark.parametrize("name", repeated.but(QUICK, HOSTILE))
