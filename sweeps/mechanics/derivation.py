@@ -36,8 +36,8 @@ from sweeps.mechanics.equations import SIMPLE, Equations, expanded, simplify
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
-OF_PERIOD = 64.0 * float(np.finfo(np.float64).eps)  # by which a period may be off: some roundings
-TRIALS = 6  # random places at which what is conserved, and R, are looked at
+PERIOD_ROUNDING = 64.0 * float(np.finfo(np.float64).eps)  # relative error of a period: some roundings
+TRIALS = 6  # random places at which conserved quantities and R are checked
 
 
 @cache
@@ -45,19 +45,19 @@ def derive(system: System) -> Equations:
     """Derive the equations of motion of a description.
 
     Raises:
-        DescriptionError: for coordinates beside states, a state without a rate, a T that is not of degree two in q̇, a
+        DescriptionError: for coordinates and states together, a state without a rate, a T not of degree two in q̇, a
             complex or not positive a_ij, a cyclic coordinate that T or V contains, an R of another degree or negative
             somewhere, and a conserved quantity that is not.
     """
     if system.states and (system.coordinates or system.particles or system.kinetic_terms):
         raise DescriptionError("states: beside coordinates; allowed: equations of first order, or T and V, not both")
-    equations = _of_states(system) if system.states or system.rates else _of_coordinates(system)
+    equations = _derive_from_rates(system) if system.states or system.rates else _derive_from_energies(system)
     if system.given_period is not None:
         _check_period(equations)
     return equations
 
 
-def _of_states(system):
+def _derive_from_rates(system):
     missing = [s.name for s in system.states.values() if s.symbol not in system.rates]
     if missing or not system.states:
         problem = f"rate of {missing[0]}: is missing" if missing else "states: there is none"
@@ -71,7 +71,7 @@ def _of_states(system):
     return equations
 
 
-def _of_coordinates(system):
+def _derive_from_energies(system):
     if system.conserved_quantities:
         name = next(iter(system.conserved_quantities))
         raise DescriptionError(
@@ -79,35 +79,37 @@ def _of_coordinates(system):
         )
     if not system.kept:
         raise DescriptionError("coordinates: there is none; allowed: one at least that is not cyclic")
-    a, b, V = reduced(system)
+    a, b, V = reduce_energies(system)
     q, v = tuple(c.symbol for c in system.kept), tuple(c.velocity for c in system.kept)
     t, R, Q = system.time, sum(system.dissipation_terms, sp.Integer(0)), system.forces
     _check_dissipation(system, R)
     check_positive(system, q, a)
-    inner, other, n = [], [], range(len(q))
+    inertial, external, n = [], [], range(len(q))
     for i, x in enumerate(q):
         terms = ((a[i, j].diff(q[k]) - a[j, k].diff(x) / 2) * v[j] * v[k] for j in n for k in n)
-        inner.append(expanded(sp.Add(*terms)))
-        turning = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in n)
-        other.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - simplify(turning) - b[i].diff(t))
-    forces = [extra - V.diff(x) - terms for extra, x, terms in zip(other, q, inner, strict=True)]
-    timed = t, *(switch.symbol for switch in system.switches)
-    if V.has(*timed):  # what holds no coordinate makes no force
+        inertial.append(expanded(sp.Add(*terms)))
+        gyroscopic = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in n)
+        external.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - simplify(gyroscopic) - b[i].diff(t))
+    forces = [
+        external_force - V.diff(x) - terms for external_force, x, terms in zip(external, q, inertial, strict=True)
+    ]
+    time_symbols = t, *(switch.symbol for switch in system.switches)
+    if V.has(*time_symbols):  # terms without a coordinate cause no force
         V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
-    natural = not any(other) and not any(e.has(*timed) for e in (V, *forces, *a))
+    natural = not any(external) and not any(e.has(*time_symbols) for e in (V, *forces, *a))
     return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
 
 
-def reduced(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
+def reduce_energies(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
     """Return the matrix a_ij, the terms b_i linear in q̇ and the effective potential in the remaining coordinates."""
     T, V = _kinetic_energy(system), sum(system.potential_terms, sp.Integer(0))
-    T, V = _by_sine_and_cosine(T), _by_sine_and_cosine(V)
-    a, b, T0 = _quadratic(system, T)
+    T, V = _replace_reciprocals(T), _replace_reciprocals(V)
+    a, b, T0 = _quadratic_form(system, T)
     V = V - T0
     cyclic = [i for i, c in enumerate(system.coordinates.values()) if c.momentum is not None]
-    kept = [i for i in range(len(system.coordinates)) if i not in cyclic]
+    remaining_indices = [i for i in range(len(system.coordinates)) if i not in cyclic]
     if cyclic:
-        a, b, V = _without_cyclic(system, a, b, V, kept, cyclic)
+        a, b, V = _eliminate_cyclic(system, a, b, V, remaining_indices, cyclic)
     return a, b, V
 
 
@@ -121,13 +123,13 @@ def _kinetic_energy(system):
     return T
 
 
-def _by_sine_and_cosine(e):
-    for f, g in _WRITTEN_OUT.items():
+def _replace_reciprocals(e):
+    for f, g in _RECIPROCALS.items():
         e = e.replace(f, g) if e.has(f) else e
     return e
 
 
-_WRITTEN_OUT = {
+_RECIPROCALS = {
     sp.cot: lambda u: sp.cos(u) / sp.sin(u),
     sp.sec: lambda u: 1 / sp.cos(u),
     sp.csc: lambda u: 1 / sp.sin(u),
@@ -137,75 +139,77 @@ _WRITTEN_OUT = {
 }
 
 
-def _quadratic(system, T):
+def _quadratic_form(system, T):
     """Return the parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
     v = [c.velocity for c in system.coordinates.values()]
-    rest = dict.fromkeys(v, 0)
+    at_rest = dict.fromkeys(v, 0)
     T = expanded(T)
     slopes = [T.diff(x) for x in v]
     a = sp.zeros(len(v))
     for i in range(len(v)):
         for j in range(i + 1):
-            a[i, j] = a[j, i] = simplified(slopes[i].diff(v[j]))
-    b = sp.Matrix([simplified(slope.subs(rest)) for slope in slopes])
-    T0 = simplified(T.subs(rest))
-    a, b, T0 = (simplify(e) if system.time in e.free_symbols else e for e in (a, b, T0))  # as far as it goes
+            a[i, j] = a[j, i] = simplify_trigonometric(slopes[i].diff(v[j]))
+    b = sp.Matrix([simplify_trigonometric(slope.subs(at_rest)) for slope in slopes])
+    T0 = simplify_trigonometric(T.subs(at_rest))
+    a, b, T0 = (simplify(e) if system.time in e.free_symbols else e for e in (a, b, T0))
     if a.free_symbols & set(v):  # else T is its Taylor polynomial about rest
         raise DescriptionError(f"T: not quadratic in the velocities ({T}); allowed: ½ a_ij(q) q̇_i q̇_j")
     return a, b, T0
 
 
-def simplified(e: sp.Expr) -> sp.Expr:
+def simplify_trigonometric(e: sp.Expr) -> sp.Expr:
     """Simplify an expression if it is short, else apply cos A cos B + sin A sin B → cos(A − B) alone."""
-    return simplify(e) if e.count_ops() <= SIMPLE else sp.factor_terms(_paired(e))
+    return simplify(e) if e.count_ops() <= SIMPLE else sp.factor_terms(_combine_angles(e))
 
 
-def _paired(e):
+def _combine_angles(e):
     """Rewrite C cos A cos B + c sin A sin B → c cos(A − B), term by term."""
     terms, result = {}, []
     for term in sp.Add.make_args(sp.expand_mul(e)):
-        key = _turns(term)
+        key = _angle_product(term)
         terms[key] = terms.get(key, 0) + 1
-    for (rest, kind, angles), count in terms.items():
-        other = (rest, "sin", angles)
-        if kind == "cos" and other in terms:
-            paired = min(count, terms[other])
-            result.append(paired * rest * sp.cos(angles[0] - angles[1]))
-            terms[other], count = terms[other] - paired, count - paired
-        terms[rest, kind, angles] = count
+    for (factor, kind, angles), count in terms.items():
+        partner = (factor, "sin", angles)
+        if kind == "cos" and partner in terms:
+            count_of_pairs = min(count, terms[partner])
+            result.append(count_of_pairs * factor * sp.cos(angles[0] - angles[1]))
+            terms[partner], count = terms[partner] - count_of_pairs, count - count_of_pairs
+        terms[factor, kind, angles] = count
     shapes = {"cos": sp.cos, "sin": sp.sin}
-    result += [n * (rest if not a else rest * shapes[k](a[0]) * shapes[k](a[1])) for (rest, k, a), n in terms.items()]
+    result += [
+        n * (factor if not a else factor * shapes[k](a[0]) * shapes[k](a[1])) for (factor, k, a), n in terms.items()
+    ]
     return sp.Add(*result)
 
 
-def _turns(term):
-    """Return (the other factor, cos or sin, both angles) of a term with two of one kind, or (the term, "", ())."""
+def _angle_product(term):
+    """Return (remaining factor, "cos" or "sin", both angles) of a term with two of one kind, or (the term, "", ())."""
     for name, f in (("cos", sp.cos), ("sin", sp.sin)):
-        factors = [x for part in sp.Mul.make_args(term) for x in _factors(part)]
-        turning = [x for x in factors if x.func is f]
-        if len(turning) == 2 and len({x.func for x in factors} & {sp.cos, sp.sin}) == 1:
-            angles = tuple(sorted((x.args[0] for x in turning), key=sp.default_sort_key))
-            return term / (turning[0] * turning[1]), name, angles
+        factors = [x for part in sp.Mul.make_args(term) for x in _split_power(part)]
+        waves = [x for x in factors if x.func is f]
+        if len(waves) == 2 and len({x.func for x in factors} & {sp.cos, sp.sin}) == 1:
+            angles = tuple(sorted((x.args[0] for x in waves), key=sp.default_sort_key))
+            return term / (waves[0] * waves[1]), name, angles
     return term, "", ()
 
 
-def _factors(part):
+def _split_power(part):
     base, exponent = part.as_base_exp()
     return [base] * int(exponent) if exponent in (1, 2) else [part]
 
 
-def _without_cyclic(system, a, b, V, kept, cyclic):
+def _eliminate_cyclic(system, a, b, V, remaining, cyclic):
     coordinates = list(system.coordinates.values())
     for i in cyclic:
         if coordinates[i].symbol in a.free_symbols | b.free_symbols | V.free_symbols:
             name = coordinates[i].name
             raise DescriptionError(f"coordinate {name}: has a momentum, but T or V contains it; allowed: neither does")
     p = sp.Matrix([coordinates[i].momentum for i in cyclic]) - sp.Matrix([b[i] for i in cyclic])
-    a_nn, a_nc, a_cc = a.extract(kept, kept), a.extract(kept, cyclic), a.extract(cyclic, cyclic)
+    a_nn, a_nc, a_cc = a.extract(remaining, remaining), a.extract(remaining, cyclic), a.extract(cyclic, cyclic)
     inverse = a_cc.inv()
-    reduced = (a_nn - a_nc * inverse * a_nc.T).applyfunc(simplify)
-    linear = (sp.Matrix([b[i] for i in kept]) + a_nc * inverse * p).applyfunc(simplify)
-    return reduced, linear, V + simplify((p.T * inverse * p)[0] / 2)
+    reduce_energies = (a_nn - a_nc * inverse * a_nc.T).applyfunc(simplify)
+    linear = (sp.Matrix([b[i] for i in remaining]) + a_nc * inverse * p).applyfunc(simplify)
+    return reduce_energies, linear, V + simplify((p.T * inverse * p)[0] / 2)
 
 
 def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
@@ -218,7 +222,7 @@ def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
     places += [[low + f * (high - low) for (low, high), f in zip(corners, rng.random(len(corners)), strict=True)]]
     function = sp.lambdify((*defaults, *q, system.time), a.tolist(), "mpmath", cse=True)
     for time, place in enumerate(places):
-        numbers = _complex(function, (*defaults.values(), *place, 0.37 * time))
+        numbers = _evaluate_matrix(function, (*defaults.values(), *place, 0.37 * time))
         where = ", ".join(f"{x} = {y:.4g}" for x, y in zip(q, place, strict=True))
         if not np.isfinite(numbers).all() or np.abs(numbers.imag).max() > 0:
             raise DescriptionError(f"T: a_ij is complex or infinite at {where}; allowed: real, finite a_ij")
@@ -226,8 +230,8 @@ def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
             raise DescriptionError(f"T: a_ij is not positive at {where}: {numbers.real.tolist()}; allowed: positive T")
 
 
-def _complex(matrix, values):
-    """Return the values of a matrix of expressions at a place, NaN where mpmath has none."""
+def _evaluate_matrix(matrix, values):
+    """Return the values of a matrix of expressions at a place, NaN if mpmath fails."""
     try:
         return np.array([[complex(e) for e in row] for row in matrix(*map(mpmath.mpf, values))])
     except (ArithmeticError, ValueError):
@@ -240,20 +244,20 @@ def _check_dissipation(system, R):
     v = [c.velocity for c in system.kept]
     if R != 0 and not (R.is_polynomial(*v) and sp.Poly(R, *v).total_degree() <= 2):
         raise DescriptionError(f"R: not of degree two in the velocities ({R}); allowed: Rayleigh's function ½ c_ij q̇q̇")
-    for values in _trials(system):
+    for values in _random_values(system):
         if float(sp.re(R.subs(values).evalf())) < -1e-12:
             place = ", ".join(f"{x} = {float(y):.3g}" for x, y in values.items() if x in R.free_symbols)
             raise DescriptionError(f"R: negative at {place}; allowed: R ≥ 0 everywhere, for it takes energy away")
 
 
-def _trials(system):
+def _random_values(system):
     """Yield random values of symbols: parameters near their defaults, all else within its bounds."""
     rng = np.random.default_rng(0)
     for _ in range(TRIALS):
         values = {}
         for p in system.parameters.values():
-            part = 0.1 * rng.random()
-            value = p.default * (1.0 + part) or part  # a term that is 0 would not be looked at
+            shift = 0.1 * rng.random()
+            value = p.default * (1.0 + shift) or shift  # not 0: a term could vanish
             values[p.symbol] = sp.Float(value if p.allows(value) else p.default, DIGITS)
         ends = dict(values)
         for place in (*system.kept, *system.states.values()):
@@ -271,27 +275,29 @@ def _check_period(equations):
     for name, e in [(f"force {x}", e) for x, e in zip(equations.states, equations.f, strict=True)] + [
         ("a_ij", e) for e in equations.a or ()
     ]:
-        whole = system.without_switches(e)
-        for values in _trials(system) if whole.has(t) else ():
+        full_expression = system.without_switches(e)
+        for values in _random_values(system) if full_expression.has(t) else ():
             T = system.given_period.subs(values).evalf(DIGITS)
-            here = values | {t: values[t] * T}
+            at_time = values | {t: values[t] * T}
             with mpmath.workdps(DIGITS):
-                now, slope = (complex(system.without_switches(f).subs(here).evalf(DIGITS)) for f in (e, e.diff(t)))
-                change = complex((whole.subs(here | {t: here[t] + T}) - whole.subs(here)).evalf(DIGITS))
-            if abs(change) > OF_PERIOD * abs(slope * T) + 1e-30 * abs(now):
+                value, slope = (complex(system.without_switches(f).subs(at_time).evalf(DIGITS)) for f in (e, e.diff(t)))
+                change = complex(
+                    (full_expression.subs(at_time | {t: at_time[t] + T}) - full_expression.subs(at_time)).evalf(DIGITS)
+                )
+            if abs(change) > PERIOD_ROUNDING * abs(slope * T) + 1e-30 * abs(value):
                 raise DescriptionError(
-                    f"period: {name} is {now.real:.6g} at a time, and differs by {change.real:.2g} a period later; "
+                    f"period: {name} is {value.real:.6g} at a time, and differs by {change.real:.2g} a period later; "
                     "allowed: what leaves all equations the same, to all digits (2*pi/w, not 6.2832/w)"
                 )
 
 
 def _check_conserved(equations):
-    """Check dC/dt = ∂C/∂t + ∂C/∂x · f at random places in 40 digits, beside the sum of its terms' absolute values."""
+    """Check dC/dt = ∂C/∂t + ∂C/∂x · f at random places in 40 digits, relative to its terms' absolute values."""
     system = equations.system
     for name, quantity in system.conserved_quantities.items():
         terms = [quantity.diff(x) * f for x, f in zip(equations.q, equations.f, strict=True)]
         terms.append(quantity.diff(system.time))
-        for values in _trials(system):
+        for values in _random_values(system):
             with mpmath.workdps(DIGITS):
                 numbers = [complex(t.subs(values).evalf(DIGITS)) for t in terms]
                 total = abs(complex(sum(terms, sp.Integer(0)).subs(values).evalf(DIGITS)))

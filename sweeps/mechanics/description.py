@@ -1,4 +1,4 @@
-"""What a system's file says: coordinates, parameters, masses and their places, V, and where to look for equilibria.
+"""The description of a system: coordinates, parameters, masses and their positions, V, and places of equilibria.
 
 A file builds one `System` and calls it `system`:
 
@@ -15,8 +15,8 @@ A file builds one `System` and calls it `system`:
     system.equilibrium("hanging", {theta: 0})
     system.equilibrium("upright", {theta: pi})
 
-All symbols are SymPy's, so all that SymPy can write may be said. Each expression is checked where it is given; nothing
-here derives anything.
+All symbols and expressions are SymPy's. Each expression is checked when it is added; the equations are derived in
+`sweeps.mechanics.derivation`.
 """
 
 import math
@@ -32,7 +32,7 @@ from sweeps.mechanics.switches import Rewriting, Switch, deciding
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
-MOST_COORDINATES, MOST_STATES, MOST_EQUILIBRIA, MOST_BRANCHES = 10, 12, 10_000, 99
+MAX_COORDINATES, MAX_STATES, MAX_EQUILIBRIA, MAX_BRANCHES = 10, 12, 10_000, 99
 MAX_OPERATIONS = (
     5_000  # operations of one expression: with 2,000 deriving and compiling takes minutes, and grows with their square
 )
@@ -52,7 +52,7 @@ KINKED = {
 
 @dataclass(frozen=True)
 class DescribedParameter:
-    """A number that a sweep gives or varies: symbol, unit (UDUNITS), value where a sweep gives none, and bounds."""
+    """A parameter of a sweep: symbol, unit (UDUNITS), default value, and bounds."""
 
     name: str  #: the key in a sweep's `grid`
     symbol: sp.Symbol
@@ -65,7 +65,7 @@ class DescribedParameter:
 
     @property
     def allowed(self) -> str:
-        """What a value may be, in words."""
+        """The allowed values, in words."""
         bounds = ["> 0"] if self.positive else []
         bounds += [] if self.least is None else [f"≥ {self.least:g}"]
         bounds += [] if self.most is None else [f"≤ {self.most:g}"]
@@ -73,8 +73,8 @@ class DescribedParameter:
 
     def allows(self, value: float) -> bool:
         """Return True if a value lies within the bounds."""
-        inside = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
-        return math.isfinite(value) and inside and (value > 0 or not self.positive)
+        is_within = (self.least is None or value >= self.least) and (self.most is None or value <= self.most)
+        return math.isfinite(value) and is_within and (value > 0 or not self.positive)
 
 
 @dataclass(frozen=True)
@@ -82,28 +82,27 @@ class State:
     """A state of equations of first order: a quasi-velocity, a component of a unit vector, an angle."""
 
     name: str
-    symbol: sp.Symbol  #: as it stands in the rates
+    symbol: sp.Symbol  #: its symbol in the rates
     unit: str  #: UDUNITS text
-    bounds: tuple[sp.Expr, sp.Expr]  #: where equilibria are looked for; expressions in the parameters
-    #: perturbation of relative size one, in the state's unit; may hold parameters; left out, a quarter of the range
-    #: between the bounds.
+    bounds: tuple[sp.Expr, sp.Expr]  #: range of the search for equilibria; expressions in the parameters
+    #: perturbation of relative size one, in the state's unit; may contain parameters; by default a quarter of the range
+    #: between the bounds
     size: sp.Expr | None
     meaning: str  #: one line of text
-    periodic: bool = False  #: whether both bounds are one place (an angle that goes round)
-    #: the value to keep while equilibria are looked for, where V is flat along a line of them; else None.
+    periodic: bool = False  #: both bounds are the same place (an angle)
+    #: fixed value in the search for equilibria, if V is constant along a line of them; else None
     hold: sp.Expr | None = None
 
 
 @dataclass(frozen=True)
 class Coordinate(State):
-    """A generalised coordinate, its symbol as it stands in positions and V.
+    """A generalised coordinate.
 
-    Its size may hold coordinates, which stand for their values at the equilibrium; None, and it follows from V and the
-    bounds.
+    Its size may contain coordinates, with their values at the equilibrium; by default it follows from V and the bounds.
     """
 
-    velocity: sp.Symbol | None = None  #: q̇, as it may stand in T
-    #: the conserved momentum's parameter, for a coordinate that neither T nor V contains; else None.
+    velocity: sp.Symbol | None = None  #: q̇
+    #: the parameter that is the conserved momentum of a cyclic coordinate; else None
     momentum: sp.Symbol | None = None
 
 
@@ -111,9 +110,9 @@ class PicturePart(NamedTuple):
     """A part of a system's picture.
 
     Attributes:
-        kind: "mass", a dot with a trail; "body", a dot without; "line" through its points; or "face", which they bound.
-        points: (x, y) or (x, y, z) each, z upwards; one of a dot.
-        label: text beside the last point.
+        kind: "mass", a dot with a trail; "body", a dot without a trail; "line", or "face", through its points.
+        points: (x, y) or (x, y, z) each, z upwards; a dot has one point.
+        label: text at the last point.
     """
 
     kind: str
@@ -130,23 +129,23 @@ ATTITUDE = sp.symbols("attitude_0:4", real=True)  # the quaternion that turns a 
 
 
 class System:
-    """A mechanical system as its author writes it down.
+    """A described mechanical system.
 
     Args:
         title: one line of text.
-        most: the most equilibria that a point can have; left out, the number of those that are named.
-        references: where the theory stands, one line.
-        follow: whether equilibria without names are followed from the parameters' defaults to each point and keep their
-            numbers through folds and pitchforks (see `sweeps.mechanics.branches`), which takes the time of nine
-            searches a point and more; else they are numbered in the order of their places.
+        most: largest number of equilibria of a point; by default the number of names.
+        references: sources of the theory, one line.
+        follow: equilibria without names are followed from the parameters' defaults to each point and keep their numbers
+            through folds and pitchforks (see `sweeps.mechanics.branches`), which takes the time of at least nine
+            searches; else they are numbered in the order of their places.
     """
 
     def __init__(self, title: str, most: int | None = None, references: str = "", follow: bool = False):
-        if most is not None and not (type(most) is int and 1 <= most <= MOST_EQUILIBRIA):
-            raise DescriptionError(f"most {most!r}: allowed: a whole number from 1 to {MOST_EQUILIBRIA}")
+        if most is not None and not (type(most) is int and 1 <= most <= MAX_EQUILIBRIA):
+            raise DescriptionError(f"most {most!r}: allowed: a whole number from 1 to {MAX_EQUILIBRIA}")
         self.title, self.references = title, references
         self.given_most, self.follow = most, follow
-        self.time = sp.Symbol("t", real=True)  # may stand in all expressions of the motion
+        self.time = sp.Symbol("t", real=True)
         self.given_period: sp.Expr | None = None
         self.switches: list[Switch] = []  #: discontinuous functions of the time
         self.given_jumps: list[sp.Expr] = []
@@ -162,8 +161,8 @@ class System:
         self.states: dict[str, State] = {}
         self.rates: dict[sp.Symbol, sp.Expr] = {}
         self.conserved_quantities: dict[str, sp.Expr] = {}
-        self.drawn: list[PicturePart] = []
-        self.turning: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
+        self.picture_parts: list[PicturePart] = []
+        self.attitude_equations: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
         """Add a parameter and return its symbol; a sweep's `grid` gives its value or values."""
@@ -173,8 +172,8 @@ class System:
             name, symbol, unit, float(default), positive, least, most, meaning or name.replace("_", " ")
         )
         if not parameter.allows(parameter.default):
-            wrong = f"default {default!r} is out of range"
-            raise DescriptionError(f"parameter {name}: {wrong}; allowed: {parameter.allowed}")
+            fault = f"default {default!r} is out of range"
+            raise DescriptionError(f"parameter {name}: {fault}; allowed: {parameter.allowed}")
         self.parameters[name] = parameter
         return symbol
 
@@ -193,20 +192,20 @@ class System:
     ) -> sp.Symbol:
         """Add a generalised coordinate and return its symbol; see `Coordinate`.
 
-        `bounds` may be left out for one with a momentum, and are (-π, π) by default for one that is `periodic`;
-        `positive` says that it is a distance and no number below 0.
+        `bounds` are not needed for a coordinate with a momentum, and are (-π, π) by default for a `periodic` one;
+        `positive`: it is a distance.
         """
         self._check_name(name, unit)
-        if len(self.coordinates) >= MOST_COORDINATES:
-            raise DescriptionError(f"coordinate {name}: there are {MOST_COORDINATES} already; allowed: no more")
+        if len(self.coordinates) >= MAX_COORDINATES:
+            raise DescriptionError(f"coordinate {name}: there are {MAX_COORDINATES} already; allowed: no more")
         bounds = (-sp.pi, sp.pi) if bounds is None and periodic else bounds
         if bounds is None and momentum is None:
             raise DescriptionError(f"coordinate {name}: bounds are missing; allowed: two expressions in the parameters")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         ends = tuple(self._expression(f"bounds of {name}", bound) for bound in bounds or (0, 0))
         hold, momentum = (
-            None if value is None else self._expression(f"{what} of {name}", value)
-            for what, value in (("hold", hold), ("momentum", momentum))
+            None if value is None else self._expression(f"{kind} of {name}", value)
+            for kind, value in (("hold", hold), ("momentum", momentum))
         )
         size = self._size(name, size, self._moving())
         velocity = sp.Symbol(f"{name}_dot", real=True)
@@ -220,7 +219,7 @@ class System:
         return self.coordinates[symbol.name].velocity
 
     def particle(self, mass, position) -> None:
-        """Add a mass at a place r(q), Cartesian; r may hold `system.time` (a rotating hoop)."""
+        """Add a mass at a place r(q), Cartesian; r may contain `system.time` (a rotating hoop)."""
         place = tuple(self._expression("position", part, self._moving()) for part in position)
         self.particles.append((self._expression("mass", mass), place))
 
@@ -247,8 +246,8 @@ class System:
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
         """Add a state of equations of first order and return its symbol; see `State`. :meth:`rate` sets its rate."""
         self._check_name(name, unit)
-        if len(self.states) >= MOST_STATES:
-            raise DescriptionError(f"state {name}: there are {MOST_STATES} already; allowed: no more")
+        if len(self.states) >= MAX_STATES:
+            raise DescriptionError(f"state {name}: there are {MAX_STATES} already; allowed: no more")
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         low, high = (self._expression(f"bounds of {name}", bound) for bound in bounds)
         size = self._size(name, (high - low) / 4 if size is None else size)
@@ -267,7 +266,7 @@ class System:
     def conserved(self, expression, name: str) -> None:
         """Add a conserved quantity of equations of first order: `<name>_drift` is measured, its zero mode left out.
 
-        Where a combination of those given is definite at an equilibrium, this is proved to be stable.
+        An equilibrium at which a combination of conserved quantities is definite is proved to be stable.
         """
         self._check_name(name)
         if name in self.conserved_quantities:
@@ -275,18 +274,20 @@ class System:
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
 
     def draw(self, kind: str, points, label: str = "") -> None:
-        """Add a part of the picture that moves in reports (`PicturePart`), which else shows masses and rods."""
+        """Add a part of the moving picture in reports (`PicturePart`), which by default shows masses and rods."""
         if kind not in ("mass", "body", "line", "face"):
             raise DescriptionError(f"draw: {kind!r} is no part of a picture; allowed: mass, body, line, face")
         places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
-        self.drawn.append(PicturePart(kind, places, label))
+        self.picture_parts.append(PicturePart(kind, places, label))
 
     def attitude(self, omega, upwards) -> sp.Matrix:
-        """Return the matrix that turns vectors of a body into space, for :meth:`draw`.
+        """Return the rotation matrix from the body's axes to space, for :meth:`draw`.
 
-        From the angular velocity along the body's axes, rad/s, and the vector along these that points upwards at first.
+        Args:
+            omega: angular velocity along the body's axes, rad/s.
+            upwards: vector along the body's axes that points upwards at the start.
         """
-        self.turning = tuple(
+        self.attitude_equations = tuple(
             tuple(self._expression("attitude", x, self._moving()) for x in v) for v in (omega, upwards)
         )
         return sp.Matrix(sp.Quaternion(*ATTITUDE).to_rotation_matrix(homogeneous=True))
@@ -298,9 +299,9 @@ class System:
             raise DescriptionError(f"period: {T}; allowed: a finite time > 0, in s")
 
     def jump(self, *times) -> None:
-        """Add times from 0 to the period at which functions of the time jump or have a kink: no others are looked for.
+        """Add times from 0 to the period at which functions of the time jump or have a kink; then none are searched.
 
-        Jumps of `sign`, `floor`, `Piecewise` and the like are found, where their arguments cross 0 with a slope.
+        Else jumps of `sign`, `floor`, `Piecewise` and the like are found if their arguments cross 0 with a slope.
         """
         self.given_jumps += [self._expression("jump", t) for t in times]
 
@@ -310,8 +311,8 @@ class System:
         Of a driven motion, `branch` is its number on the curve that leads from the place as the drive grows: motions
         before the first fold are 1, and each fold adds 1 (a resonance that bends over has 1, 2 and 3).
         """
-        if type(branch) is not int or not 1 <= branch <= MOST_BRANCHES:
-            raise DescriptionError(f"branch {branch!r} of {label}: allowed: a whole number from 1 to {MOST_BRANCHES}")
+        if type(branch) is not int or not 1 <= branch <= MAX_BRANCHES:
+            raise DescriptionError(f"branch {branch!r} of {label}: allowed: a whole number from 1 to {MAX_BRANCHES}")
         if not is_word(label) or label in self.labels:
             raise DescriptionError(f"equilibrium {label!r}: allowed: words of letters, digits and _, each once")
         if not isinstance(place, Mapping):
@@ -324,7 +325,7 @@ class System:
         self.labels[label] = {x: self._expression(f"equilibrium {label}", e) for x, e in place.items()}
 
     def without_switches(self, e: sp.Expr) -> sp.Expr:
-        """Return an expression with the discontinuous functions of the time that its switches stand for."""
+        """Return an expression with its switches replaced by their discontinuous functions of the time."""
         for switch in reversed(self.switches):
             e = e.subs(switch.symbol, switch.value)
         return e
@@ -345,9 +346,11 @@ class System:
         return tuple(c for c in self.coordinates.values() if c.momentum is None)
 
     def _moving(self, velocities=False) -> set[sp.Symbol]:
-        """Return the symbols that an expression in a motion may hold beside the parameters."""
-        moving = {x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))}
-        return moving | {s.symbol for s in self.states.values()} | {self.time}
+        """Return the symbols that an expression may contain in addition to the parameters."""
+        symbols = {
+            x for c in self.coordinates.values() for x in ((c.symbol, c.velocity) if velocities else (c.symbol,))
+        }
+        return symbols | {s.symbol for s in self.states.values()} | {self.time}
 
     def _size(self, name, size, moving=frozenset()):
         size = None if size is None else self._expression(f"size of {name}", size, moving - {self.time})
@@ -355,32 +358,32 @@ class System:
             raise DescriptionError(f"size of {name}: {size}; allowed: a finite number > 0, or an expression")
         return size
 
-    def _expression(self, where, value, moving=frozenset(), may_jump=False) -> sp.Expr:
-        """Return a checked expression of parameters and moving symbols: real, finite, smooth in what moves.
+    def _expression(self, context, value, moving=frozenset(), may_jump=False) -> sp.Expr:
+        """Return a checked expression of parameters and moving symbols: real, finite, smooth in coordinates and states.
 
-        Where it `may_jump` in the time, switches stand for the functions that do.
+        If it `may_jump` in time, discontinuous functions of the time are replaced by switches.
         """
         e = sp.sympify(value)
-        infinite = not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
-        if infinite or any(abs(number) > sys.float_info.max for number in e.atoms(sp.Number)):
-            raise DescriptionError(f"{where}: {e} is complex or infinite; allowed: real, finite expressions")
+        is_infinite = not isinstance(e, sp.Expr) or e.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
+        if is_infinite or any(abs(number) > sys.float_info.max for number in e.atoms(sp.Number)):
+            raise DescriptionError(f"{context}: {e} is complex or infinite; allowed: real, finite expressions")
         if (count := e.count_ops()) > MAX_OPERATIONS and e.free_symbols & moving:
-            wrong = f"an expression of {count:,} operations"
-            raise DescriptionError(f"{where}: {wrong}; allowed: at most {MAX_OPERATIONS:,}")
-        bound = {p.symbol for p in self.parameters.values()} | moving
-        if unbound := sorted(map(str, e.free_symbols - bound)):
-            names = ", ".join(sorted(map(str, bound))) or "numbers"
-            raise DescriptionError(f"{where}: unbound symbol {', '.join(unbound)}; allowed: {names}")
-        written = Rewriting(self.time, self.switches, moving)
+            fault = f"an expression of {count:,} operations"
+            raise DescriptionError(f"{context}: {fault}; allowed: at most {MAX_OPERATIONS:,}")
+        allowed_symbols = {p.symbol for p in self.parameters.values()} | moving
+        if unknown := sorted(map(str, e.free_symbols - allowed_symbols)):
+            names = ", ".join(sorted(map(str, allowed_symbols))) or "numbers"
+            raise DescriptionError(f"{context}: unbound symbol {', '.join(unknown)}; allowed: {names}")
+        rewrite = Rewriting(self.time, self.switches, moving)
         for part in sorted(e.atoms(*KINKED), key=str):
-            if deciding(part) & (moving - {self.time} if may_jump and type(part) in written.written else moving):
-                wrong, allowed = KINKED[type(part)]
-                raise DescriptionError(f"{where}: {part} {wrong}; allowed: {allowed}")
-        return written(e)
+            if deciding(part) & (moving - {self.time} if may_jump and type(part) in rewrite.written else moving):
+                fault, allowed = KINKED[type(part)]
+                raise DescriptionError(f"{context}: {part} {fault}; allowed: {allowed}")
+        return rewrite(e)
 
     def _check_name(self, name, unit="1"):
-        taken = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)
-        if not is_word(name) or taken:
+        is_used = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)
+        if not is_word(name) or is_used:
             raise DescriptionError(
                 f"name {name!r} is taken or no word; allowed: letters, digits and _, none twice, none of "
                 + ", ".join(RESERVED)

@@ -1,7 +1,7 @@
 r"""The integrator of perturbations of a motion that itself changes with time: Taylor steps for 32 lanes.
 
-A lane holds a base motion, and beside it perturbed ones: what each deviates from it, over epsilon. Each node of the
-graph is :math:`u = U(t) + \varepsilon\hat u(t)`, both with a power series within the step, and
+A lane contains a base motion and perturbed motions, as deviations from it over epsilon. Each node of the graph
+is :math:`u = U(t) + \varepsilon\hat u(t)`, both with a power series within the step, and
 
 .. math:: \widehat{uv}_n = \sum_k U_k\hat v_{n-k} + \hat u_k (V + \varepsilon\hat v)_{n-k}, \qquad
           \widehat{u/v}_n = \Big(\hat u_n - \sum_k W_k\hat v_{n-k} - \sum_{k>0}(V + \varepsilon\hat v)_k \hat w_{n-k}
@@ -11,14 +11,13 @@ so no perturbation is too small, wherever the base motion is. A function :math:`
 deviation: :math:`\dot W = f'(U)\dot U` and
 :math:`\dot{\hat w} = \widehat{f'(u)}\,\dot U + (f'(U) + \varepsilon\widehat{f'(u)})\,\dot{\hat u}`.
 
-The base motion's terms are found once a step, and all perturbed ones read them. Terms that vanish are not written:
-where the base motion is an equilibrium at all times only the time moves in U, and where equations are linear, epsilon
-does not occur: that proves it.
+The base motion's terms are computed once a step, for all perturbed motions. Terms that vanish are not written: if the
+base motion is an equilibrium at all times, only the time moves in U; if the equations are linear, epsilon does not
+occur, which proves it.
 
-*What a step leaves out* is taken from its last four terms, as of a geometric series: with
-:math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|` it is :math:`a^2/b`. The base motion's states
-and functions are carried from step to step, too, and may be rougher than the perturbations: what is left out of each
-counts relative to its first terms.
+*Truncation.* It is estimated from the last four terms of a step as for a geometric series: :math:`a^2/b` with
+:math:`a = |x_{N-1}| + |x_N|` and :math:`b = |x_{N-3}| + |x_{N-2}|`. The base motion's states and functions may be less
+smooth than the perturbations; the truncation of each counts relative to its first terms.
 
 Source: as for :mod:`sweeps.mechanics.taylor`; derived here.
 """
@@ -33,7 +32,7 @@ from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
 from kernels.matrices import joined
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, X
-from sweeps.mechanics.series import Series, added
+from sweeps.mechanics.series import Series, sum_text
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
@@ -60,48 +59,52 @@ def advance(S, columns, steps):
             for i in range({size}):
                 columns[c, i] = S[{first} + i]
 '''
-TINY = 1e-300
+MIN_DENOMINATOR = 1e-300  # is added to denominators that may be 0
 
 
 class PerturbedCode(Series):
     """The rows of the scratch array and the text of the module.
 
-    Rows, each W long: of the base motion (those of :class:`Series`, and epsilon), of a perturbed one (x deviations of
-    the states; e what its steps left out of each; w functions' deviations), and the terms of the base motion. H are the
-    terms of a node's deviation, F of both, T of both and the base motion.
+    Rows, each W long: of the base motion (those of :class:`Series`, and epsilon), of a perturbed motion (x
+    deviations of the states; e their truncation so far; w deviations of functions), and the terms of the base motion.
+    Kinds of terms: H deviation û, F = U + εû, T = F + U.
     """
 
-    nodes = 3  #: of a start's remainders: ε û = 0.1 leaves 1e-11 of one, and its amplitude changes far more
+    nodes = (
+        3  #: quadrature nodes of remainders: their error is 1e-11 for ε û = 0.1, far less than the amplitude's effect
+    )
 
     def __init__(self, graph: Graph, still: bool):
         super().__init__(graph, still)
         self.linear = True
         self.perturbed = {(kind, i): i + self.time * (kind == "e") for kind in "xe" for i in range(self.time)}
-        self.text = self._text()
+        self.text = self._module_text()
 
     @property
     def is_mixed(self) -> bool:
-        """Return whether each segment begins with functions' values anew: one segment's error is not the next one's.
+        """True if functions are evaluated at the start of each segment, so that errors are not carried to the next.
 
-        That is needed where functions depend on states and time at once, or the base motion moves; and of exponentials
-        of the time, which may be 0 where a period begins and are not on their way; and where switches differ.
+        It is needed if functions depend on states and time together, if the base motion moves, for exponentials of the
+        time, which may underflow at the start of a period, and if there are switches.
         """
         if self.graph.equations.switches:
             return True
-        timed = [k for k in self.graph.slopes if self.time in self._states_of(k)]
-        return not self.still or any(self._deviates(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in timed)
+        timed = [k for k in self.graph.slopes if self.time in self._state_numbers(k)]
+        return not self.still or any(
+            self._has_deviation(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in timed
+        )
 
     @cached_property
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where motions begin, (motions, states), and of each entry of a matrix the motion that has it, or -1.
+        """Directions of the perturbed motions, (motions, states), and each matrix entry's motion, or -1.
 
-        Where equations are linear, a motion begins in a direction of each block at once: no rate depends on a state of
-        another block. Else there is one motion a direction, and one more from twice their sum.
+        If the equations are linear, a motion is perturbed in one direction of each block: no rate depends on a state of
+        another block. Else there is one motion for each direction, and one more for twice their sum.
         """
         n = self.time
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        same = joined(n, [[i, *(self._states_of(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
+        same = joined(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
         within = np.tril(same, -1).sum(axis=1)
         return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 
@@ -131,88 +134,92 @@ class PerturbedCode(Series):
             base[:, row] = {"X": place, "U": U, "epsilon": [epsilon], "h": [step], "E": [0.0]}[kind][number]
         return base, columns
 
-    # -- terms of the series: names of locals, None where they vanish
+    # -- terms of the series: local names, None for terms that vanish
 
     def _F(self, number, n):
-        base, hat = self._term("B", number, n), self._term("H", number, n)
+        base, hat = self._term_name("B", number, n), self._term_name("H", number, n)
         if hat is None:
             return base
         self.linear = False
-        return added([*([base] if base else []), f"epsilon * {hat}"])
+        return sum_text([*([base] if base else []), f"epsilon * {hat}"])
 
     def _T(self, number, n):
-        return added([x for x in (self._term("F", number, n), self._term("B", number, n)) if x]) or None
+        return sum_text([x for x in (self._term_name("F", number, n), self._term_name("B", number, n)) if x]) or None
 
     def _k(self, number, n):
         """Return n times the deviation's term."""
-        hat = self._term("H", number, n)
+        hat = self._term_name("H", number, n)
         return hat and f"{n}.0 * {hat}"
 
     def _r(self, number, n):
-        return f"1.0 / {self._term('F', number, n)}"
+        return f"1.0 / {self._term_name('F', number, n)}"
 
     def _H(self, number, n):
         node = self.graph.nodes[number]
-        if not self._deviates(number):
+        if not self._has_deviation(number):
             return None
         if node.kind == X:
             (i,) = node.parts
-            return self._load("x", i) if n == 0 else self._rate("H", i, n)
+            return self._row_text("x", i) if n == 0 else self._rate_text("H", i, n)
         if node.kind == ADD:
-            return self._sum("H", node, n)
+            return self._sum_text("H", node, n)
         if node.kind == MUL:
             a, b = node.parts
             if a == b:
-                return added(self._products(("T", a), ("H", a), n)) or None
-            a, b = (a, b) if self._deviates(a) else (b, a)
-            terms = self._products(("H", a), ("F" if self._deviates(b) else "B", b), n)
-            return added([*terms, *self._products(("B", a), ("H", b), n)]) or None
+                return sum_text(self._product_texts(("T", a), ("H", a), n)) or None
+            a, b = (a, b) if self._has_deviation(a) else (b, a)
+            terms = self._product_texts(("H", a), ("F" if self._has_deviation(b) else "B", b), n)
+            return sum_text([*terms, *self._product_texts(("B", a), ("H", b), n)]) or None
         if node.kind == DIV:
             a, b = node.parts
-            terms = [x for x in (self._term("H", a, n),) if x] + self._products(("B", number), ("H", b), n, 0, "-")
-            terms += self._products(("F", b), ("H", number), n, 1, "-")
-            return f"({added(terms)}) * {self._term('r', b, 0)}" if terms else None
+            terms = [x for x in (self._term_name("H", a, n),) if x] + self._product_texts(
+                ("B", number), ("H", b), n, 0, "-"
+            )
+            terms += self._product_texts(("F", b), ("H", number), n, 1, "-")
+            return f"({sum_text(terms)}) * {self._term_name('r', b, 0)}" if terms else None
         if n == 0:
-            return self._load("w", number)
+            return self._row_text("w", number)
         inner, slope = node.parts[0], self.graph.slopes[number]
-        terms = self._products(("K", inner), ("H", slope), n, 1) + self._products(("k", inner), ("F", slope), n, 1)
-        return f"{1.0 / n!r} * ({added(terms)})" if terms else None
+        terms = self._product_texts(("K", inner), ("H", slope), n, 1) + self._product_texts(
+            ("k", inner), ("F", slope), n, 1
+        )
+        return f"{1.0 / n!r} * ({sum_text(terms)})" if terms else None
 
-    def _deviates(self, number):
-        """Return whether a node depends on the states, and not on the time alone."""
-        return bool(self._states_of(number) - {self.time})
+    def _has_deviation(self, number):
+        """Return True if a node depends on a state, not on the time alone."""
+        return bool(self._state_numbers(number) - {self.time})
 
-    def _states_of(self, number):
-        """Return the numbers of the states that a node depends on; the last one is the time."""
+    def _state_numbers(self, number):
+        """Return the indices of the states on which a node depends; the last state is the time."""
         key = ("states", number)
         if key not in self._names:
             node = self.graph.nodes[number]
-            self._names[key] = {*node.parts} if node.kind == X else set().union(*map(self._states_of, node.parts))
+            self._names[key] = {*node.parts} if node.kind == X else set().union(*map(self._state_numbers, node.parts))
         return self._names[key]
 
     # -- the module
 
-    def _text(self):
-        step = f"h = {self._load('h', 0)}"
+    def _module_text(self):
+        step = f"h = {self._row_text('h', 0)}"
         states = [self.graph.build(x) for x in self.graph.states]
         sums = [(kind, i, number, "X" if kind == "B" else "x") for i, number in enumerate(states) for kind in "BH"]
         done, ends = set(), {True: [], False: []}
         for n in range(ORDER + 1):
             for kind, _, number, _ in sums:
-                self._term(kind, number, n)
+                self._term_name(kind, number, n)
         for i in range(self.time):
-            ends[False] += self._left_out(self._load("e", i), self._series("H", states[i]))
-        lost = self._load("E", 0)
-        while sums:  # functions that the others stand on are found on the way
+            ends[False] += self._truncation_lines(self._row_text("e", i), self._term_names("H", states[i]))
+        lost = self._row_text("E", 0)
+        while sums:  # functions on which others depend are added
             for kind, at, number, row in sums:
                 done.add((row, at))
-                series = self._series(kind, number)
+                series = self._term_names(kind, number)
                 if kind == "B":
-                    size = " + ".join(f"abs({x})" for x in [*filter(None, series[:4]), repr(TINY)])
-                    ends[True] += self._left_out(lost, series, f" / ({size})")
+                    size = " + ".join(f"abs({x})" for x in [*filter(None, series[:4]), repr(MIN_DENOMINATOR)])
+                    ends[True] += self._truncation_lines(lost, series, f" / ({size})")
                 terms = [x for x in reversed(series) if x]
                 if len(terms) > 1:
-                    ends[kind == "B"].append(f"{self._load(row, at)} = {' + '.join(terms)}")
+                    ends[kind == "B"].append(f"{self._row_text(row, at)} = {' + '.join(terms)}")
             sums = [
                 ("B" if row == "U" else "H", number, number, row)
                 for row, number in [*self.base, *self.perturbed]
@@ -220,7 +227,7 @@ class PerturbedCode(Series):
             ]
         base, perturbed = ([step, *self._lines[of], *ends[of]] for of in (True, False))
         if not self.linear:
-            perturbed.insert(0, f"epsilon = {self._load('epsilon', 0)}")
+            perturbed.insert(0, f"epsilon = {self._row_text('epsilon', 0)}")
         first = len(self.base)
         made = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
         read = {name for line in perturbed for name in re.findall(r"\b[BKR]_\d+_\d+\b", line)}
@@ -231,15 +238,15 @@ class PerturbedCode(Series):
         #: number of rows of the scratch array
         self.scratch = first + len(self.perturbed) + len(series)
 
-        base, perturbed = (self.placed(some, first) for some in (base, perturbed))
+        base, perturbed = (self.with_rows(some, first) for some in (base, perturbed))
         size = W * len(self.perturbed)
         return TEXT.format(
             title=self.title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W
         )
 
-    def _left_out(self, row, series, size=""):
-        """Yield lines that add what a step leaves out of a series, over a size, to a row."""
+    def _truncation_lines(self, row, series, size=""):
+        """Yield lines that add the truncation of a series, over a size, to a row."""
         early, late = ([f"abs({x})" for x in pair if x] for pair in (series[-4:-2], series[-2:]))
         if late:
             yield f"late = {' + '.join(late)}"
-            yield f"{row} = {row} + late * (late / ({' + '.join([*early, repr(TINY)])})){size}"
+            yield f"{row} = {row} + late * (late / ({' + '.join([*early, repr(MIN_DENOMINATOR)])})){size}"

@@ -10,15 +10,15 @@ each node of the graph gives its n-th term from the ones before it,
 
 for n > 0 (all in deviations; g = f'(u), and :math:`w_n = f'(U)u_n + \tilde w_n`; v the accelerations that a matrix
 A + a couples, which is factorised once a step), and :math:`x_{n+1} = h f_n/(n+1)`, f_n the n-th term of the rate's
-node. A Taylor step was preferred to a Runge-Kutta one of order 8: it needs no sine or power inside the loop over lanes,
-its terms are relative to the nudge, and for Euler's equations it is the very step that the rigid body takes.
+node. A Taylor step was preferred to a Runge-Kutta step of order 8: it needs no sine or power in the loop over lanes,
+its terms are relative to the perturbation, and for Euler's equations it is the step of the rigid body.
 
-Beside `advance` stands `check`, which writes what a run watches: the deviation of a conserved quantity over ε or,
-where its gradient vanishes at the equilibria, as an energy's does, over ε².
+The module also has a function `check`, which writes the deviations of conserved quantities over ε, or over ε² if the
+gradient vanishes at the equilibria, as that of an energy does.
 
-The code is a Python module of its own, whose straight lines :mod:`kernels.straight` hands to LLVM: a file that
-is named by the hash of its text, in the cache folder of the kernels, so that Numba's disk cache holds from one process
-to the next, and the hash is part of a map's `kernel_fingerprint`.
+The code is a Python module, and :mod:`kernels.straight` passes its straight lines to LLVM. Its file, in the cache
+folder of the kernels, is named by the hash of its text, so that Numba's disk cache is valid for later processes; the
+hash is part of a map's `kernel_fingerprint`.
 """
 
 import hashlib
@@ -65,26 +65,26 @@ def {name}(S):
 CHECK = {"constant": "TOLD", "name": "check", "words": "Write the conserved quantities' deviations."}
 
 # LLVM's time grows faster than the text: within a factor of two from 6,000 to 750,000 characters
-COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # constant, times the characters, and times their square
-SAMPLES_TIMES_CHARACTERS = 4e10
-LEAST = 1e-60  # size of a perturbation that stands for all smaller ones, whose squares might underflow
+COMPILE_SECONDS = (0.1, 1e-5, 2.2e-11)  # s, constant, for each character, and for the square of their number
+SAMPLES_TIMES_CHARACTERS = 4e10  # samples a second and core, times the characters of the module
+MIN_PERTURBATION = 1e-60  # smaller perturbations are replaced by this, since their squares might underflow
 
 
 def in_quotes(text: str) -> str:
-    """Return text as it stands between quotes in Python, which then says that text, whatever is in it."""
+    """Return text escaped for a Python string between double quotes."""
     return json.dumps(text, ensure_ascii=False)[1:-1].encode("utf-8", "replace").decode()
 
 
 class Generated:
-    """A module that is written for a graph, whose text is `text`."""
+    """A Python module that is generated for a graph; `text` is its source."""
 
     graph: Graph
     text: str
-    nodes = 8  #: of a start's remainders: exact to a rounding where the nudge is half as far as the nearest pole of f
+    nodes = 8  #: quadrature nodes of the remainders at a start: exact up to half the distance to the nearest pole of f
 
     @property
     def compile_seconds(self) -> float:
-        """What its module takes to be compiled on a core of 2024, s, about."""
+        """Estimated time to compile the module on a core of 2024, s."""
         constant, linear, square = COMPILE_SECONDS
         return constant + (linear + square * len(self.text)) * len(self.text)
 
@@ -110,8 +110,8 @@ class Generated:
 
     @property
     def path(self) -> Path:
-        """The module's file, written where it is not there."""
-        return _written(cache_folder() / "generated", self.name, self.text)
+        """The module's file, which is written if it does not exist."""
+        return _write_module(cache_folder() / "generated", self.name, self.text)
 
     def module(self):
         """Return the compiled module."""
@@ -121,8 +121,8 @@ class Generated:
 class Code(Generated):
     """The rows of the scratch array and the text of the module of motions near equilibria.
 
-    Rows, each W long: the states, the functions' remainders, 1/ε, the step, what is watched, and what is constant
-    along a run. The module has functions `advance(S, steps)` and `check(S)`.
+    Rows, each W long: the states, the functions' remainders, 1/ε, the step, the watched quantities, and constants of a
+    run. The module has functions `advance(S, steps)` and `check(S)`.
     """
 
     def __init__(self, graph: Graph):
@@ -132,9 +132,9 @@ class Code(Generated):
         self.states = self.n + len(self.remainders)
         self.inverse_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
-        self._used: set = set()
-        self._wholes: dict[int, str] = {}
-        self.text = self._text()
+        self._used_constants: set = set()
+        self._whole_texts: dict[int, str] = {}
+        self.text = self._module_text()
 
     @property
     def rows(self) -> int:
@@ -143,7 +143,7 @@ class Code(Generated):
 
     @property
     def samples_per_second(self) -> int:
-        """Samples of runs, of six motions each, that one core makes in a second, about."""
+        """Estimated number of samples, of six motions each, that one core computes in a second."""
         return int(SAMPLES_TIMES_CHARACTERS / len(self.text))
 
     def starts(self, parameters, place, motions) -> np.ndarray:
@@ -159,7 +159,7 @@ class Code(Generated):
         with np.errstate(all="ignore"):
             U, slopes = self.values.bases(parameters, [*place.T, *still])
             for k, (epsilon, x) in enumerate(motions):
-                row, size = rows[:, k], np.maximum(epsilon, LEAST)
+                row, size = rows[:, k], np.maximum(epsilon, MIN_PERTURBATION)
                 _, remainders = self.values.deviations(U, slopes, parameters, 1.0, size * x)
                 row[:, : self.n] = np.transpose(size * x)
                 for number, at in self.remainders.items():
@@ -169,62 +169,62 @@ class Code(Generated):
                     row[:, at] = (U if kind == "U" else slopes)[number]
         return rows
 
-    # -- names in the text
+    # -- names in the generated text
 
-    def _base(self, number):
-        """Return the text of U of a node: a literal, or the local of its row; None where it is 0."""
+    def _base_text(self, number):
+        """Return the text of U of a node: a literal, or its local name; None if it is 0."""
         node = self.graph.nodes[number]
         if node.zero:
             return None
         if node.kind == CONSTANT and node.weights[0].is_number:
             return repr(float(node.weights[0]))
-        return self._constant("U", number)
+        return self._constant_name("U", number)
 
-    def _constant(self, kind, number):
+    def _constant_name(self, kind, number):
         self.constants.setdefault((kind, number), self.rows)
-        self._used.add((kind, number))
+        self._used_constants.add((kind, number))
         return f"{kind}{number}"
 
-    def _whole(self, number):
-        """Return the text of a node's value at the start of a step, in terms after the first; None where it is 0."""
+    def _whole_name(self, number):
+        """Return the local name of a node's value U + û_0 at the start of a step; None if it is 0."""
         if not self.graph.moves(number):
-            return self._base(number)
-        self._wholes[number] = self._at_start(number)
+            return self._base_text(number)
+        self._whole_texts[number] = self._start_text(number)
         return f"v{number}"
 
-    def _hat(self, number, order):
-        """Return the text of a node's term; None where it is 0."""
+    def _deviation_name(self, number, order):
+        """Return the local name of û_n of a node; None if it is 0."""
         return f"u{number}_{order}" if self.graph.moves(number) else None
 
     # -- the step
 
-    def _term(self, number, n):
-        """Return lines that give the n-th term of a node."""
+    def _term_lines(self, number, n):
+        """Return the lines that compute û_n of a node."""
         node = self.graph.nodes[number]
         name = f"u{number}_{n}"
         if node.kind == X:
             (i,) = node.parts
-            return [f"{name} = {f'x{i}' if n == 0 else self._rate(i, n)}"]
+            return [f"{name} = {f'x{i}' if n == 0 else self._rate_text(i, n)}"]
         if node.kind == ADD:
-            return [f"{name} = {self._sum(node, n)}"]
+            return [f"{name} = {self._sum_text(node, n)}"]
         if node.kind == MUL:
-            return [f"{name} = {self._product(*node.parts, n)}"]
+            return [f"{name} = {self._product_text(*node.parts, n)}"]
         if node.kind == DIV:
-            return self._quotient(number, node, n, name)
+            return self._quotient_lines(number, node, n, name)
         if node.kind == SOLVED:
-            return self._solved(number, n)
-        return self._function(number, node, n, name)
+            return self._solution_lines(number, n)
+        return self._function_lines(number, node, n, name)
 
-    def _rate(self, i, n):
-        rate = self._hat(self.graph.rates[i], n - 1)
-        base = self._base(self.graph.rates[i]) if n == 1 else None
+    def _rate_text(self, i, n):
+        rate = self._deviation_name(self.graph.rates[i], n - 1)
+        base = self._base_text(self.graph.rates[i]) if n == 1 else None
         both = f"({rate} + {base})" if rate and base else rate or base
         return f"h{n} * {both}" if both else "0.0"
 
-    def _sum(self, node, n):
+    def _sum_text(self, node, n):
         text = ""
         for weight, number in zip(node.weights, node.parts, strict=True):
-            hat = self._hat(number, n)
+            hat = self._deviation_name(number, n)
             if hat is None:
                 continue
             sign = "-" if weight < 0 else "+"
@@ -232,69 +232,71 @@ class Code(Generated):
             text = f"{text} {sign} {term}" if text else (f"-{term}" if sign == "-" else term)
         return text or "0.0"
 
-    def _product(self, a, b, n):
-        moves, of = self.graph.moves, self._base if n == 0 else self._whole
+    def _product_text(self, a, b, n):
+        moves, of = self.graph.moves, self._base_text if n == 0 else self._whole_name
         if a == b:
-            terms = [self._square(a, n), f"2.0 * {of(a)} * {self._hat(a, n)}" if of(a) else ""]
+            terms = [self._square_text(a, n), f"2.0 * {of(a)} * {self._deviation_name(a, n)}" if of(a) else ""]
         else:
-            known = f"u{a}_0 * u{b}_0" if n == 0 else self._convolution(a, b, n, n - 1)
+            known = f"u{a}_0 * u{b}_0" if n == 0 else self._convolution_text(a, b, n, n - 1)
             terms = [known] if moves(a) and moves(b) else []
-            terms += [f"{of(x)} * {self._hat(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
+            terms += [f"{of(x)} * {self._deviation_name(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
         return " + ".join(filter(None, terms)) or "0.0"
 
-    def _convolution(self, a, b, n, last):
+    def _convolution_text(self, a, b, n, last):
         """Return the text of the sum of u_k v_(n-k) over k = 1 … last."""
-        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in newest_last(1, last))
+        return " + ".join(f"u{a}_{k} * u{b}_{n - k}" for k in indices_newest_last(1, last))
 
-    def _square(self, a, n):
+    def _square_text(self, a, n):
         pairs = " + ".join(f"u{a}_{k} * u{a}_{n - k}" for k in reversed(range(1, (n + 1) // 2)))
         middle = f"u{a}_{n // 2} * u{a}_{n // 2}" if n % 2 == 0 else ""
         return " + ".join(filter(None, (f"2.0 * ({pairs})" if pairs else "", middle)))
 
-    def _quotient(self, number, node, n, name):
+    def _quotient_lines(self, number, node, n, name):
         above, below = node.parts
-        lines, terms = [], [self._hat(above, n) or "0.0"]
+        lines, terms = [], [self._deviation_name(above, n) or "0.0"]
         if n == 0:
-            lines.append(f"r{number} = 1.0 / ({self._at_start(below)})")
-        if known := self._convolution(below, number, n, n - 1):
+            lines.append(f"r{number} = 1.0 / ({self._start_text(below)})")
+        if known := self._convolution_text(below, number, n, n - 1):
             terms.append(f"({known})")
-        if quotient := (self._base if n == 0 else self._whole)(number):
+        if quotient := (self._base_text if n == 0 else self._whole_name)(number):
             terms.append(f"{quotient} * u{below}_{n}")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
 
-    def _solved(self, number, n):
-        """Return lines that give all rows' n-th terms, where the first is due: a_0 v_n = f_n − Σ a_k v_(n−k), k > 0."""
+    def _solution_lines(self, number, n):
+        """Return the lines for the n-th terms of coupled accelerations: a_0 v_n = f_n − Σ a_k v_(n−k), k > 0; once."""
         first, a, forces = self.graph.coupled(number)
         if number > first:
             return []
-        lines = [] if n else factors({at: self._at_start(part) for at, part in a.items()}, len(forces), f"{first}_")
+        lines = (
+            [] if n else factor_lines({at: self._start_text(part) for at, part in a.items()}, len(forces), f"{first}_")
+        )
         right = []
         for i, force in enumerate(forces):
             moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
-            known = " + ".join(self._convolution(*pair, n, n) for pair in moving)
-            right.append((self._hat(force, n) or "0.0") + (f" - ({known})" if known else ""))
+            known = " + ".join(self._convolution_text(*pair, n, n) for pair in moving)
+            right.append((self._deviation_name(force, n) or "0.0") + (f" - ({known})" if known else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
-        return [*lines, *substituted(right, names, f"{first}_")]
+        return [*lines, *solution_lines(right, names, f"{first}_")]
 
-    def _at_start(self, number):
+    def _start_text(self, number):
         """Return the text of a node's value at the start of a step."""
-        terms = self._base(number), f"u{number}_0" if self.graph.moves(number) else None
+        terms = self._base_text(number), f"u{number}_0" if self.graph.moves(number) else None
         return " + ".join(filter(None, terms)) or "0.0"
 
-    def _function(self, number, node, n, name):
+    def _function_lines(self, number, node, n, name):
         (inner,) = node.parts
-        lines = [f"w{number}_{n} = {self._remainder(number, inner, n)}"]
+        lines = [f"w{number}_{n} = {self._remainder_text(number, inner, n)}"]
         if self.graph.moves(inner):
-            lines.append(f"{name} = {self._constant('F', number)} * u{inner}_{n} + w{number}_{n}")
+            lines.append(f"{name} = {self._constant_name('F', number)} * u{inner}_{n} + w{number}_{n}")
         return lines
 
-    def _remainder(self, number, inner, n):
+    def _remainder_text(self, number, inner, n):
         if n == 0:
             return f"w{number}"
         slope = self.graph.slopes[number]
         if not self.graph.moves(slope):
             return "0.0"
-        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in newest_last(1, n)]
+        terms = [f"{f'{k}.0 * ' if k > 1 else ''}u{inner}_{k} * u{slope}_{n - k}" for k in indices_newest_last(1, n)]
         return f"{1.0 / n!r} * ({' + '.join(terms)})" if n > 1 else terms[0]
 
     def _step_lines(self):
@@ -303,22 +305,22 @@ class Code(Generated):
         last = self.graph.behind([self.graph.nodes[f].parts[0] for f in functions], slopes=False)
         first, lines = [], [f"h{n} = h * {1.0 / n!r}" for n in range(2, ORDER + 1)]
         for number in nodes:
-            first += self._term(number, 0)
+            first += self._term_lines(number, 0)
         for n in range(1, ORDER + 1):
-            lines += [f"x{i}_{n} = {self._rate(i, n)}" for i in range(self.n)]
+            lines += [f"x{i}_{n} = {self._rate_text(i, n)}" for i in range(self.n)]
             for number in last if n == ORDER else nodes:
                 node = self.graph.nodes[number]
                 if node.kind == X:
                     lines.append(f"u{number}_{n} = x{node.parts[0]}_{n}")
                 else:
-                    lines += self._term(number, n)
+                    lines += self._term_lines(number, n)
         for number in functions:
             if number not in last:
                 (inner,) = self.graph.nodes[number].parts
-                lines.append(f"w{number}_{ORDER} = {self._remainder(number, inner, ORDER)}")
-        return [*first, *(f"v{number} = {text}" for number, text in self._wholes.items()), *lines]
+                lines.append(f"w{number}_{ORDER} = {self._remainder_text(number, inner, ORDER)}")
+        return [*first, *(f"v{number} = {text}" for number, text in self._whole_texts.items()), *lines]
 
-    def _sums(self):
+    def _sum_lines(self):
         names = [f"x{i}" for i in range(self.n)] + [f"w{k}" for k in self.remainders]
         for name, row in zip(names, [*range(self.n), *self.remainders.values()], strict=True):
             text = f"{name}_{ORDER}"
@@ -326,15 +328,15 @@ class Code(Generated):
                 text = f"({text} + {name}_{n})"
             yield f"S[{row * W} + lane] = {text} + {name + '_0' if name[0] == 'w' else name}"
 
-    # -- what is watched
+    # -- watched quantities
 
     def _check_lines(self):
         watched, moves = self.graph.watched, self.graph.moves
         lines = [f"inverse = S[{self.inverse_row * W} + lane]"] if watched else []
         for number in self.graph.behind([k for _, terms in watched for k in terms], slopes=False):
-            lines += self._term(number, 0)
+            lines += self._term_lines(number, 0)
         for number in self.graph.behind([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
-            lines.append(f"t{number} = {self._second(number)}")
+            lines.append(f"t{number} = {self._second_order_text(number)}")
         for row, (kind, terms) in enumerate(watched, self.watched_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
             text = " + ".join(f"abs({name})" if kind == ABSOLUTE else name for name in names)
@@ -342,7 +344,8 @@ class Code(Generated):
             lines.append(f"S[{row * W} + lane] = ({text or '0.0'}) * ({per})")
         return lines
 
-    def _second(self, number):
+    def _second_order_text(self, number):
+        """Return the text of a node's second-order remainder ũ (see the module docstring of `graph`, Energy)."""
         node = self.graph.nodes[number]
         moves, parts = self.graph.moves, node.parts
         if node.kind == X:
@@ -351,33 +354,33 @@ class Code(Generated):
             pairs = zip(node.weights, parts, strict=True)
             return " + ".join(f"{w!r} * t{k}" for w, k in pairs if moves(k)) or "0.0"
         if node.kind == FUNCTION:
-            return f"{self._constant('F', number)} * t{parts[0]} + w{number}_0"
+            return f"{self._constant_name('F', number)} * t{parts[0]} + w{number}_0"
         a, b = parts
         if node.kind == MUL:
-            terms = [f"{self._base(f)} * t{s}" for f, s in ((a, b), (b, a)) if self._base(f) and moves(s)]
+            terms = [f"{self._base_text(f)} * t{s}" for f, s in ((a, b), (b, a)) if self._base_text(f) and moves(s)]
             terms += [f"u{a}_0 * u{b}_0"] if moves(a) and moves(b) else []
             return " + ".join(terms) or "0.0"
         above = f"t{a}" if moves(a) else "0.0"
-        value = f" - {self._constant('U', number)} * t{b}" if not node.zero else ""
-        return f"({above}{value} - u{number}_0 * u{b}_0) / {self._base(b) or '0.0'}"
+        value = f" - {self._constant_name('U', number)} * t{b}" if not node.zero else ""
+        return f"({above}{value} - u{number}_0 * u{b}_0) / {self._base_text(b) or '0.0'}"
 
     # -- the module
 
-    def _straight(self, body):
-        """Return lines of text: the loads of what a body uses, and the body."""
-        return "\n".join([*self._loads(), *body])
+    def _with_loads(self, body):
+        """Return the text of a body after the lines that load its variables."""
+        return "\n".join([*self._load_lines(), *body])
 
-    def _loads(self):
-        used = sorted(self._used, key=lambda key: self.constants[key])
+    def _load_lines(self):
+        used = sorted(self._used_constants, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
         loads += [f"h = S[{self.step_row * W} + lane]", "h1 = h"]
         return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
 
-    def _text(self):
-        check = ONCE.format(lines=self._straight(self._check_lines()), **CHECK)
-        self._used = set()
-        advance = ADVANCE.format(lines=self._straight([*self._step_lines(), *self._sums()]))
+    def _module_text(self):
+        check = ONCE.format(lines=self._with_loads(self._check_lines()), **CHECK)
+        self._used_constants = set()
+        advance = ADVANCE.format(lines=self._with_loads([*self._step_lines(), *self._sum_lines()]))
         return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), advance, check])
 
     def integrator(self):
@@ -388,8 +391,8 @@ class Code(Generated):
         return Integrator(module.advance, module.check, self.states)
 
 
-def factors(a: dict, m: int, mark: str) -> list[str]:
-    """Return lines of the factors l, 1/r of a = L D Lᵀ, from the texts of a's entries (i, j); names have the mark."""
+def factor_lines(a: dict, m: int, mark: str) -> list[str]:
+    """Return the lines that factorise a = L D Lᵀ (l, and r = 1/D), m × m; `mark` distinguishes their names."""
     places = [(i, j) for i in range(m) for j in range(i, m)]
     lines = [f"a{mark}{i}_{j} = {a[i, j]}" for i, j in places]
     for k in range(m):
@@ -399,8 +402,8 @@ def factors(a: dict, m: int, mark: str) -> list[str]:
     return lines
 
 
-def substituted(right: list[str], names: list[str], mark: str) -> list[str]:
-    """Return lines that give names the solution of L D Lᵀ x = right, with the factors of that mark."""
+def solution_lines(right: list[str], names: list[str], mark: str) -> list[str]:
+    """Return the lines that assign the solution of L D Lᵀ x = right to names, with the factors of this mark."""
     m, lines = len(names), []
     for i, text in enumerate(right):
         lines.append(f"y{mark}{i} = {' - '.join([text, *(f'l{mark}{i}_{k} * y{mark}{k}' for k in range(i))])}")
@@ -410,13 +413,13 @@ def substituted(right: list[str], names: list[str], mark: str) -> list[str]:
     return lines
 
 
-def newest_last(first: int, n: int) -> list[int]:
-    """Return k = first … n in the order in which the products u_k v_(n-k) become known: no sum waits from its start."""
+def indices_newest_last(first: int, n: int) -> list[int]:
+    """Return k = first … n in the order in which the products u_k v_(n-k) can be computed."""
     return sorted(range(first, n + 1), key=lambda k: max(k, n - k))
 
 
-def _written(folder: Path, name: str, text: str) -> Path:
-    """Write a file with this text that the user alone can read, and return its path; no process sees half of it."""
+def _write_module(folder: Path, name: str, text: str) -> Path:
+    """Write a file that only the user can read, atomically, and return its path."""
     path = folder / f"{name}.py"
     if not path.is_file() or path.read_text() != text:
         with replace_output(path, flush=False) as temporary:

@@ -68,7 +68,7 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
 def test_spherical_polar_coordinates_give_the_lectures_matrix():
     system = shipped("central_potential")
     m, r, theta = (symbols(system)[name] for name in ("mass", "r", "theta"))
-    a, *_ = derivation._quadratic(system, derivation._kinetic_energy(system))  # the cyclic coordinates included
+    a, *_ = derivation._quadratic_form(system, derivation._kinetic_energy(system))  # the cyclic coordinates included
     assert a == sp.diag(m, m * r**2, m * r**2 * sin(theta) ** 2)
 
 

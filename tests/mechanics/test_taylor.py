@@ -183,7 +183,7 @@ def test_code_of_many_rods_grows_with_the_graph(n):
 
 
 def test_a_damaged_generated_file_is_written_again(tmp_path):
-    path = taylor._written(tmp_path, "name", "text")
+    path = taylor._write_module(tmp_path, "name", "text")
     path.write_text("half")
-    assert taylor._written(tmp_path, "name", "text").read_text() == "text"
+    assert taylor._write_module(tmp_path, "name", "text").read_text() == "text"
     assert [p.name for p in tmp_path.iterdir()] == ["name.py"]

@@ -42,7 +42,7 @@ def facts(system: "System") -> dict | None:
         shared, trees = _trees([*(equations.a or ()), *equations.forces], "shared")
         seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
         period = None if system.given_period is None else tree(system.given_period)
-        attitude = system.turning and [[tree(x) for x in vector] for vector in system.turning]
+        attitude = system.attitude_equations and [[tree(x) for x in vector] for vector in system.attitude_equations]
         coordinates = []
         for c in equations.places:  # a perturbation of 1 is drawn as described, as a radian, or an eighth of the bounds
             usual = 1 if c.unit == "rad" else (c.bounds[1] - c.bounds[0]) / 8
@@ -70,8 +70,8 @@ def picture(system: "System", equations: "Equations") -> list:
     """Return the parts of the picture: as described, else masses and rods in a plane, else the first two states."""
     from sweeps.mechanics.description import PicturePart
 
-    if system.drawn:
-        return system.drawn
+    if system.picture_parts:
+        return system.picture_parts
     places = _places(system)
     if not places:
         return [PicturePart("mass", (equations.states[:2],))] if equations.n > 1 else []

@@ -29,7 +29,7 @@ def frames(moved: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
     times = moved["time"].values
     words = [*animation.settings(model.system, moved), animation.timing(times[-1])[1]]
     figure = animation.stage(INCHES, DOTS, model.system.title, ",  ".join(words), (11.0, 7.5))
-    drawn = not model.system.turning and picture(model.system, model.equations)
+    drawn = not model.system.attitude_equations and picture(model.system, model.equations)
     parts = [_scene(figure.add_axes((0.0, 0.02, 0.45, 0.8)), moved, model.equations)] if drawn else []
     names = [one.name for one in model.equations.places][:MOST_CURVES]
     for k, (name, ax) in enumerate(zip(names, _panels(figure, len(names), 0.56 if drawn else 0.13), strict=True)):
