@@ -127,10 +127,13 @@ _sheet: ContextVar[Sheet] = ContextVar("sheet", default=ITS_OWN)
 
 _theme: ContextVar[str] = ContextVar("theme", default="light")
 
-# From growth, dark, by zero to oscillation, light: a copy in grey still orders the values.
+# kind of values → colour map of Matplotlib
+COLOR_MAPS = {"signed": "RdBu", "logarithm": "coolwarm", "size": "cividis", "backdrop": "Greys"}
+# In print, signed values from growth, dark, by zero to oscillation, light: a copy in grey still orders them.
 ONE_WAY = LinearSegmentedColormap.from_list(
     "print", ["#4d0011", "#a3192b", "#d6604d", "#eb9a7c", "#f4c3a2", "#d3dde3", "#cfe8f5", "#e4f3fa", "#f7fcff"]
 )
+PRINT_COLOR_MAPS = {"signed": ONE_WAY, "logarithm": ONE_WAY.reversed()}
 DARK_SURFACE = 0.3  # brightness of shaded surfaces in the dark theme, on which curves are pale
 
 
@@ -170,11 +173,10 @@ def brightness() -> float:
     return DARK_SURFACE if _theme.get() == "dark" else 1.0
 
 
-def signed_colors(name: str = "RdBu") -> Colormap:
-    """Return the colours of signed values, in print from dark to light; `name` is a colour map of Matplotlib."""
-    if not is_print():
-        return matplotlib.colormaps[name]
-    return ONE_WAY if name == "RdBu" else ONE_WAY.reversed()
+def color_map(kind: str) -> Colormap:
+    """Return the colours of a kind of values (`COLOR_MAPS`) in the theme."""
+    in_print = PRINT_COLOR_MAPS.get(kind) if is_print() else None
+    return in_print or matplotlib.colormaps[COLOR_MAPS[kind]]
 
 
 def is_narrow() -> bool:

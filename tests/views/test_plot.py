@@ -191,7 +191,7 @@ def regimes_in(theme):
 def signs_in(theme):
     """Colours of negative and positive rates in a theme."""
     with style.drawn_for(style.ITS_OWN, theme):
-        return style.signed_colors()
+        return style.color_map("signed")
 
 
 def lab(rgb):

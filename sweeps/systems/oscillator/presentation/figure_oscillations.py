@@ -100,7 +100,7 @@ def _name(part, equilibrium, mode):
 def _map(ax, one, x, y, most):
     """Draw measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
-    palette = style.signed_colors().with_extremes(bad=colors.MISSING)
+    palette = style.color_map("signed").with_extremes(bad=colors.MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
     edges = style.edges(one[x].values), style.edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")

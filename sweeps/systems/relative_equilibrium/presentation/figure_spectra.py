@@ -1,6 +1,5 @@
 """Stability maps of relative equilibria: measured regimes and growth in colours, theory's boundary on top."""
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -80,7 +79,7 @@ def _frequencies(ax, one, x, y, most):
     """Draw measured frequencies in colours, of points that grow and decay nowhere; `most` is that of all panels."""
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
-    palette = matplotlib.colormaps["cividis"].with_extremes(bad=colors.MISSING)
+    palette = style.color_map("size").with_extremes(bad=colors.MISSING)
     look = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
     planes.name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **look)

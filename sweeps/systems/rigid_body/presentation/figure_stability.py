@@ -163,7 +163,7 @@ def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
     limit = float(np.abs(scale).max()) if scale.count() else 1.0
     limit = limit if limit > 0 else 1.0
     ax.set_facecolor(MISSING)
-    return ax.pcolormesh(x, y, rate, cmap=style.signed_colors(), norm=Normalize(-limit, limit), rasterized=True)
+    return ax.pcolormesh(x, y, rate, cmap=style.color_map("signed"), norm=Normalize(-limit, limit), rasterized=True)
 
 
 def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], sides, x, y) -> None:

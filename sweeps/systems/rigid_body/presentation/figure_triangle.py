@@ -103,7 +103,7 @@ def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
-    look = {"cmap": style.signed_colors(), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    look = {"cmap": style.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
         rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
         mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **look)

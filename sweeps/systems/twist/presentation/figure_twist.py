@@ -33,7 +33,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
     twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, cmap="cividis", vmin=0.0, vmax=1.0, rasterized=True)
+    look = {"cmap": style.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, **look)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors="white", linewidths=0.9)

@@ -84,7 +84,7 @@ def _background(ax, axis: int, most: float):
     rate2 = linear.omega_squared(x, y, np.ones_like(x), 1.0, axis)
     possible = (x + y >= 1) & (np.abs(x - y) <= 1)
     rate = np.where(possible, np.sqrt(np.maximum(-rate2, 0.0)), np.nan)
-    mesh = ax.pcolormesh(along, along, rate, cmap="Greys", vmin=0, vmax=1.2, rasterized=True)
+    mesh = ax.pcolormesh(along, along, rate, cmap=style.color_map("backdrop"), vmin=0, vmax=1.2, rasterized=True)
     impossible = ax.contourf(x, y, np.where(possible, 1.0, -1.0), [-2, 0], colors="none", hatches=["////"])
     impossible.set(edgecolor=colors.QUIET, lw=0.0)
     for line in ([1, 1], [0, most]), ([0, most], [1, 1]), ([0, most], [0, most]):
