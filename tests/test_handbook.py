@@ -90,7 +90,9 @@ def differing(facts):
 
 def test_numbers_on_the_pages_are_those_measured(tmp_path):
     """Of the two maps that take less than a second; the others with the slow build."""
-    maps = {name: evidence.measured(evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")}
+    maps = {
+        name: evidence.measured(name, evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")
+    }
     facts = evidence.measured_numbers(maps, print)
     assert len(facts) > 20
     assert list(differing(facts)) == []

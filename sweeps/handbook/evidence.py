@@ -41,26 +41,26 @@ def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
 
 def measured_maps(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
     """Return the file of each map of the handbook by its name; measure those that are not there or out of date."""
-    return {name: measured(path, work / "maps", say) for name, path in definitions().items()}
+    return {name: measured(name, path, work / "maps", say) for name, path in definitions().items()}
 
 
-def measured(definition: Path, folder: Path, say: Callable[[str], None]) -> Path:
+def measured(name: str, definition: Path | dict, folder: Path, say: Callable[[str], None]) -> Path:
     """Return the map of a definition, measured unless one of the same definition and kernels exists."""
     import sweeps
     from sweeps.maps import storage
     from sweeps.points import loading
 
     folder.mkdir(parents=True, exist_ok=True)
-    path, sweep = folder / f"{definition.stem}.nc", loading.read(definition)
+    path, sweep = folder / f"{name}.nc", loading.read(definition)
     if path.exists():
         with xr.open_dataset(path, decode_cf=False) as old:
             same = sweep.definition.text, sweep.system.fingerprint()
             if (old.attrs.get("definition"), old.attrs.get("kernel_fingerprint")) == same:
                 return path
-    say(f"measuring {definition.stem}")
+    say(f"measuring {name}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # remarks of the compiler
-        storage.write_map(sweeps.survey(str(definition), threads=2), path)
+        storage.write_map(sweeps.survey(definition, threads=2), path)
     return path
 
 

@@ -3,7 +3,6 @@
 Pictures and reports come from maps of their own with fewer points, so that the handbook is made in minutes.
 """
 
-import io
 import math
 import re
 import tomllib
@@ -91,8 +90,9 @@ def make(work: Path, say: Callable[[str], None]) -> None:
     import sweeps
     from sweeps.views import figures
 
-    for name, path in _definitions(work):
-        map_path = evidence.measured(path, work / "gallery" / "maps", say)
+    for name, path in catalogue.shipped().items():
+        definition = reduced(plain(read_text(file_text(path))))
+        map_path = evidence.measured(name, definition, work / "gallery" / "maps", say)
         with sweeps.open_map(map_path) as ds:
             picture = names()[name].get("figure") or next(iter(figures.pictures(ds)))
         evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", say)
@@ -101,21 +101,6 @@ def make(work: Path, say: Callable[[str], None]) -> None:
             page.parent.mkdir(parents=True, exist_ok=True)
             with sweeps.open_map(map_path) as ds:
                 report.write(ds, page)
-
-
-def _definitions(work: Path) -> Iterator[tuple[str, Path]]:
-    """Yield name and reduced definition of each shipped sweep, written below the work's folder."""
-    from ruamel.yaml import YAML
-
-    folder = work / "gallery" / "definitions"
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, source in catalogue.shipped().items():
-        values = reduced(plain(read_text(file_text(source))))
-        stream = io.StringIO()
-        YAML(typ="safe").dump(values, stream)
-        path = folder / f"{name}.yaml"
-        path.write_text(stream.getvalue(), encoding="utf-8")
-        yield name, path
 
 
 def pages() -> dict[str, str]:
