@@ -224,15 +224,16 @@ class Polhode:
 
         from rich.console import Console
 
-        from sweeps.maps import description, selection, summary
+        from sweeps.maps import selection, summary
+        from sweeps.maps.description import describe_map, pointwise
         from sweeps.views import textmap
 
-        ds = description.pointwise(_whole(self._ds))
+        ds = pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})
-        described = description.describe_map(ds)
-        textmap.write(console, described, summary.summarise(ds), textmap.draw(ds, described, {}, console.width))
+        description = describe_map(ds)
+        textmap.write(console, description, summary.summarise(ds), textmap.draw(ds, description, {}, console.width))
         return written.getvalue()
 
 

@@ -25,30 +25,31 @@ def add_show(commands) -> None:
 
 
 def _show(args):
-    from sweeps.maps import description, selection, storage, summary
+    from sweeps.maps import selection, storage, summary
+    from sweeps.maps.description import describe_map, pointwise
     from sweeps.views import textmap
 
     with storage.open_map(args.map) as whole:
-        ds = description.pointwise(whole)
+        ds = pointwise(whole)
         places = selection.nearest(ds, args.coordinates, "--")
-        described, totals = description.describe_map(ds), summary.summarise(ds)
+        description, totals = describe_map(ds), summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
-            printing.print_json(_facts(described, totals))
+            printing.print_json(_facts(description, totals))
         else:
             console = printing.console()
-            textmap.write(console, described, totals, textmap.draw(ds, described, chosen, console.width))
+            textmap.write(console, description, totals, textmap.draw(ds, description, chosen, console.width))
 
 
-def _facts(described, totals) -> dict:
+def _facts(description, totals) -> dict:
     def said(worst):
-        return {"value": worst.value, "at": described.place(worst.at), "points": worst.points}
+        return {"value": worst.value, "at": description.place(worst.at), "points": worst.points}
 
     table = {}
     for (meaning, status), number in totals.table.items():
         table.setdefault(meaning, {})[status] = number
-    facts = {name: str(described.attributes.get(name, "")) for name in ("title", "system", "source", "content_hash")}
-    facts |= {"dimensions": described.sizes, "points": totals.points, "counts": totals.counts, "table": table}
+    facts = {name: str(description.attributes.get(name, "")) for name in ("title", "system", "source", "content_hash")}
+    facts |= {"dimensions": description.sizes, "points": totals.points, "counts": totals.counts, "table": table}
     facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared, "deviations": {}}
     for (reference, name), deviation in totals.deviations.items():
         entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
@@ -152,12 +153,13 @@ def add_slice(commands) -> None:
 
 
 def _slice(args):
-    from sweeps.maps import description, selection, storage
+    from sweeps.maps import selection, storage
+    from sweeps.maps.description import further_dimensions
     from sweeps.shards.mapfile import write_part
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest(ds, args.coordinates, "--")
-        remaining, further = selection.left(ds, places), description.further_dimensions(ds)
+        remaining, further = selection.left(ds, places), further_dimensions(ds)
         plane = [dim for dim in remaining if dim not in further]
         _check_plane(args.map, ds, plane)
         write_part(selection.at(ds, places), args.output, "slice")

@@ -150,7 +150,7 @@ _name_colors("light")
 @contextmanager
 def drawn_for(sheet: Sheet, theme: str = "light") -> Iterator[None]:
     """Draw and write figures of this block for one sheet, in Polhode's style, whatever the user's settings are."""
-    tokens = _sheet.set(sheet), _theme.set(theme)
+    of_sheet, of_theme = _sheet.set(sheet), _theme.set(theme)
     try:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
@@ -158,9 +158,9 @@ def drawn_for(sheet: Sheet, theme: str = "light") -> Iterator[None]:
             _name_colors(theme)
             yield
     finally:
-        _name_colors("light")
-        _sheet.reset(tokens[0])
-        _theme.reset(tokens[1])
+        _sheet.reset(of_sheet)
+        _theme.reset(of_theme)
+        _name_colors(_theme.get())
 
 
 def is_print() -> bool:

@@ -158,12 +158,13 @@ def point(
     Dimensions of the system's own, such as the eigenvalues of one equilibrium, are kept whole where no value is chosen.
     """
     from sweeps import systems
-    from sweeps.maps import description, slices, storage
+    from sweeps.maps import slices, storage
+    from sweeps.maps.description import further_dimensions
 
     with storage.open_map(ds) if isinstance(ds, str | Path) else nullcontext(ds) as opened:
         slices.check_is_map(opened)
         places = nearest(opened, {name: str(value) for name, value in chosen.items()}, prefix)
-        whole = {*systems.of_map(opened).spectrum, *description.further_dimensions(opened)}
+        whole = {*systems.of_map(opened).spectrum, *further_dimensions(opened)}
         if dims := [dim for dim in left(opened, places) if dim not in whole]:
             allowed = f"a value for each, {how_to_choose(opened, dims, prefix)}"
             where = f"{ds}: " if opened is not ds else ""

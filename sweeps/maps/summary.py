@@ -101,11 +101,11 @@ class Deviation:
 class Summary:
     """Gathers a map's numbers while it is read box by box."""
 
-    def __init__(self, described: MapDescription):
-        self._specs, variables = described.specs, described.variables
+    def __init__(self, description: MapDescription):
+        self._specs, variables = description.specs, description.variables
         self._all = tuple(variables)
         self._flags = {name: variable.flags for name, variable in variables.items() if variable.flags}
-        self._lead, self._status = described.leading_flag, of_role(self._specs, Role.STATUS)
+        self._lead, self._status = description.leading_flag, of_role(self._specs, Role.STATUS)
         #: points: how many it has; compared: how many of them the rule compares with theory; impossible: points that
         #: cannot exist
         self.points = self.compared = self.impossible = 0
@@ -204,9 +204,9 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
 
 def summarise(ds: "xr.Dataset") -> Summary:
     """Summarise a map block by block, so that it may exceed the memory."""
-    described = describe_map(ds)
-    summary = Summary(described)
-    for box in blocks(described.sizes, BLOCK_POINTS):
+    description = describe_map(ds)
+    summary = Summary(description)
+    for box in blocks(description.sizes, BLOCK_POINTS):
         summary.add(box, {name: read(ds, name, box) for name in summary.names})
     return summary
 

@@ -28,7 +28,16 @@ from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import POINT, Role
 from sweeps.systems.presentation import Opening, Page
 from sweeps.views import plotly
-from sweeps.views.report_columns import Packed, PageColumn, fewer, gather, pack_within, scaling_laws
+from sweeps.views.report_columns import (
+    Columns,
+    Grid,
+    Packed,
+    PageColumn,
+    gather,
+    pack_within,
+    scaling_laws,
+    thin_columns,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,34 +79,34 @@ def write(ds: "xr.Dataset", path: str | Path, limit: int = LIMIT) -> None:
     Raises:
         ValueError: where not even a thinned map fits into `limit`.
     """
-    described = describe_map(ds)
-    part, opening = described.presentation.page(ds), described.presentation.opening(ds)
-    summary, columns, kept = gather(ds, described)
-    contents = Contents(described, part, opening, summary)
-    packed, kept = _fitted(contents, columns, kept, limit)
-    page = _page(contents, packed, kept)
+    description = describe_map(ds)
+    part, opening = description.presentation.page(ds), description.presentation.opening(ds)
+    summary, columns, page_grid = gather(ds, description)
+    contents = Contents(description, part, opening, summary)
+    packed_columns, page_grid = _fit_columns(contents, columns, page_grid, limit)
+    page = _page(contents, packed_columns, page_grid)
     with replace_output(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 
-def _fitted(contents: Contents, columns, kept, limit: int) -> tuple[list[Packed], dict[str, np.ndarray]]:
+def _fit_columns(contents: Contents, columns: Columns, page_grid: Grid, limit: int) -> tuple[list[Packed], Grid]:
     """Return columns packed into a page of `limit` bytes, with fewer and fewer points until they fit."""
     while True:
-        laws = scaling_laws(contents.map, columns, kept)
-        budget = limit - _frame(contents, laws, kept)
-        packed = pack_within(laws, budget)
-        if packed is not None:
-            return packed, kept
-        points = math.prod(len(values) for values in kept.values())
+        laws = scaling_laws(contents.map, columns, page_grid)
+        budget = limit - _frame(contents, laws, page_grid)
+        packed_columns = pack_within(laws, budget)
+        if packed_columns is not None:
+            return packed_columns, page_grid
+        points = math.prod(len(values) for values in page_grid.values())
         if points == 1:
             raise ValueError(f"limit: no point of this map fits into a page of {limit:,} bytes")
-        columns, kept = fewer(contents.map, columns, kept, max(1, int(points * _share(laws, budget))))
+        columns, page_grid = thin_columns(contents.map, columns, page_grid, max(1, int(points * _share(laws, budget))))
 
 
-def _frame(contents: Contents, columns: list[PageColumn], kept) -> int:
+def _frame(contents: Contents, columns: list[PageColumn], page_grid) -> int:
     """Return bytes of a page but for its columns."""
     empty = [Packed(c.name, c.values.shape, c.powers, "f8", -1000, 6, "") for c in columns]
-    return len(_page(contents, empty, kept).encode("utf-8"))
+    return len(_page(contents, empty, page_grid).encode("utf-8"))
 
 
 def _share(columns: list[PageColumn], budget: int) -> float:
@@ -109,29 +118,29 @@ def _share(columns: list[PageColumn], budget: int) -> float:
 # -- what the page's scripts get
 
 
-def payload(contents: Contents, packed: list[Packed], kept: Mapping[str, np.ndarray]) -> dict:
+def payload(contents: Contents, packed_columns: list[Packed], page_grid: Grid) -> dict:
     """Return the map as JSON for the page's scripts, without the packed bytes."""
-    described = contents.map
-    flat = (name for name, one in described.coordinates.items() if len(one.dims) <= 1)
+    description = contents.map
+    flat = (name for name, coordinate in description.coordinates.items() if len(coordinate.dims) <= 1)
     return {
-        "title": described.title,
-        "dims": [{"name": dim, "size": len(kept[dim]), "of": described.sizes[dim]} for dim in kept],
-        "coordinates": {name: _coordinate(described, name, kept) for name in dict.fromkeys([*kept, *flat])},
-        "variables": [_variable(described, column, k) for k, column in enumerate(packed)],
-        "start": _start(contents, kept),
-        **_look(described),
+        "title": description.title,
+        "dims": [{"name": dim, "size": len(page_grid[dim]), "of": description.sizes[dim]} for dim in page_grid],
+        "coordinates": {name: _coordinate(description, name, page_grid) for name in dict.fromkeys([*page_grid, *flat])},
+        "variables": [_variable(description, column, k) for k, column in enumerate(packed_columns)],
+        "start": _start(contents, page_grid),
+        **_look(description),
         "seriesColors": [colors.in_light(color) for color in colors.SERIES_COLORS],
         "table": contents.part.table,
-        "cloud": described.own_of_points or None,
+        "cloud": description.own_of_points or None,
         **contents.part.facts,
     }
 
 
-def _look(described: MapDescription) -> dict:
+def _look(description: MapDescription) -> dict:
     """Return meanings of flags in words and colours, and symbols of parameters, of the map's system."""
-    look = described.presentation.look
-    every = described.variables | described.coordinates
-    words = {word for one in every.values() for word in one.flags.values()}
+    look = description.presentation.look
+    columns = description.variables | description.coordinates
+    words = {word for column in columns.values() for word in column.flags.values()}
     return {
         "words": {word: look.words(word) for word in sorted(words)},
         "colors": {word: color for word in sorted(words) if (color := colors.in_light(look.color(word)))},
@@ -139,28 +148,27 @@ def _look(described: MapDescription) -> dict:
     }
 
 
-def _coordinate(described: MapDescription, name: str, kept) -> dict:
+def _coordinate(description: MapDescription, name: str, page_grid) -> dict:
     """Return values and attributes of a coordinate along one dimension (or none); numbers if there is no coordinate."""
-    if name not in described.coordinates:
+    if name not in description.coordinates:
         words = {"units": "", "longName": name, "comment": ""}
-        return {"dim": name, "values": kept[name].tolist(), "numeric": False, **words}
-    coordinate = described.coordinates[name]
+        return {"dim": name, "values": page_grid[name].tolist(), "numeric": False, **words}
+    coordinate = description.coordinates[name]
     dim = coordinate.dims[0] if coordinate.dims else None
-    values = coordinate.values[kept[dim]] if dim else coordinate.values.reshape(1)
+    values = coordinate.values[page_grid[dim]] if dim else coordinate.values.reshape(1)
     kind = coordinate.kind
-    plain = [_number(v) for v in values.tolist()] if kind in "fiub" else [str(v) for v in values.tolist()]
-    typed = name == described.named_along  # names by whoever wrote the definition
-    words = _words(coordinate) | {"typed": typed}
-    return {"dim": dim, "values": plain, "numeric": kind in "fiu", "whole": kind in "iu", **words}
+    entries = [_number(v) if kind in "fiub" else str(v) for v in values.tolist()]
+    words = _words(coordinate) | {"typed": name == description.named_along}  # by whoever wrote the definition
+    return {"dim": dim, "values": entries, "numeric": kind in "fiu", "whole": kind in "iu", **words}
 
 
-def _variable(described: MapDescription, column: Packed, k: int) -> dict:
-    packed = {key: value for key, value in asdict(column).items() if key != "text"}
-    spec = described.specs.get(column.name)
+def _variable(description: MapDescription, column: Packed, k: int) -> dict:
+    packing = {key: value for key, value in asdict(column).items() if key != "text"}
+    spec = description.specs.get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
     relations |= {} if spec is None or spec.references else {"theory": "", "exact": ""}
-    relations |= {"role": "coordinate"} if column.name in described.coordinates else {}
-    return packed | _words(described.columns[column.name]) | {"id": k, **relations}
+    relations |= {"role": "coordinate"} if column.name in description.coordinates else {}
+    return packing | _words(description.columns[column.name]) | {"id": k, **relations}
 
 
 def _words(column: ColumnDescription) -> dict:
@@ -173,14 +181,14 @@ def _number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _start(contents: Contents, kept) -> dict:
+def _start(contents: Contents, page_grid) -> dict:
     """Return where the page begins: given by the map's system, else amid real numbers and at the first of others."""
-    described, opening = contents.map, contents.opening
-    middle = {dim: (len(v) - 1) // 2 if dim in described.real_dimensions else 0 for dim, v in kept.items()}
-    values = {dim: described.coordinates[dim].values[kept[dim]] for dim in opening.at if dim in kept}
+    description, opening = contents.map, contents.opening
+    middle = {dim: (len(v) - 1) // 2 if dim in description.real_dimensions else 0 for dim, v in page_grid.items()}
+    values = {dim: description.coordinates[dim].values[page_grid[dim]] for dim in opening.at if dim in page_grid}
     index = {dim: int(np.argmin(np.abs(along - opening.at[dim]))) for dim, along in values.items()}
-    whole = all(len(values) == 1 or dim in opening.at for dim, values in kept.items())
-    link = urllib.parse.urlencode(definition_of(described.attributes).get("start_at") or {})
+    whole = all(len(values) == 1 or dim in opening.at for dim, values in page_grid.items())
+    link = urllib.parse.urlencode(definition_of(description.attributes).get("start_at") or {})
     return {"plane": list(opening.plane), "index": middle | index, "whole": whole, "link": link}
 
 
@@ -202,13 +210,13 @@ def _hash(script: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def _page(contents: Contents, packed: list[Packed], kept) -> str:
-    described, part = contents.map, contents.part
+def _page(contents: Contents, packed_columns: list[Packed], page_grid) -> str:
+    description, part = contents.map, contents.part
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "share": share, "words": described.presentation.look.words}
-    environment.filters["long_name"] = described.long_name
+    environment.filters |= {"number": _text, "share": share, "words": description.presentation.look.words}
+    environment.filters["long_name"] = description.long_name
     scripts = _texts(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
     template = environment.from_string(_asset("report.html"))
@@ -219,31 +227,31 @@ def _page(contents: Contents, packed: list[Packed], kept) -> str:
         sections=Markup("\n".join(_texts(part, ".html", False))),
         program=Markup(program),
         plotly=plotly.deflated(),
-        payload=htmlsafe_json_dumps(payload(contents, packed, kept), **JSON),
-        columns=[column.text for column in packed],
+        payload=htmlsafe_json_dumps(payload(contents, packed_columns, page_grid), **JSON),
+        columns=[column.text for column in packed_columns],
         question=part.question,
         keys=part.keys,
         table=part.table,
-        cloud=POINT.name in described.sizes,
-        **_said(described, contents.summary, kept),
+        cloud=POINT.name in description.sizes,
+        **_page_texts(description, contents.summary, page_grid),
     )
 
 
-def _said(described: MapDescription, summary: Summary, kept) -> dict:
+def _page_texts(description: MapDescription, summary: Summary, page_grid) -> dict:
     """Return the texts and tables of the page."""
-    sizes, definition = described.sizes, described.definition
+    sizes, definition = description.sizes, description.definition
     return {
-        "title": described.title or "A stability map",
+        "title": description.title or "A stability map",
         "about": [text for text in paragraphs(definition)[:2] if "`" not in text],  # not those about its own keys
         "definition": definition,
-        "attributes": {k: str(v) for k, v in described.attributes.items() if k not in ("definition", "title")},
+        "attributes": {k: str(v) for k, v in description.attributes.items() if k not in ("definition", "title")},
         "points": summary.points,
         "product": [(dim, n) for dim, n in sizes.items() if n > 1],
-        "shown": math.prod(len(values) for values in kept.values()),
-        "thinned": [(dim, len(kept[dim]), n) for dim, n in sizes.items() if len(kept[dim]) < n],
+        "shown": math.prod(len(values) for values in page_grid.values()),
+        "thinned": [(dim, len(page_grid[dim]), n) for dim, n in sizes.items() if len(page_grid[dim]) < n],
         "counts": summary.counts,
         "confusion": [_confusion(summary, pair, table) for pair, table in summary.confusion.items()],
-        "checks": [(name, worst, _where(described, worst.at)) for name, worst in summary.checks.items()],
+        "checks": [(name, worst, _place_of(description, worst.at)) for name, worst in summary.checks.items()],
         "certificates": [name for name in summary.checks if summary.role(name) == Role.CERTIFICATE],
         "agreements": [deviation for deviation in summary.deviations.values() if deviation.total],
         "rule": rule(summary),
@@ -261,8 +269,8 @@ def paragraphs(definition: str) -> list[str]:
     return [" ".join(part.split()) for part in "\n".join(lines).split("\n\n") if part.strip()]
 
 
-def _where(described: MapDescription, at: Mapping[str, int]) -> list[tuple]:
-    return [(dim, value) for dim, value in described.place(at).items() if described.sizes.get(dim) != 1]
+def _place_of(description: MapDescription, at: Mapping[str, int]) -> list[tuple]:
+    return [(dim, value) for dim, value in description.place(at).items() if description.sizes.get(dim) != 1]
 
 
 def _confusion(summary: Summary, pair, table: np.ndarray) -> dict:

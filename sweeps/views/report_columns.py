@@ -26,6 +26,9 @@ UNCERTAIN = ("_error", "_stderr")  # ends of names of columns whose numbers neve
 SLIDER_WEIGHT = 4  # a dimension outside the plane is thinned as if it were that many times longer
 FEWEST = 8  # a dimension is not thinned below that
 
+Columns = dict[str, np.ndarray]  # name → values on the page's grid, of length 1 along a dimension that it lacks
+Grid = dict[str, np.ndarray]  # dimension → indices of the map's values that the page has
+
 
 @dataclass
 class PageColumn:
@@ -39,88 +42,84 @@ class PageColumn:
     exact: bool = False  #: whether the page has its numbers as they are, because it works with them
 
 
-def gather(ds: "xr.Dataset", described: MapDescription) -> tuple[Summary, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Read a map once.
-
-    Returns:
-        Its totals, the columns at the points that a page can hold at most, and the indices kept along each dimension.
-    """
-    kept = thinned(described.sizes, described.real_dimensions, MOST_POINTS)
-    shapes = {name: [len(kept[d]) if d in one.dims else 1 for d in kept] for name, one in described.columns.items()}
-    columns = {name: np.empty(shape, ds[name].dtype) for name, shape in shapes.items()}
-    summary = Summary(described)
-    for box in blocks(described.sizes, BLOCK_POINTS):
+def gather(ds: "xr.Dataset", description: MapDescription) -> tuple[Summary, Columns, Grid]:
+    """Read a map once. Return its totals, and its columns on the finest grid that a page can have."""
+    page_grid = thin_dimensions(description.sizes, description.real_dimensions, MOST_POINTS)
+    columns = {}
+    for name, column in description.columns.items():
+        shape = [len(indices) if dim in column.dims else 1 for dim, indices in page_grid.items()]
+        columns[name] = np.empty(shape, ds[name].dtype)
+    summary = Summary(description)
+    for box in blocks(description.sizes, BLOCK_POINTS):
         values = {name: read(ds, name, box) for name in columns}
-        summary.add(box, {name: column for name, column in values.items() if name in described.variables})
+        summary.add(box, {name: column for name, column in values.items() if name in description.variables})
         for name, column in columns.items():
-            _keep(column, values[name], box, kept)
-    return summary, columns, kept
+            _fill(column, values[name], box, page_grid)
+    return summary, columns, page_grid
 
 
-def _keep(column: np.ndarray, values: np.ndarray, box: Mapping[str, slice], kept: Mapping[str, np.ndarray]) -> None:
-    """Add the kept points of one column in one box, as `read` returns them."""
-    into = []
-    for k, (dim, indices) in enumerate(kept.items()):
-        inside, place = within(box[dim], indices)
+def _fill(column: np.ndarray, values: np.ndarray, box: Mapping[str, slice], page_grid: Grid) -> None:
+    """Write into a column its values in one box, as `read` returns them, at the points of the page's grid."""
+    target = []
+    for k, (dim, indices) in enumerate(page_grid.items()):
+        inside, place = indices_in_box(box[dim], indices)
         is_constant = values.shape[k] == 1 and column.shape[k] == 1
         values = values if is_constant else np.take(values, inside, axis=k)
-        into.append(slice(None) if is_constant else place)
-    column[tuple(into)] = values
+        target.append(slice(None) if is_constant else place)
+    column[tuple(target)] = values
 
 
-def thinned(sizes: Mapping[str, int], numeric: set[str], most: int) -> dict[str, np.ndarray]:
+def thin_dimensions(sizes: Mapping[str, int], numeric: set[str], most: int) -> Grid:
     """Return the indices to keep along each dimension so that at most `most` points are left, ends included.
 
     The longest numeric dimensions lose values first; others only when no numeric one is longer than `FEWEST`. The
     two longest of all make the page's plane and keep more of theirs than those that become sliders.
     """
-    kept = dict(sizes)
+    counts = dict(sizes)
     plane = sorted((d for d in sizes if d in numeric), key=lambda dim: -sizes[dim])[:2]
-    while math.prod(kept.values()) > most:
-        candidates = [d for d in kept if d in numeric and kept[d] > FEWEST] or [d for d in kept if kept[d] > 1]
-        longest = max(candidates, key=lambda d: kept[d] * (1 if d in plane else SLIDER_WEIGHT))
-        least = FEWEST if longest in numeric and kept[longest] > FEWEST else 1
-        kept[longest] = max(least, min(kept[longest] - 1, int(kept[longest] * 0.97)))
-    return {d: np.unique(np.linspace(0, sizes[d] - 1, n).round().astype(int)) for d, n in kept.items()}
+    while math.prod(counts.values()) > most:
+        candidates = [d for d in counts if d in numeric and counts[d] > FEWEST] or [d for d in counts if counts[d] > 1]
+        longest = max(candidates, key=lambda d: counts[d] * (1 if d in plane else SLIDER_WEIGHT))
+        least = FEWEST if longest in numeric and counts[longest] > FEWEST else 1
+        counts[longest] = max(least, min(counts[longest] - 1, int(counts[longest] * 0.97)))
+    return {d: np.unique(np.linspace(0, sizes[d] - 1, n).round().astype(int)) for d, n in counts.items()}
 
 
-def within(box: slice, kept: np.ndarray) -> tuple[np.ndarray, slice]:
-    """Return the kept indices of one dimension inside a box, and their slice among all kept indices."""
-    low, high = np.searchsorted(kept, [box.start, box.stop])
-    return kept[low:high] - box.start, slice(low, high)
+def indices_in_box(box: slice, indices: np.ndarray) -> tuple[np.ndarray, slice]:
+    """Return the indices of one dimension that are in a box, from its start, and their slice among all."""
+    low, high = np.searchsorted(indices, [box.start, box.stop])
+    return indices[low:high] - box.start, slice(low, high)
 
 
-def fewer(
-    described: MapDescription, columns: Mapping[str, np.ndarray], kept: Mapping[str, np.ndarray], points: int
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return columns and kept indices thinned to at most so many points."""
-    chosen = thinned({dim: len(indices) for dim, indices in kept.items()}, described.real_dimensions, points)
-    columns = dict(columns)
+def thin_columns(description: MapDescription, columns: Columns, page_grid: Grid, points: int) -> tuple[Columns, Grid]:
+    """Return columns on a coarser grid of at most so many points, and that grid."""
+    lengths = {dim: len(indices) for dim, indices in page_grid.items()}
+    coarser, columns = thin_dimensions(lengths, description.real_dimensions, points), dict(columns)
     for name, values in columns.items():
-        for k, indices in enumerate(chosen.values()):
+        for k, indices in enumerate(coarser.values()):
             if values.shape[k] > 1:
                 values = np.take(values, indices, axis=k)
         columns[name] = values
-    return columns, {dim: kept[dim][indices] for dim, indices in chosen.items()}
+    return columns, {dim: page_grid[dim][indices] for dim, indices in coarser.items()}
 
 
-def scaling_laws(
-    described: MapDescription, columns: Mapping[str, np.ndarray], kept: Mapping[str, np.ndarray]
-) -> list[PageColumn]:
+def scaling_laws(description: MapDescription, columns: Columns, page_grid: Grid) -> list[PageColumn]:
     """Return columns without the dimensions along which they only scale; coordinates keep their exact values."""
-    scales = {dim: _scale(described, dim, indices) for dim, indices in kept.items()}
-    return [reduced(name, values, scales, name in described.coordinates) for name, values in columns.items()]
+    scales = {dim: _scale(description, dim, indices) for dim, indices in page_grid.items()}
+    return [reduce_column(name, values, scales, name in description.coordinates) for name, values in columns.items()]
 
 
-def _scale(described: MapDescription, dim: str, indices: np.ndarray) -> np.ndarray | None:
+def _scale(description: MapDescription, dim: str, indices: np.ndarray) -> np.ndarray | None:
     """Return magnitudes of a dimension's values; None for a dimension along which no law can hold."""
-    if dim not in described.real_dimensions:
+    if dim not in description.real_dimensions:
         return None
-    values = np.abs(described.coordinates[dim].values[indices])
+    values = np.abs(description.coordinates[dim].values[indices])
     return values if np.isfinite(values).all() and (values > 1e-100).all() and (values < 1e100).all() else None
 
 
-def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None], exact: bool = False) -> PageColumn:
+def reduce_column(
+    name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | None], exact: bool = False
+) -> PageColumn:
     """Return a column without the dimensions along which it only scales.
 
     Args:
@@ -134,7 +133,7 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
         if values.shape[k] < 2:
             continue
         for power in POWERS if scale is not None and values.dtype.kind == "f" else (0,):
-            first = _without(values, k, scale, power)
+            first = _reduce_along(values, k, scale, power)
             if first is not None:
                 values, powers[dim] = first, power
                 break
@@ -142,19 +141,21 @@ def reduced(name: str, values: np.ndarray, scales: Mapping[str, np.ndarray | Non
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _without(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
+def _reduce_along(values: np.ndarray, k: int, scale, power: int) -> np.ndarray | None:
     """Return the first slice along dimension k, in the unit of the law; None where the law does not hold."""
     factor = 1.0 if power == 0 else (scale**power).reshape([-1 if i == k else 1 for i in range(values.ndim)])
     first = np.take(values, [0], axis=k) * (factor if power == 0 else np.take(factor, [0], axis=k))
     for i in (-1, values.shape[k] // 2):  # most laws fail here already
-        if not _same(np.take(values, [i], axis=k) * (1.0 if power == 0 else np.take(factor, [i], axis=k)), first):
+        if not _is_constant(
+            np.take(values, [i], axis=k) * (1.0 if power == 0 else np.take(factor, [i], axis=k)), first
+        ):
             return None
     scaled = values * factor
-    is_law = _same(scaled, first) and np.array_equal(np.isfinite(scaled), np.isfinite(values))  # and no overflow
+    is_law = _is_constant(scaled, first) and np.array_equal(np.isfinite(scaled), np.isfinite(values))  # and no overflow
     return first.astype(values.dtype) if is_law else None
 
 
-def _same(values: np.ndarray, first: np.ndarray) -> bool:
+def _is_constant(values: np.ndarray, first: np.ndarray) -> bool:
     if values.dtype.kind != "f":
         return bool((values == first).all())
     with np.errstate(invalid="ignore"):
@@ -221,13 +222,13 @@ def pack_within(columns: list[PageColumn], budget: int) -> list[Packed] | None:
     for bits in (53, *MANTISSA_BITS) if raw <= EXACT_BYTES else MANTISSA_BITS:
         if raw * bits / 64 / 4 > budget:  # no column deflates to a quarter of its noise
             continue
-        packed, room = [], budget
+        packed_columns, room = [], budget
         for column in columns:
             most = min(bits, MANTISSA_BITS[0]) if column.name.endswith(UNCERTAIN) else bits
-            packed.append(pack(column, 53 if column.exact else most))
-            room -= len(packed[-1].text)
+            packed_columns.append(pack(column, 53 if column.exact else most))
+            room -= len(packed_columns[-1].text)
             if room < 0:
                 break
         else:
-            return packed
+            return packed_columns
     return None

@@ -47,20 +47,20 @@ class TextMap:
     colors: dict[str, str]  #: character → colour, "" where it has none
 
 
-def write(console: "Console", described: MapDescription, totals: Summary, drawn: TextMap | None) -> None:
+def write(console: "Console", description: MapDescription, totals: Summary, drawn: TextMap | None) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
-    look = described.presentation.look
-    console.print(described.title, style="bold")
-    console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in described.sizes.items())}")
+    look = description.presentation.look
+    console.print(description.title, style="bold")
+    console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in description.sizes.items())}")
     console.print()
     if totals.table:
-        console.print(_counts(totals, described.leading_flag, look))
+        console.print(_counts(totals, description.leading_flag, look))
     for name, number in totals.unlike.items():
         console.print(f"{name} differs from theory at {number:,} of {totals.points:,} points")
     if totals.impossible:
         console.print(f"physically impossible: {totals.impossible:,} points")
     console.print()
-    worst = _worst(described, totals)
+    worst = _worst(description, totals)
     if worst.row_count:
         console.print(worst)
     if totals.deviations:
@@ -81,13 +81,13 @@ def _counts(totals: Summary, lead: str, look: Look) -> "Table":
     return made
 
 
-def _worst(described: MapDescription, totals: Summary) -> "Table":
+def _worst(description: MapDescription, totals: Summary) -> "Table":
     made = table("worst", "value", "where", right=(1,))
     rows = [(_against(deviation), deviation.worst) for deviation in totals.deviations.values()]
     at_zero = [(f"{d.name} over its error, {d.reference} 0", d.worst_at_zero) for d in totals.deviations.values()]
     for name, worst in (*rows, *at_zero, *totals.checks.items()):
         if worst.points:
-            at = {dim: value for dim, value in described.place(worst.at).items() if described.sizes.get(dim) != 1}
+            at = {dim: value for dim, value in description.place(worst.at).items() if description.sizes.get(dim) != 1}
             where = ", ".join(f"{dim} {in_words(value)}" for dim, value in at.items())
             made.add_row(name, f"{worst.value:.2g}", where)
     return made
@@ -125,7 +125,7 @@ def _print_map(console: "Console", drawn: TextMap, look: Look) -> None:
             console.print(f"{mark.words}; {mark.more}", style="dim")
 
 
-def draw(ds: "xr.Dataset", described: MapDescription, places: dict[str, Place], width: int = 80) -> TextMap | None:
+def draw(ds: "xr.Dataset", description: MapDescription, places: dict[str, Place], width: int = 80) -> TextMap | None:
     """Draw the leading flag over two dimensions, one panel per spin axis or mode.
 
     Names (of bodies, of equilibria) are along the vertical; of numbers, the two longest dimensions make the plane.
@@ -134,25 +134,25 @@ def draw(ds: "xr.Dataset", described: MapDescription, places: dict[str, Place], 
 
     Args:
         ds: a map.
-        described: its description.
+        description: its description.
         places: where to stand along other dimensions; those not given stand in their middle.
         width: characters in a line.
     """
-    flag = described.leading_flag
-    sizes = {dim: size for dim, size in described.sizes.items() if size > 1 and dim not in places}
+    flag = description.leading_flag
+    sizes = {dim: size for dim, size in description.sizes.items() if size > 1 and dim not in places}
     if not (sizes and flag) or POINT.name in sizes:
         return None
     beside = next((dim for dim in sizes if ds[dim].dtype.kind in "iu" and len(sizes) > 1), None)
     count = sizes.pop(beside) if beside else 1
     drawn = _Grid(ds, sizes)
-    fixed = {dim: (n - 1) // 2 for dim, n in described.sizes.items() if dim not in (drawn.x, drawn.y, beside)}
+    fixed = {dim: (n - 1) // 2 for dim, n in description.sizes.items() if dim not in (drawn.x, drawn.y, beside)}
     fixed |= {dim: place.index for dim, place in places.items()}
     values = ds[flag].isel(fixed).load()
     names = [f"{beside} {value}" for value in ds[beside].values] if beside else [""]
     if beside and not np.ptp(values.values, axis=values.dims.index(beside)).any():  # a regime is one of all eigenvalues
         values, names, count = values.isel({beside: 0}), [f"{names[0]} … {ds[beside].values[-1]}"], 1
     room = max(NARROWEST, (width - drawn.label_width() - 2 * (count - 1)) // count)
-    look, meanings = described.presentation.look, described.variables[flag].flags
+    look, meanings = description.presentation.look, description.variables[flag].flags
     glyphs = _glyphs(meanings, look)
     panels = []
     for number in range(count):
@@ -161,7 +161,7 @@ def draw(ds: "xr.Dataset", described: MapDescription, places: dict[str, Place], 
         panels.append(Panel(names[number], list(zip(labels, rows, strict=True)), drawn.ends))
     occurs = {character for panel in panels for _, row in panel.rows for character in row}
     legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
-    at = described.place({dim: i for dim, i in fixed.items() if described.sizes[dim] > 1})
+    at = description.place({dim: i for dim, i in fixed.items() if description.sizes[dim] > 1})
     tints = {glyph: colors.in_light(look.color(meaning)) for glyph, meaning in legend.items()}
     return TextMap(flag, drawn.x, drawn.y, at, panels, legend, tints)
 

@@ -62,14 +62,14 @@ def test_scaling_laws_are_those_of_the_physics(plane):
 def test_a_law_that_fails_at_one_point_is_no_law():
     values = np.ones((3, 5))
     values[2, 3] += 1e-9
-    assert report_columns.reduced("x", values, {"a": None, "b": None}).powers == {}
+    assert report_columns.reduce_column("x", values, {"a": None, "b": None}).powers == {}
     values[2, 3] = np.nan
-    assert report_columns.reduced("x", values, {"a": None, "b": None}).powers == {}
+    assert report_columns.reduce_column("x", values, {"a": None, "b": None}).powers == {}
 
 
 def test_products_that_overflow_obey_no_law():
     values = np.array([1.5e308, 1.6e308])
-    assert report_columns.reduced("x", values, {"a": np.array([10.0, 20.0])}).powers == {}
+    assert report_columns.reduce_column("x", values, {"a": np.array([10.0, 20.0])}).powers == {}
 
 
 def test_numbers_beyond_single_precision_stay_doubles():
@@ -84,7 +84,9 @@ def test_numbers_beyond_single_precision_stay_doubles():
 
 
 def test_thinning_keeps_the_ends_and_what_is_no_number():
-    kept = report_columns.thinned({"axis": 3, "I1": 500, "I2": 400, "omega0": 30}, {"I1", "I2", "omega0"}, 50_000)
+    kept = report_columns.thin_dimensions(
+        {"axis": 3, "I1": 500, "I2": 400, "omega0": 30}, {"I1", "I2", "omega0"}, 50_000
+    )
     assert math.prod(map(len, kept.values())) <= 50_000
     assert len(kept["axis"]) == 3
     for name, size in (("I1", 500), ("I2", 400), ("omega0", 30)):
