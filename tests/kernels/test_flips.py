@@ -77,12 +77,8 @@ def test_against_scipys_own_events(phase):
 def test_units_and_sense():
     points = bodies(200, 2, 1e-3)
     told = columns(points)
-    for factor in (1e-9, 1e6, -1.0):
-        # the opposite spin with the nudge mirrored is the same motion seen from the other end
-        mirrored = {"phase": np.pi - points["phase"]} if factor < 0 else {}
-        if factor < 0:
-            continue
-        other = columns(points | {"omega0": points["omega0"] * factor} | mirrored)
+    for factor in (1e-9, 1e6):
+        other = columns(points | {"omega0": points["omega0"] * factor})
         np.testing.assert_allclose(other["flip_period"] * factor, told["flip_period"], rtol=1e-12)
         np.testing.assert_allclose(other["max_tilt"], told["max_tilt"], rtol=1e-12)
     back = columns(points | {"omega0": -points["omega0"]})
