@@ -33,7 +33,7 @@ TIME, STATE, FIELDS = 0, 1, 7  # An event is stored as its time, then (a, b, c, 
 NEVER = math.inf  # An event that is not requested is due after so many changes of sign.
 PERIOD = 3.0  # A component that rises from 0 changes sign so often in its period: at once, half way and at the end.
 
-MAX_STEPS = 200_000  # A body that needs more steps is given up.
+MAX_STEPS = 200_000  # A body that needs more steps is given up, unless its observable sets another limit.
 MAX_STEP = 0.25  # A step is never longer, in radians of the largest rate, however large the tolerance.
 FINER = 0.77  # A second run with steps shorter by this factor shows the steps' error.
 

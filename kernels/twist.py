@@ -43,6 +43,7 @@ from kernels.jit import INNER, OPTIONS, njit, whole_vectors
 EPSILON = float(np.finfo(np.float64).eps)
 TWO_PI = 2.0 * math.pi
 STEPS_IN_A_TURN = 30.0  # The steps' error stays below the tolerance over so many of them, a typical number.
+MAX_STEPS = 100_000  # A needle that takes more is given up: its roundings have grown beyond what their bound tells.
 MAX_TURN_ERROR = 1e-9  # rad that a turn may be off by when the closed form's search has ended
 
 
@@ -77,7 +78,7 @@ def _start_lane(S, lane, throws, i, step):
     # the fixed vector: at right angles to L, in the plane of L and the handle, whose azimuth is 0
     n = (across / L, -L1 * L2 / (across * L), -L1 * L3 / (across * L))
     events.start(S, lane, moments, omega, n, step / _largest_rate(moments, omega))
-    S[row.azimuth + lane], S[row.due_azimuth + lane] = 0.0, events.PERIOD
+    S[row.azimuth + lane], S[row.due_azimuth + lane], S[row.max_steps + lane] = 0.0, events.PERIOD, MAX_STEPS
     S[row.active + lane] = 1.0 if across > 0.0 else 0.0
 
 
@@ -123,13 +124,13 @@ def exact_turn(moments, begin, chi):
     L = math.sqrt(n1 * n1 + (n2 * n2 + n3 * n3))
     low, high = TWO_PI * moments[1] / L, TWO_PI * moments[2] / L
     t, change, missing = low, 0.0, TWO_PI
-    rounding = 1e-14 + 4.0 * EPSILON * abs(begin[0]) * high  # of phi: of a turn, and of those about the handle
+    rounding = 1e-14 + 8.0 * EPSILON * abs(begin[0]) * high  # of phi: of a turn, and of those about the handle
     for _ in range(100):
         phi, change, m2, m3 = _angles(t, top, chi)
-        missing = TWO_PI - phi
+        previous, missing = missing, TWO_PI - phi
         low, high = (t, high) if missing > 0.0 else (low, t)
         t += missing / L * (m2 * m2 + m3 * m3) / (m2 * m2 / moments[1] + m3 * m3 / moments[2])
-        if abs(missing) < rounding:
+        if abs(missing) < 1e-14 or (abs(missing) < rounding and abs(missing) >= abs(previous)):
             break
         t = t if low < t < high else 0.5 * (low + high)
     return (change, t) if abs(missing) < MAX_TURN_ERROR else (math.nan, math.nan)
