@@ -181,7 +181,7 @@ def random_integration(random, most):
         rotations=samples / per_rotation,
         samples_per_rotation=per_rotation,
         tolerance=10.0 ** random.uniform(-13, -3),
-        propagator=str(random.choice(PROPAGATORS)),
+        propagator=str(random.choice([*PROPAGATORS])),
         collapse=bool(random.random() < 0.2),
     )
 
