@@ -1,4 +1,4 @@
-r"""Oscillations about a degenerate equilibrium: V″ = 0, and a higher term of V holds the motion.
+r"""Oscillations about a degenerate equilibrium: V″ = 0, and a higher term of V confines the motion.
 
 There is no rate there, for the frequency goes with the amplitude. Of one coordinate near its place, x the distance,
 
@@ -11,16 +11,16 @@ the turning point is :math:`A = (E/c_m)^{1/m}`, and a quarter of the period the 
           \int_0^1\frac{du}{\sqrt{1 - u^m}} = \frac{\sqrt\pi\,\Gamma(1 + 1/m)}{\Gamma(1/2 + 1/m)}
 
 (a Beta function, :math:`\frac1m B(\frac1m, \frac12)`; :math:`\pi/2` for m = 2). So :math:`\omega \propto A^{m/2-1}`:
-half the nudge, half the frequency about :math:`x^4`.
+half the amplitude, half the frequency about :math:`x^4`.
 
-*Which term.* The one that is largest at the turning point it would give; a place is known to a rounding (a double root
-to its square root), so lower terms that ought to vanish may not, quite. Where the largest is of odd order or negative,
-nothing holds the motion.
+*The confining term* is the largest one at its turning point; a place has a rounding error (of a double root its square
+root), so lower terms do not vanish exactly. If the largest term has an odd order or is negative, no term confines the
+motion.
 
 *Error.* Another term of order k, :math:`r_k = |c_k|A^k/(c_mA^m)`, changes :math:`1 - u^m` by
 :math:`r_k(1 - u^k) \le r_k\frac km(1 - u^m)` at most, and the period by half of that; the turning point moves by
 :math:`r_k/m` of itself. Both together are below :math:`\frac km r_k` for k > m and below :math:`r_k` for k < m. a
-that changes along the way adds :math:`\frac12|a'|A/a + \frac14|a''|A^2/a`. Orders above 12 are left out.
+that varies along the motion adds :math:`\frac12|a'|A/a + \frac14|a''|A^2/a`. Orders above 12 are left out.
 """
 
 import math
@@ -30,12 +30,12 @@ import numpy as np
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 
-HOLDING = (4, 6, 8, 10)  # orders of the terms that may hold a motion
+CONFINING_ORDERS = (4, 6, 8, 10)  # orders of terms that can confine a motion
 ORDERS = range(2, 13)
-ROUNDING = 1e-14
+RELATIVE_ROUNDING = 1e-14
 
 
-def quarter(m: int) -> float:
+def quarter_integral(m: int) -> float:
     """Return ∫ du/√(1 − u^m) from 0 to 1."""
     return math.sqrt(math.pi) * math.gamma(1 + 1 / m) / math.gamma(0.5 + 1 / m)
 
@@ -56,25 +56,25 @@ class Degenerate:
         """Return the frequencies of motions that start at a distance from equilibria, with a velocity.
 
         Returns:
-            `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 where
-            no term holds the motion; the others are NaN there).
+            `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 if
+            no term confines the motion; the other columns are NaN then).
         """
         with np.errstate(all="ignore"):
             c, a = (np.stack(function(*parameters, place)) for function in (self._series, self._a))
-            held, *values = zip(*(_held_by(m, c, a, x, v) for m in HOLDING), strict=True)
-        columns = {"degenerate_order": np.select(held, HOLDING, 0).astype(np.int8)}
+            is_confined, *values = zip(*(_confined_motion(m, c, a, x, v) for m in CONFINING_ORDERS), strict=True)
+        columns = {"degenerate_order": np.select(is_confined, CONFINING_ORDERS, 0).astype(np.int8)}
         for name, of_orders in zip(("amplitude", "frequency", "frequency_error"), values, strict=True):
-            columns[f"degenerate_{name}"] = np.select(held, of_orders, np.nan)
+            columns[f"degenerate_{name}"] = np.select(is_confined, of_orders, np.nan)
         return columns
 
 
-def _held_by(m, c, a, x, v):
-    """Return whether the term of order m confines motions, their turning point, frequency and its error."""
+def _confined_motion(m, c, a, x, v):
+    """Return (is_confined, turning point, frequency, its error) for the term of order m."""
     coefficient = c[m - ORDERS[0]]
     A = (0.5 * a[0] * v * v / coefficient + np.abs(x) ** m) ** (1.0 / m)
     sizes = np.stack([np.abs(c[k - ORDERS[0]] / coefficient) * A ** (k - m) for k in ORDERS])
-    others = np.stack([sizes[k - ORDERS[0]] * max(k / m, 1.0) for k in ORDERS if k != m])
-    frequency = 0.5 * math.pi * A ** (m / 2 - 1) * np.sqrt(2.0 * coefficient / a[0]) / quarter(m)
-    bent = 0.5 * np.abs(a[1] / a[0]) * A + 0.25 * np.abs(a[2] / a[0]) * A * A
-    held = (coefficient > 0.0) & (a[0] > 0.0) & (sizes <= 1.0).all(axis=0) & np.isfinite(frequency)
-    return held, A, frequency, frequency * (others.sum(axis=0) + bent + ROUNDING)
+    perturbing_terms = np.stack([sizes[k - ORDERS[0]] * max(k / m, 1.0) for k in ORDERS if k != m])
+    frequency = 0.5 * math.pi * A ** (m / 2 - 1) * np.sqrt(2.0 * coefficient / a[0]) / quarter_integral(m)
+    mass_change = 0.5 * np.abs(a[1] / a[0]) * A + 0.25 * np.abs(a[2] / a[0]) * A * A
+    is_confined = (coefficient > 0.0) & (a[0] > 0.0) & (sizes <= 1.0).all(axis=0) & np.isfinite(frequency)
+    return is_confined, A, frequency, frequency * (perturbing_terms.sum(axis=0) + mass_change + RELATIVE_ROUNDING)

@@ -18,46 +18,46 @@ def spring(start, end, width, turns=6) -> list[tuple]:
     return [(start, 0), (start + (end - start) * 0.08, 0), *middle, (start + (end - start) * 0.92, 0), (end, 0)]
 
 
-def box(half, turned=None) -> list[list]:
-    """Return the six faces of a box of these half edges, turned by a matrix."""
+def box(half, rotation=None) -> list[list]:
+    """Return the six faces of a box of these half edges, rotated by a matrix."""
     quarter = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
     faces = []
     for k in range(3):
         for side in (1, -1):
             corners = [np.roll((side, u, v), k) * half for u, v in (quarter if side > 0 else quarter[::-1])]
-            faces.append([_placed(turned, corner) for corner in corners])
+            faces.append([_rotate_point(rotation, corner) for corner in corners])
     return faces
 
 
-def cylinder(radius, low, high, turned=None, tip=None, corners=16) -> list[list]:
+def cylinder(radius, low, high, rotation=None, tip=None, corners=16) -> list[list]:
     """Return the faces of a cylinder about axis 3, or of a cone from the radius `tip` at its low end."""
     rim = circle(1.0, corners=corners)
     ends = [[(r * x, r * y, z) for x, y in rim] for r, z in ((radius if tip is None else tip, low), (radius, high))]
     sides = [[ends[0][k], ends[0][k + 1], ends[1][k + 1], ends[1][k]] for k in range(corners)]
-    return [[_placed(turned, p) for p in face] for face in (*sides, ends[1][:-1], ends[0][-1:0:-1])]
+    return [[_rotate_point(rotation, p) for p in face] for face in (*sides, ends[1][:-1], ends[0][-1:0:-1])]
 
 
 def shaft(x, y, angle, flat=1.0) -> dict[str, list]:
-    """Return a disc at (x, y) on a bent shaft along the first axis, with a mark that turns; `flat` makes it oval."""
+    """Return a disc at (x, y) on a bent shaft along the first axis, with a mark that rotates; `flat` makes it oval."""
     c, s = sp.cos(angle), sp.sin(angle)
     rim = [(0, x + u * c - flat * v * s, y + u * s + flat * v * c) for u, v in circle(0.6, corners=24)]
-    bent = [(1.3 * k, x * (1 - k * k), y * (1 - k * k)) for k in np.linspace(-1, 1, 13).round(3).tolist()]
-    return {"face": rim[:-1], "line": bent, "mark": [(0, x, y), rim[0]]}
+    curve = [(1.3 * k, x * (1 - k * k), y * (1 - k * k)) for k in np.linspace(-1, 1, 13).round(3).tolist()]
+    return {"face": rim[:-1], "line": curve, "mark": [(0, x, y), rim[0]]}
 
 
 def satellite(moments, roll, pitch, yaw) -> list[tuple]:
     """Return kind, points and label of the parts of a satellite in its orbit's axes, above the Earth."""
     body = sp.rot_axis1(roll) * sp.rot_axis2(pitch) * sp.rot_axis3(yaw)  # from the orbit's axes to the body's
-    turned = sp.Matrix.diag(1, -1, -1) * body.T
+    rotation = sp.Matrix.diag(1, -1, -1) * body.T
     total = sum(moments)
     half = [sp.sqrt(abs(total - 2 * moment)) / 2 + 0.05 for moment in moments]
     axes = [("roll", (half[0] + 0.3, 0, 0)), ("yaw", (0, 0, half[2] + 0.3))]
     return [
-        *(("face", face) for face in box(half, turned)),
-        *(("mass", [_placed(turned, tip)], label) for label, tip in axes),
+        *(("face", face) for face in box(half, rotation)),
+        *(("mass", [_rotate_point(rotation, tip)], label) for label, tip in axes),
         *(("line", [(0, 0, 0), end], label) for label, end in (("Earth", (0, 0, -1.5)), ("orbit", (1.5, 0, 0)))),
     ]
 
 
-def _placed(turned, point) -> tuple:
-    return tuple(point) if turned is None else tuple(turned * sp.Matrix(point))
+def _rotate_point(rotation, point) -> tuple:
+    return tuple(point) if rotation is None else tuple(rotation * sp.Matrix(point))

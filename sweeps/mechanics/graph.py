@@ -5,8 +5,8 @@ graph is worked in :math:`\hat u` alone,
 
 .. math:: \widehat{uv} = U\hat v + v\hat u, \qquad \widehat{u/v} = (\hat u - W\hat v)/v, \qquad W = U/V
 
-so that no nudge is too small: nothing is ever subtracted that has the size of q0. Where U vanishes for a reason
-(a velocity, a force at its equilibrium) it is 0 and not the rounding that a formula leaves.
+so that no perturbation is too small: no numbers of the size of q0 are subtracted. If U vanishes by definition (a
+velocity, a force at its equilibrium), it is exactly 0, without a rounding.
 
 *Functions.* A function :math:`w = f(u)` keeps its remainder :math:`\tilde w`,
 :math:`\hat w = f'(U)\,\hat u + \tilde w`, which obeys
@@ -17,8 +17,8 @@ sine and no power: sums, products and quotients are all that is left, whatever t
 :math:`\widetilde{uv} = U\tilde v + V\tilde u + \hat u\hat v` and so on. For V the gradient vanishes at the equilibrium,
 so :math:`\tilde V` is its rise above the equilibrium, to all digits.
 
-*Few products of series.* With :math:`d = B^{-1/2}`, where that occurs, every inverse power of B is one of d, whose
-slope is -d³/2; in products tan u is sin u / cos u where these occur; a product is divided factor by factor, the longest
+*Few products of series.* If :math:`d = B^{-1/2}` occurs, every inverse power of B is a power of d, with the slope
+-d³/2; in products tan u is sin u / cos u if these occur; a product is divided factor by factor, the longest
 one first, so that what has the same divisor is divided once; and the state that most terms of a sum share stands
 outside.
 
@@ -37,7 +37,7 @@ from sweeps.schema.refusals import DescriptionError
 
 CONSTANT, X, ADD, MUL, DIV, FUNCTION, SOLVED = "constant", "x", "add", "mul", "div", "function", "solved"
 FIRST, SECOND, ABSOLUTE = range(3)
-MOST_POWER = 16  # whole powers up to this one are products
+MAX_PRODUCT_POWER = 16  # whole powers up to this one are written as products
 MODULES = [
     {"erf": special.erf},
     "scipy",
@@ -55,22 +55,22 @@ class Node:
     parts: tuple = ()
     #: for ADD one number a part; the expression of a CONSTANT; the FUNCTION; of SOLVED the row, and how many there are
     weights: tuple = ()
-    zero: bool = False  #: whether its value at the equilibrium is 0 for a reason
+    zero: bool = False  #: its value at the equilibrium is exactly 0
 
 
 class Graph:
-    """Nodes in an order in which each follows its parts; what the functions' derivatives are; and the outputs.
+    """Nodes in topological order, the functions' derivatives, and the outputs.
 
-    Where it is `near`, deviations are from an equilibrium, at which velocities and forces vanish; else all that moves
-    is its own deviation (U = 0), and the time is the last of the states.
+    `near`: deviations are from an equilibrium, at which velocities and forces vanish; else the states themselves are
+    the deviations (U = 0), and the time is the last state.
     """
 
     def __init__(self, equations, near: bool = True):
         self.equations, self.near = equations, near
-        #: symbols of all that moves, of which the rates are
+        #: symbols of the states, in the order of the rates
         self.states = equations.states if near else (*equations.states, equations.system.time)
         self.nodes: list[Node] = []
-        #: FUNCTION node → the node that is f′(u); it may come later, for only earlier orders of it are needed
+        #: FUNCTION node → the node of f′(u), which may have a larger number: only earlier orders of it are needed
         self.slopes: dict[int, int] = {}
         self.rates: tuple[int, ...] = ()  #: nodes of ẋ_i
         #: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in units
@@ -93,7 +93,7 @@ class Graph:
     def steepness(self, number: int) -> float | None:
         """Return n of a function that is a high power u^n, 0 of one that is exponential, None of all others."""
         function = self.nodes[number].weights[0].expr
-        if function.is_Pow and function.exp.is_number and function.exp > MOST_POWER:
+        if function.is_Pow and function.exp.is_number and function.exp > MAX_PRODUCT_POWER:
             return float(function.exp)
         return 0.0 if function.has(sp.exp, sp.sinh, sp.cosh, sp.tanh) else None
 
@@ -102,7 +102,7 @@ class Graph:
         return self.nodes[number].kind != CONSTANT
 
     def behind(self, roots, slopes: bool = True) -> list[int]:
-        """Return what moves of nodes and of all that they depend on; without `slopes` at one order of their series."""
+        """Return the non-constant nodes among roots and their dependencies; without `slopes` of one order."""
         nodes, stack = set(), list(roots)
         while stack:
             number = stack.pop()
@@ -137,18 +137,20 @@ class Graph:
             return self.build((sp.exp(e.args[0]) + sp.exp(-e.args[0])) / 2)
         if e.is_Function and len(e.args) == 1:
             return self._function(e, e.args[0])
-        raise DescriptionError(f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
+        raise DescriptionError(
+            f"{type(e).__name__}: {e} cannot be integrated; allowed: +, ×, /, powers and {_ALLOWED_FUNCTIONS}"
+        )
 
     def sum(self, numbers, weights=None, zero=False) -> int:
-        """Return the node of a weighted sum of nodes; ``zero`` states that its value at the equilibrium vanishes."""
+        """Return the node of a weighted sum of nodes; ``zero``: its value at the equilibrium vanishes."""
         weights = tuple(weights) if weights else (1.0,) * len(numbers)
         if not any(map(self.moves, numbers)):
             terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
             return self.build(sum(terms))
-        still = all(self.nodes[k].zero for k in numbers)
-        if weights == (1.0,) and still >= zero:
+        is_zero = all(self.nodes[k].zero for k in numbers)
+        if weights == (1.0,) and is_zero >= zero:
             return numbers[0]
-        return self.add(Node(ADD, tuple(numbers), weights, zero or still))
+        return self.add(Node(ADD, tuple(numbers), weights, zero or is_zero))
 
     def product(self, first: int, second: int) -> int:
         """Return the node of the product of two nodes."""
@@ -167,7 +169,7 @@ class Graph:
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
 
     def solved(self, a: sp.Matrix, forces: list[int]) -> list[int]:
-        """Return the nodes of a⁻¹ f, a symmetric and positive definite; rows that a couples are solved for together."""
+        """Return the nodes of a⁻¹ f, a symmetric and positive definite; coupled rows are solved together."""
         solution = {}
         count, block = connected_components(np.array(a.tolist()) != 0, directed=False)
         for rows in (np.flatnonzero(block == k).tolist() for k in range(count)):
@@ -181,7 +183,7 @@ class Graph:
         return [solution[i] for i in range(len(forces))]
 
     def coupled(self, number: int) -> tuple[int, dict, tuple]:
-        """Return of a SOLVED node the first that is solved for with it, a's entries by (i, j), and f."""
+        """Return (first node of its linear system, a's entries by (i, j), f) of a SOLVED node."""
         node = self.nodes[number]
         row, m = node.weights
         a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.parts, strict=False))
@@ -193,23 +195,23 @@ class Graph:
         return self.sum((number,), zero=True) if self.near else number
 
     def _sum(self, e):
-        shared = _in_common(e, self._moving)
+        shared = _factor_out(e, self._moving)
         if shared is not e:
             return self.build(shared)
-        factors = {}  # of what moves in the terms
+        factors = {}
         for term in e.args:
-            factor, moved = term.as_independent(*self._moving, as_Add=False)
-            factors[moved] = factors.get(moved, 0) + factor
-        parts = [(factor * moved).as_coeff_Mul() for moved, factor in factors.items()]
+            factor, moving_term = term.as_independent(*self._moving, as_Add=False)
+            factors[moving_term] = factors.get(moving_term, 0) + factor
+        parts = [(factor * moving_term).as_coeff_Mul() for moving_term, factor in factors.items()]
         return self.sum([self.build(part) for _, part in parts], [float(weight) for weight, _ in parts])
 
     def _product(self, e):
-        turned = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
-        factors = [part for f in e.args for part in sp.Mul.make_args(turned.get(f, f))]
-        fixed = [f for f in factors if not f.free_symbols & self._moving]
-        moved = [f for f in factors if f.free_symbols & self._moving]  # of which tan u may leave one twice
+        tangents = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
+        factors = [part for f in e.args for part in sp.Mul.make_args(tangents.get(f, f))]
+        constants = [f for f in factors if not f.free_symbols & self._moving]
+        moving_factors = [f for f in factors if f.free_symbols & self._moving]
         above, below = [], []
-        for factor in sorted(moved, key=lambda f: (-f.count_ops(), str(f))):
+        for factor in sorted(moving_factors, key=lambda f: (-f.count_ops(), str(f))):
             base, exponent = factor.as_base_exp()
             divides = exponent.is_Integer and exponent < 0 and self._root(base) is None
             (below if divides else above).append(1 / factor if divides else factor)
@@ -218,10 +220,10 @@ class Graph:
             result = self.quotient(result, self.build(factor))
         for factor in above[1:]:
             result = self.product(result, self.build(factor))
-        return self.product(self.build(sp.Mul(*fixed)), result) if fixed else result
+        return self.product(self.build(sp.Mul(*constants)), result) if constants else result
 
     def _root(self, base):
-        """Return (B, sign) of a base that is ±B, B one whose inverse root occurs; None of another."""
+        """Return (B, sign) if a base is ±B and B^(-1/2) occurs; else None."""
         for root in self._roots if base.free_symbols & self._moving else ():
             for sign in (1, -1):
                 if sp.expand(root - sign * base) == 0:
@@ -230,22 +232,22 @@ class Graph:
 
     def _power(self, base, exponent):
         root = self._root(base) if exponent.is_Rational and (exponent.q == 2 or exponent < 0) else None
-        if root is None or exponent.q > 2 or abs(exponent) > MOST_POWER:
+        if root is None or exponent.q > 2 or abs(exponent) > MAX_PRODUCT_POWER:
             return self._plain_power(base, exponent)
-        (B, sign), whole = root, exponent.q == 1
+        (B, sign), is_whole = root, exponent.q == 1
         e = B ** sp.Rational(-1, 2)
         d = self._expressions[e] if e in self._expressions else self._function(e, B)
         if exponent == e.exp:
             return d
         if exponent > 0:
-            return self.product(d, self._whole(self.build(B), int(exponent + sp.Rational(1, 2))))
-        power = self._whole(self.product(d, d), int(-exponent))
-        if whole:
+            return self.product(d, self._power_by_squaring(self.build(B), int(exponent + sp.Rational(1, 2))))
+        power = self._power_by_squaring(self.product(d, d), int(-exponent))
+        if is_whole:
             return power if sign ** int(exponent) == 1 else self.sum((power,), (-1.0,))
         return self.product(d, power)
 
     def _plain_power(self, base, exponent):
-        if exponent.is_Integer and abs(exponent) <= MOST_POWER:
+        if exponent.is_Integer and abs(exponent) <= MAX_PRODUCT_POWER:
             if exponent < 0:
                 return self.quotient(self.build(sp.Integer(1)), self._power(base, -exponent))
             half = self.build(base) if exponent == 1 else self.build(base ** (exponent // 2))
@@ -254,14 +256,14 @@ class Graph:
             square = self.product(half, half)
             return square if exponent % 2 == 0 else self.product(square, self.build(base))
         if exponent.free_symbols & self._moving:
-            wrong = f"{base**exponent} has a coordinate in its exponent"
-            raise DescriptionError(f"power: {wrong}; allowed: exp(…) in its place")
+            fault = f"{base**exponent} has a coordinate in its exponent"
+            raise DescriptionError(f"power: {fault}; allowed: exp(…) in its place")
         return self._function(base**exponent, base)
 
-    def _whole(self, number, exponent):
+    def _power_by_squaring(self, number, exponent):
         if exponent == 1:
             return number
-        half = self._whole(number, exponent // 2)
+        half = self._power_by_squaring(number, exponent // 2)
         square = self.product(half, half)
         return self.product(square, number) if exponent % 2 else square
 
@@ -292,25 +294,27 @@ class Graph:
             self.slopes[slope] = self.product(self.build(sp.Integer(-2)), self.product(number, slope))
             return slope
         if f.func not in _INTEGRATED:
-            raise DescriptionError(f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_KNOWN}")
+            raise DescriptionError(
+                f"function: {e} cannot be integrated; allowed: +, ×, /, powers and {_ALLOWED_FUNCTIONS}"
+            )
         return self.build(f.diff(*of_u.variables).subs(of_u.variables[0], argument))
 
 
-def _in_common(e, moving):
-    """Return a sum in which the factor that most terms share stands outside, and so on."""
+def _factor_out(e, moving):
+    """Return a sum with the most frequent factor of its terms factored out, recursively."""
     terms = sp.Add.make_args(e)
     powers = [term.as_powers_dict().items() for term in terms]
     factors = [{x for x, k in factors_of_term if x in moving and k.is_Integer and k > 0} for factors_of_term in powers]
     counts = {x: sum(x in f for f in factors) for x in sorted(moving, key=str)}
-    most = max(counts, key=counts.get, default=None)
-    if most is None or counts[most] < 2:
+    factor = max(counts, key=counts.get, default=None)
+    if factor is None or counts[factor] < 2:
         return e
-    inside = sp.Add(*(term / most for term, f in zip(terms, factors, strict=True) if most in f))
-    outside = sp.Add(*(term for term, f in zip(terms, factors, strict=True) if most not in f))
-    return sp.Mul(most, _in_common(inside, moving), evaluate=False) + _in_common(outside, moving)
+    inside = sp.Add(*(term / factor for term, f in zip(terms, factors, strict=True) if factor in f))
+    outside = sp.Add(*(term for term, f in zip(terms, factors, strict=True) if factor not in f))
+    return sp.Mul(factor, _factor_out(inside, moving), evaluate=False) + _factor_out(outside, moving)
 
 
-_KNOWN = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"
+_ALLOWED_FUNCTIONS = "sin, cos, tan, exp, log, sinh, cosh, tanh, asin, acos, atan, asinh, acosh, atanh, erf, sqrt"
 _INTEGRATED = (
     *(sp.sin, sp.cos, sp.exp, sp.log, sp.sinh, sp.cosh, sp.atan, sp.asin, sp.acos),
     *(sp.asinh, sp.acosh, sp.atanh, sp.erf),
@@ -320,10 +324,13 @@ _INTEGRATED = (
 # -- values in NumPy: one array element a point
 
 
-def lambdified(arguments, expressions, whole=True):
-    """Return a NumPy function of arrays, in place of symbols, that returns every expression as a float64 array.
+def lambdified(arguments, expressions, broadcast=True):
+    """Return a NumPy function of arrays for the arguments that returns each expression as a float64 array.
 
-    With `whole` each has the shape of all arguments together, else that of what occurs in it.
+    Args:
+        arguments: symbols.
+        expressions: of these symbols.
+        broadcast: each result has the shape of all arguments together; else that of the arguments which it contains.
     """
     function = sp.lambdify(arguments, list(expressions), modules=MODULES, cse=True)
 
@@ -332,9 +339,9 @@ def lambdified(arguments, expressions, whole=True):
             try:
                 values = [np.real_if_close(v) if np.iscomplexobj(v) else np.asarray(v) for v in function(*arrays)]
             except NameError as error:
-                wrong = f"{error.name} has no values in NumPy or SciPy"
-                raise DescriptionError(f"function: {wrong}; allowed: functions that SymPy writes for them") from None
-        if not whole:
+                fault = f"{error.name} has no values in NumPy or SciPy"
+                raise DescriptionError(f"function: {fault}; allowed: functions that SymPy writes for them") from None
+        if not broadcast:
             return [value.astype(np.float64, copy=False) for value in values]
         shape = np.broadcast_shapes(*(np.shape(x) for x in arrays)) if arrays else ()
         return [np.broadcast_to(value, shape).astype(np.float64) for value in values]
@@ -353,7 +360,7 @@ class Values:
         self.graph = graph
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
-        self._constants = lambdified(self._parameters, constants, whole=False)
+        self._constants = lambdified(self._parameters, constants, broadcast=False)
         self._functions, self._second = {}, {}
         self._behind = graph.behind(graph.slopes, slopes=False)
         self._based = graph.behind(range(len(graph.nodes)) if graph.near else graph.slopes)
@@ -362,8 +369,8 @@ class Values:
         for number in graph.slopes:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
-            self._functions[number] = lambdified((u, *self._parameters), [lam.expr], whole=False)
-            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)], whole=False)
+            self._functions[number] = lambdified((u, *self._parameters), [lam.expr], broadcast=False)
+            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)], broadcast=False)
 
     def bases(self, parameters, q0):
         """Return U of nodes, arrays of up to (n,), from tuples of parameters and places; slopes f′(U) by function."""

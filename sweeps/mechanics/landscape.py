@@ -205,7 +205,7 @@ class Landscape:
         return ~is_possible
 
     def _lambdify(self, expressions):
-        return lambdified(self._arguments, expressions, whole=False)
+        return lambdified(self._arguments, expressions, broadcast=False)
 
     def _size(self, place):
         """Return the perturbation of relative size one; by default a quarter of the bounds, or NaN (see `modes`)."""

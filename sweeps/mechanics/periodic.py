@@ -138,7 +138,9 @@ class Variation:
         return period, has_pairs, is_even
 
     def _lambdify(self, expressions):
-        return lambdified((*self.equations.parameters, *self.equations.states, self._phase), expressions, whole=False)
+        return lambdified(
+            (*self.equations.parameters, *self.equations.states, self._phase), expressions, broadcast=False
+        )
 
     def jacobian_blocks(self, parameters, x, phases, at_rest):
         """Return (slopes of forces, masses, the masses' slopes times accelerations, accelerations).

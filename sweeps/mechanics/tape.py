@@ -1,8 +1,8 @@
 """Expressions as tapes for `kernels.enclosures`: one row an operation, nothing expanded, equal parts once.
 
-What holds no variable is a constant: it is enclosed once a point, by a tape of its own whose variables are the
-parameters. A function of parameters alone that no tape has (a Bessel function, `Max`, `Piecewise`) is a number, too:
-the one that NumPy or SciPy returns, but for some roundings.
+An expression without variables is a constant: it is enclosed once for each point, by a second tape with the parameters
+as variables. A function of parameters alone that no tape supports (a Bessel function, `Max`, `Piecewise`) is evaluated
+by NumPy or SciPy, with an error of some roundings.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ FUNCTIONS = (  # in the order of their codes
     *(sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh, sp.erf),
 )
 CODES = dict(zip(FUNCTIONS, range(codes.EXP, codes.ERF + 1), strict=True))
-MOST_WHOLE = 1 << 20
-OF_LIBRARY = 8.0 * codes.UNIT  # relative error allowed to a function of parameters that NumPy or SciPy evaluates
+MAX_WHOLE_POWER = 1 << 20
+LIBRARY_ROUNDING = 8.0 * codes.UNIT  # relative error allowed to a function of parameters that NumPy or SciPy evaluates
 
 
 class Tape:
@@ -28,68 +28,78 @@ class Tape:
         self.variables, self.parameters = tuple(variables), tuple(parameters)
         self._constants, self._numbers = [], {}
         self._rows: list[tuple[int, int, int]] = []
-        self._known: dict = {}
+        self._rows_by_key: dict = {}
         self.outputs = np.array([self._row(sp.sympify(e)) for e in expressions], dtype=np.int64)
         self.rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
         are_numbers = all(e.is_number for e in self._constants)
-        self._fixed = None if are_numbers else _Numbers(self._constants, self.parameters)
-        self._values = np.array([literal(e) for e in self._constants if are_numbers]).reshape(-1, 2)
-        #: whether constants are enclosed for a range of parameters too, and not at single points alone
-        self.has_ranges = are_numbers or not self._fixed.evaluated
+        self._parameter_tape = None if are_numbers else _Numbers(self._constants, self.parameters)
+        self._values = np.array([enclose_number(e) for e in self._constants if are_numbers]).reshape(-1, 2)
+        #: True if constants can be enclosed over ranges of parameters, and not only at single points
+        self.has_ranges = are_numbers or not self._parameter_tape.numeric_functions
 
     def constants(self, parameters, high=None) -> np.ndarray:
-        """Return enclosures of the constants, (points, constants, 2), for one array (points,) for each parameter.
+        """Return enclosures of the constants, shape (points, constants, 2).
 
-        With `high`, for all values of the parameters from the first to these.
+        Args:
+            parameters: one array (points,) for each.
+            high: upper ends of the parameters' ranges, if `parameters` are the lower ends.
         """
         points = max((np.size(p) for p in parameters), default=1)
-        if self._fixed:
-            return self._fixed.values(parameters, parameters if high is None else high, points)
+        if self._parameter_tape:
+            return self._parameter_tape.values(parameters, parameters if high is None else high, points)
         return np.ascontiguousarray(np.broadcast_to(self._values, (points, *self._values.shape)))
 
     def slopes(self, constants, owner, low, high, count=None):
-        """Enclose f and its first derivatives, shape (boxes, functions, 1 + count, 2); return the boxes' states too."""
+        """Return enclosures of f and its derivatives, (boxes, functions, 1 + count, 2), and state codes, (boxes,).
+
+        Args:
+            constants: of points, as of :meth:`constants`.
+            owner: the point of each box.
+            low: lower ends of the boxes, shape (boxes, variables).
+            high: upper ends.
+            count: number of variables to differentiate by; by default all.
+        """
         from kernels import enclosures  # compiled by its import
 
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
-        arrays = _plain(owner, np.int64), _plain(low), _plain(high)
-        enclosures.slopes(self.formulas(_plain(constants)), *arrays, values, states)
+        arrays = _as_kernel_array(owner, np.int64), _as_kernel_array(low), _as_kernel_array(high)
+        enclosures.slopes(self.formulas(_as_kernel_array(constants)), *arrays, values, states)
         return values, states
 
     def formulas(self, constants) -> codes.Formulas:
-        """Return the functions with the constants of points, as kernels take them."""
+        """Return the arguments of kernels: the functions, with the constants of points."""
         return codes.Formulas(self.rows, self.outputs, constants)
 
     # -- building
 
     def _add(self, code, a, b=0):
         key = (code, a, b)
-        if key not in self._known:
-            self._known[key] = len(self._rows)
+        if key not in self._rows_by_key:
+            self._rows_by_key[key] = len(self._rows)
             self._rows.append(key)
-        return self._known[key]
+        return self._rows_by_key[key]
 
     def _row(self, e):
-        if e not in self._known:
-            self._known[e] = self._built(e)
-        return self._known[e]
+        if e not in self._rows_by_key:
+            self._rows_by_key[e] = self._build_row(e)
+        return self._rows_by_key[e]
 
-    def _built(self, e):
+    def _build_row(self, e):
         if not e.free_symbols & set(self.variables):
             return self._constant(e)
         if e.is_Symbol:
             return self._add(codes.VARIABLE, self.variables.index(e))
         if e.is_Add or e.is_Mul:
-            return self._joined(e)
+            return self._build_sum(e)
         if e.is_Pow and e.base != sp.E:
-            return self._power(e)
+            return self._build_power(e)
         if e.is_Pow:
             return self._add(codes.EXP, self._row(e.exp))
         if type(e) in CODES:
             return self._add(CODES[type(e)], self._row(e.args[0]))
-        raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed()}")
+        raise DescriptionError(f"{type(e).__name__}: {e} cannot be enclosed; allowed: {allowed_words()}")
 
     def _constant(self, e):
         if e not in self._numbers:
@@ -97,57 +107,59 @@ class Tape:
             self._constants.append(e)
         return self._add(codes.CONSTANT, self._numbers[e])
 
-    def _joined(self, e):
+    def _build_sum(self, e):
         code = codes.ADD if e.is_Add else codes.MUL
-        fixed = [part for part in e.args if not part.free_symbols & set(self.variables)]
-        rows = [self._row(part) for part in e.args if part.free_symbols & set(self.variables)]
+        constant_terms = [term for term in e.args if not term.free_symbols & set(self.variables)]
+        rows = [self._row(term) for term in e.args if term.free_symbols & set(self.variables)]
         result = rows[0]
         for row in rows[1:]:
             result = self._add(code, result, row)
-        return self._add(code, self._constant(e.func(*fixed)), result) if fixed else result
+        return self._add(code, self._constant(e.func(*constant_terms)), result) if constant_terms else result
 
-    def _power(self, e):
-        if e.exp.is_Integer and abs(int(e.exp)) < MOST_WHOLE:
+    def _build_power(self, e):
+        if e.exp.is_Integer and abs(int(e.exp)) < MAX_WHOLE_POWER:
             return self._add(codes.WHOLE_POWER, self._row(e.base), int(e.exp))
         if e.exp.free_symbols & set(self.variables):
             return self._row(sp.exp(e.exp * sp.log(e.base), evaluate=False))
         return self._add(codes.POWER, self._row(e.base), self._constant(e.exp))
 
 
-def _plain(x, dtype=np.float64):
-    """Return an array as compiled code takes it: contiguous and writable."""
+def _as_kernel_array(x, dtype=np.float64):
+    """Return a contiguous, writable array."""
     return np.require(x, dtype, ["C", "W"])
 
 
 class _Numbers(Tape):
-    """A tape whose variables are parameters and whose constants are numbers."""
+    """A tape of the constants: its variables are the parameters, and its constants are numbers."""
 
     def __init__(self, expressions, parameters):
-        self.evaluated: list[sp.Expr] = []  #: functions of parameters that no tape has: variables after the parameters
+        self.numeric_functions: list[
+            sp.Expr
+        ] = []  #: functions that no tape supports; they are variables after the parameters
         super().__init__(expressions, parameters, ())
-        self._evaluate = lambdified(parameters, self.evaluated)
+        self._evaluate = lambdified(parameters, self.numeric_functions)
 
-    def _built(self, e):
+    def _build_row(self, e):
         try:
-            return super()._built(e)
+            return super()._build_row(e)
         except DescriptionError:
-            self.evaluated.append(e)
-            return self._add(codes.VARIABLE, len(self.variables) + len(self.evaluated) - 1)
+            self.numeric_functions.append(e)
+            return self._add(codes.VARIABLE, len(self.variables) + len(self.numeric_functions) - 1)
 
     def values(self, low, high, points):
         """Return enclosures, shape (points, expressions, 2)."""
         ends = [np.stack([np.broadcast_to(p, points) for p in end], axis=-1) for end in (low, high)]
-        if self.evaluated:
+        if self.numeric_functions:
             numbers = np.stack(self._evaluate(*ends[0].T), axis=-1)
-            known = np.isfinite(numbers) & (ends[0] == ends[1]).all(axis=1)[:, None]
-            error = np.where(known, OF_LIBRARY * np.abs(numbers), np.inf)
-            numbers = np.where(known, numbers, 0.0)
+            is_known = np.isfinite(numbers) & (ends[0] == ends[1]).all(axis=1)[:, None]
+            error = np.where(is_known, LIBRARY_ROUNDING * np.abs(numbers), np.inf)
+            numbers = np.where(is_known, numbers, 0.0)
             ends = [np.hstack([ends[0], numbers - error]), np.hstack([ends[1], numbers + error])]
         numbers, owner = self.constants([]), np.zeros(points, dtype=np.int64)
         return np.ascontiguousarray(self.slopes(numbers, owner, *ends, 0)[0][:, :, 0])
 
 
-def literal(e) -> tuple[float, float]:
+def enclose_number(e) -> tuple[float, float]:
     """Return two doubles that enclose a number, equal if it is a double."""
     value = float(e)
     if e.is_Float or not np.isfinite(value) or (e.is_Rational and sp.Rational(value) == e):
@@ -155,6 +167,6 @@ def literal(e) -> tuple[float, float]:
     return float(np.nextafter(value, -np.inf)), float(np.nextafter(value, np.inf))
 
 
-def allowed() -> str:
+def allowed_words() -> str:
     """Return the allowed parts of an expression, in words."""
     return "+, ×, /, powers and " + ", ".join(f.__name__ for f in FUNCTIONS) + ", sqrt"

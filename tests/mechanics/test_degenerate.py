@@ -8,7 +8,7 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 
 from sweeps.mechanics import System
-from sweeps.mechanics.degenerate import HOLDING, Degenerate, quarter
+from sweeps.mechanics.degenerate import CONFINING_ORDERS, Degenerate, quarter_integral
 from sweeps.mechanics.derivation import derive
 
 
@@ -27,13 +27,13 @@ def found(V, x, v=0.0, place=0.0, inertia=lambda x: 1):
     return Degenerate(equations).oscillations(one, np.broadcast_to(place, x.shape), x, np.broadcast_to(v, x.shape))
 
 
-@pytest.mark.parametrize("m", [2, *HOLDING])
+@pytest.mark.parametrize("m", [2, *CONFINING_ORDERS])
 def test_the_quarter_of_a_period_is_the_integral(m):
     # u = 1 - w² takes the root at the end away
     integral, _ = quad(
         lambda w: 2 * w / math.sqrt(-math.expm1(m * math.log1p(-w * w))) if w else 2 / math.sqrt(m), 0, 1
     )
-    assert quarter(m) == pytest.approx(integral, rel=1e-9)
+    assert quarter_integral(m) == pytest.approx(integral, rel=1e-9)
 
 
 POTENTIALS = {
