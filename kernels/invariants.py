@@ -27,7 +27,7 @@ import numpy as np
 
 from kernels import codes
 from kernels.blocks import LANES, ROWS, rows_of, scratch
-from kernels.codes import HEAD, SAME, UNIT
+from kernels.codes import HEAD, MIN_IMAG_GAP, UNIT
 from kernels.dense import add_inner, eigenvalues, order, product_in_lanes, put, solve_in_lanes
 from kernels.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void, whole_vectors
 
@@ -336,7 +336,7 @@ def tell(M, X0, runs, n, covariance, noise, bend, spacing, lanes, raw):
         if eigenvalues(y, n, re, im):
             lost = min(1.0, UNIT * max(LOST, PIVOTED * covariance[runs * n * runs * n, lane]))
             p = Polynomial(of_lane, bent, rounded, k, noise[lane], lost)
-            order(re, im, n, SAME)
+            order(re, im, n, MIN_IMAG_GAP)
             moves[:] = math.inf
             if not _is_firm(p, re, im):
                 _move(y, FARTHER * (bend[lane] + noise[lane] * math.sqrt(max(k[n - 1, n - 1], 0.0))), re, im, moves)

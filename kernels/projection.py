@@ -19,7 +19,7 @@ derived here.
 import math
 
 from kernels.blocks import LANES, ROWS, rows_of, scratch
-from kernels.codes import LEAST_MOVED, UNIT
+from kernels.codes import MIN_EXCITATION, UNIT
 from kernels.dense import add_inner, product_in_lanes, put, solve_in_lanes
 from kernels.jit import INNER, OPTIONS, boolean, int64, njit, void, whole_vectors
 
@@ -121,7 +121,7 @@ def step(M, X0, runs, n, by_x, squares, covariance, rest, moved, change):
     left, on, again, f = scratch(1), scratch(1), scratch(1), scratch(1)
     lanes = on.size
     for lane in range(lanes):  # a lane's steps are its own, whoever its neighbours are
-        on[lane] = 1.0 if moved[lane] >= LEAST_MOVED and change[lane] >= CLOSE else 0.0
+        on[lane] = 1.0 if moved[lane] >= MIN_EXCITATION and change[lane] >= CLOSE else 0.0
     _normal(by_x, squares, n, B, Q, f)
     _scaled_inverse(Q, H, right, P, d, f)
     for p in range(P):  # the least pivot's inverse: so many roundings an element of the inverse may hold

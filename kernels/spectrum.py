@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from kernels.blocks import LANES, ROWS, W, rows_of, scratch
-from kernels.codes import EQUATIONS, LEAST_MOVED, MOVED, SCATTER, UNIT
+from kernels.codes import EQUATIONS, EXCITATION, MIN_EXCITATION, SCATTER, UNIT
 from kernels.dense import put, solve_in_lanes
 from kernels.invariants import tell
 from kernels.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
@@ -257,8 +257,8 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, bend, trust, lanes, raw
         free = equations - n * n - P
         for i in range(row.size):
             row[i] = math.nan
-        row[EQUATIONS], row[MOVED] = equations, moved[lane]
-        if moved[lane] < LEAST_MOVED or free < 1.0:
+        row[EQUATIONS], row[EXCITATION] = equations, moved[lane]
+        if moved[lane] < MIN_EXCITATION or free < 1.0:
             continue
         scatter = math.sqrt(rest[lane] / free)
         row[SCATTER] = scatter

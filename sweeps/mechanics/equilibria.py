@@ -298,7 +298,7 @@ class EquilibriumSearch:
         progress, indices = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, ranges = starts or (bounds, np.stack([indices, indices + 1], axis=-1))
         functions = (tape or self.problem.tape).formulas(np.ascontiguousarray(constants))
-        search_regions = roots.Where(*(np.ascontiguousarray(x) for x in (bounds, starts, ranges)))
+        search_regions = roots.SearchRegions(*(np.ascontiguousarray(x) for x in (bounds, starts, ranges)))
         capacity, results = 4 * len(bounds) + 1000, [(indices[:0], indices[:0], np.empty((0, 2, 2, self.n)))]
         while progress[0] < len(bounds):
             before, records, boxes = (
@@ -326,7 +326,7 @@ class EquilibriumSearch:
         nearby = self.enclose_jacobian(
             owner, place - EDGE_MARGIN * self.width[owner], place + EDGE_MARGIN * self.width[owner]
         )[0][:, :, 0]
-        is_faint = (nearby[..., 0] < nearby[..., 1]) & (np.abs(nearby).max(axis=-1) < codes.FAINT)
+        is_faint = (nearby[..., 0] < nearby[..., 1]) & (np.abs(nearby).max(axis=-1) < codes.MIN_RANGE)
         return ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0) & ~is_faint).all(axis=1) & (states < codes.POLE)
 
     def scaled_jacobian(self, owner, place):
@@ -436,7 +436,7 @@ class EquilibriumSearch:
         shares = self.problem.is_steady and self.problem.tape.has_ranges and self.n <= MAX_SHARED_N and points.size
         starts = self.shared_boxes(points, bounds, SHARED_WORK_FACTOR * limit) if shares else None
         box_point, kind, boxes = self._search_refined(points, bounds, limit, starts)
-        owner, is_root = points[box_point], kind == codes.ZERO
+        owner, is_root = points[box_point], kind == codes.UNIQUE_ZERO
         root, half_width = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
         wide_rows = np.flatnonzero(is_root & (half_width > BOUND_SLACK * self.width[owner]).any(axis=1))
         refined = self.apply_newton(owner[wide_rows], root[wide_rows])
@@ -452,7 +452,7 @@ class EquilibriumSearch:
         """Search boxes with few narrow ones allowed, and again with many at points whose narrow boxes are no family."""
         few_limits, many_limits = ((self.narrowest, limit, n, SHARED_WIDTH, False) for n in (FEW_NARROW, MAX_NARROW))
         records = box_point, kind, boxes = self.search_boxes(self.constants[points], bounds, few_limits, starts)
-        narrow_boxes = np.flatnonzero((kind == codes.LOST) | (kind == codes.NARROW))
+        narrow_boxes = np.flatnonzero((kind == codes.ROUNDING_LIMITED) | (kind == codes.AT_MIN_WIDTH))
         retry, first, count = np.unique(box_point[narrow_boxes], return_index=True, return_counts=True)
         retry, middle = (retry[count > FEW_NARROW], narrow_boxes[first + count // 2][count > FEW_NARROW])
         owner = points[retry]
@@ -473,7 +473,7 @@ class EquilibriumSearch:
         the numerators: if it is unique in a box, F has none there.
         """
         box_point, kind, boxes = records
-        pole_boxes = np.flatnonzero(kind == codes.BROKEN)
+        pole_boxes = np.flatnonzero(kind == codes.CONTAINS_POLE)
         if not pole_boxes.size:
             return records
         numerators, denominators = self.problem.fractions
@@ -483,11 +483,15 @@ class EquilibriumSearch:
         constants, divisors = (self.problem.constants(parameters, tape=tape) for tape in (numerators, denominators))
         owner, kinds, places = self.search_boxes(constants, bounds[at], (*limits[:3], 0.0, False), starts, numerators)
         values = denominators.slopes(divisors, owner, places[:, 1, 0], places[:, 1, 1], 0)[0][:, :, 0]
-        is_kept = (kinds != codes.ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
-        for k in np.flatnonzero(is_kept & (kinds == codes.ZERO)):  # a root near a box without poles is found twice
-            roots = boxes[(box_point == at[owner[k]]) & (kind == codes.ZERO), 1]
+        is_kept = (kinds != codes.UNIQUE_ZERO) | ~((values[..., 0] <= 0.0) & (values[..., 1] >= 0.0)).any(axis=1)
+        for k in np.flatnonzero(
+            is_kept & (kinds == codes.UNIQUE_ZERO)
+        ):  # a root near a box without poles is found twice
+            roots = boxes[(box_point == at[owner[k]]) & (kind == codes.UNIQUE_ZERO), 1]
             is_kept[k] = not ((roots[:, 0] <= places[k, 1, 1]) & (roots[:, 1] >= places[k, 1, 0])).all(axis=1).any()
-        return _replace_records(records, kind == codes.BROKEN, (at[owner[is_kept]], kinds[is_kept], places[is_kept]))
+        return _replace_records(
+            records, kind == codes.CONTAINS_POLE, (at[owner[is_kept]], kinds[is_kept], places[is_kept])
+        )
 
     def _add_zeros(self, owner, place, half_width=0.0, uncertainty=0.0, dimension=0):
         """Add equilibria within the bounds; those within BOUND_SLACK of a bound are moved to it."""
@@ -544,7 +548,7 @@ class EquilibriumSearch:
             boxes = tuple(x[~is_covered] for x in boxes)
             new_zeros += [(point, *c) for c in self._cluster_roots(point, place[unresolved], boxes, roots, width)]
             if boxes[2].size:
-                reason = TOO_LARGE if (boxes[2] == codes.LEFT).any() else ROUNDING
+                reason = TOO_LARGE if (boxes[2] == codes.NOT_EXAMINED).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
                 ends = np.stack([boxes[0].min(axis=0), boxes[1].max(axis=0)], axis=-1)
                 self.undecided_box[point, self.problem.free] = ends
@@ -555,7 +559,11 @@ class EquilibriumSearch:
         """Return (owner, place) of starts: centres of undecided boxes, evenly chosen, and named places."""
         points, owners, places = np.unique(owner), [], []
         has_names = self.problem.takes_members and self.problem.system.labels
-        is_usable = (kind == codes.LOST) | (kind == codes.NARROW) | ((kind == codes.LEFT) & (not has_names))
+        is_usable = (
+            (kind == codes.ROUNDING_LIMITED)
+            | (kind == codes.AT_MIN_WIDTH)
+            | ((kind == codes.NOT_EXAMINED) & (not has_names))
+        )
         for point in points:
             box_index = slice(*np.searchsorted(owner, [point, point + 1]))
             box_index = box_index.start + np.flatnonzero(is_usable[box_index])
@@ -581,7 +589,7 @@ class EquilibriumSearch:
                 np.stack([place[remaining] - half_widths, place[remaining] + half_widths], axis=1),
                 (self.narrowest, 1, MAX_NARROW, 0.0, False),
             )
-            is_root = kind == codes.ZERO
+            is_root = kind == codes.UNIQUE_ZERO
             rows = remaining[box_row[is_root]]
             is_unique[rows] = True
             lows[:, rows], highs[:, rows] = (boxes[is_root, :, 0].swapaxes(0, 1), boxes[is_root, :, 1].swapaxes(0, 1))
@@ -599,7 +607,7 @@ class EquilibriumSearch:
         _, cluster = connected_components(is_adjacent)
         roots = {}
         for root in candidates:
-            is_usable = (kind != codes.OVERFLOW) & (kind != codes.BROKEN)
+            is_usable = (kind != codes.OVERFLOW) & (kind != codes.CONTAINS_POLE)
             box_index = np.flatnonzero(((root >= low - width) & (root <= high + width)).all(axis=1) & is_usable)
             is_known = any((np.abs(c - root) <= r + width).all() for c, r in noted_roots)
             if not box_index.size or is_known:
@@ -607,7 +615,7 @@ class EquilibriumSearch:
             in_cluster = cluster == cluster[box_index[0]]
             lower, upper = low[in_cluster].min(axis=0), high[in_cluster].max(axis=0)
             middle = np.where((lower <= 0.0) & (upper >= 0.0), 0.0, 0.5 * (lower + upper))
-            if (kind[in_cluster] == codes.LEFT).any():  # a cluster that was cut off may contain several roots
+            if (kind[in_cluster] == codes.NOT_EXAMINED).any():  # a cluster that was cut off may contain several roots
                 if not any((np.abs(other - root) <= width).all() for other, _, _ in roots.values()):
                     roots[len(cluster) + len(roots)] = root, 0.0 * root, 0.0 * root
             elif cluster[box_index[0]] not in roots:

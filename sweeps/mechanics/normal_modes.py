@@ -134,7 +134,7 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
                 {name: values[is_perturbed] for name, values in perturbation.items()},
             )
         raw[chunk] = _run(model, points, theory, chunk, perturbation, sampling)
-        status[chunk] = kernel.status(raw[chunk], intervals, tolerance, spacing)
+        status[chunk] = kernel.row_status(raw[chunk], intervals, tolerance, spacing)
     too_wide = (status == statuses.OK) & kernel.is_too_wide(raw, theory["scale"], spacing)
     raw[too_wide], status[too_wide] = np.nan, statuses.PERTURBATION_TOO_LARGE
     return {"raw": raw, "status": status, "spacing": spacing, "reach": reach, "share": share}
@@ -182,7 +182,7 @@ def _run(model, points, theory, rows, perturbation, sampling):
     is_two_sided = theory["twice"][rows].astype(np.int64)
     family = m * np.asarray(points["equilibrium"], dtype=np.int64)[rows] + mode
     given_values = np.stack([perturbation["start"], perturbation["allowed"]], axis=1)
-    return kernel.run(
+    return kernel.measure_points(
         model.code.integrator(), Runs(starts, project, S, epsilon, is_two_sided, family, given_values), sampling
     )
 
@@ -243,9 +243,9 @@ def _columns(model, points, theory, results):
     is_measured = np.isfinite(raw[:, kernel.RAW.rate2])
     with np.errstate(invalid="ignore"):
         uncertain = theory["uncertain"] * S * S
-        error, reduced_error = (x + uncertain for x in kernel.errors(raw, S, results["spacing"], results["share"]))
-        regime = kernel.regime(reduced, reduced_error)
-        predicted_regime = kernel.regime(theory["omega_squared"], 32.0 * codes.UNIT * S * S + uncertain)
+        error, reduced_error = (x + uncertain for x in kernel.find_errors(raw, S, results["spacing"], results["share"]))
+        regime = kernel.find_regime(reduced, reduced_error)
+        predicted_regime = kernel.find_regime(theory["omega_squared"], 32.0 * codes.UNIT * S * S + uncertain)
     regime = np.where(is_measured, regime, -1).astype(np.int8)
     predicted_regime = np.where(np.isfinite(theory["omega_squared"]), predicted_regime, -1).astype(np.int8)
     columns = {

@@ -276,15 +276,15 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     finite = there & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
     status[there & ~finite] = np.where(theory["is_idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)[there & ~finite]
     rows = np.flatnonzero(finite)
-    block = 8 * W * kernel.rows(runs, quantities, model.n, intervals)
+    block = 8 * W * kernel.count_rows(runs, quantities, model.n, intervals)
     size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
     for start in range(0, rows.size, size):
         chunk = rows[start : start + size]
         raw[chunk] = _run(model, points, theory, chunk, runs, sampling)
-        status[chunk] = kernel.status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
+        status[chunk] = kernel.row_status(raw[chunk], quantities, model.n, intervals, tolerance, runs, spacing)
     is_too_wide = kernel.is_too_wide(raw, quantities, model.n, theory["scale"], theory["has_pairs"])
     is_too_wide &= status == statuses.OK
-    has_amplitude = raw[is_too_wide, kernel.LEFT] > QUANTITY_ROUNDING  # else the amplitude is not the cause
+    has_amplitude = raw[is_too_wide, kernel.REMAINDER] > QUANTITY_ROUNDING  # else the amplitude is not the cause
     status[is_too_wide] = np.where(has_amplitude, statuses.PERTURBATION_TOO_LARGE, statuses.NOT_CONVERGED)
     raw[is_too_wide, kernel.FIRST + quantities :] = np.nan
     return {"raw": raw, "status": status, "spacing": spacing}
@@ -306,7 +306,7 @@ def _run(model, points, theory, chunk, runs, sampling):
     family = np.asarray(points["equilibrium"], dtype=np.int64)[chunk]
     scale = theory["scale"][chunk]
     batch = Runs(starts, project, scale, epsilon, is_two_sided, family, scale[:, None])
-    return kernel.run(model.code.integrator(), batch, len(model.quantities), sampling)
+    return kernel.measure_points(model.code.integrator(), batch, len(model.quantities), sampling)
 
 
 # -- columns
@@ -384,7 +384,7 @@ def _columns(model, theory, results):
             columns[f"{name}_drift"] = raw[:, kernel.FIRST + k] / (size * amplitude**power)
     return columns | {
         "eigenvalue_condition": theory["condition"],
-        "smallest_singular_value": fit[:, codes.MOVED],
+        "smallest_singular_value": fit[:, codes.EXCITATION],
         **model.columns_of_runs(theory, results, raw[:, kernel.SAMPLES], raw[:, kernel.STEPS]),
     }
 
@@ -420,7 +420,7 @@ def _eigen_columns(matrix, S):
 
 def _order_eigenvalues(values, S):
     """Return ordered eigenvalues, and the index of each among the unordered."""
-    return matrices.ordered(values, 2.0 * codes.SAME * np.nan_to_num(S))
+    return matrices.ordered(values, 2.0 * codes.MIN_IMAG_GAP * np.nan_to_num(S))
 
 
 def _quartic_invariants(matrix):

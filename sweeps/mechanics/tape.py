@@ -65,7 +65,7 @@ class Tape:
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))
         states = np.empty(owner.size, dtype=np.int64)
         arrays = _as_kernel_array(owner, np.int64), _as_kernel_array(low), _as_kernel_array(high)
-        enclosures.slopes(self.formulas(_as_kernel_array(constants)), *arrays, values, states)
+        enclosures.enclose_boxes(self.formulas(_as_kernel_array(constants)), *arrays, values, states)
         return values, states
 
     def formulas(self, constants) -> codes.Formulas:

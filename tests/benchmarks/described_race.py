@@ -163,8 +163,8 @@ class Survey:
     def __init__(self, task):
         kernel = oscillations if task.model.equations.natural else flows
         calls = captured(kernel, task.model, task.points)
-        self.work = lambda: [kernel.run(*arguments) for arguments in calls]
-        shapes = [(arguments[1].starts.shape, arguments[1].twice) for arguments in calls]
+        self.work = lambda: [kernel.measure_points(*arguments) for arguments in calls]
+        shapes = [(arguments[1].starts.shape, arguments[1].has_both_sides) for arguments in calls]
         sizes = len(runs.SIZES)
         single = sizes if kernel is oscillations else 1
         self.motions = sum(shape[1] * int(np.where(twice > 0, 2 * sizes, single).sum()) for shape, twice in shapes)

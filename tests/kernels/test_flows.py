@@ -17,7 +17,7 @@ def test_means_stand_where_every_run_has_many_samples_and_first_samples_elsewher
     weight = (np.arange(count)[None, :, None] < used[:, None]).astype(float)
     Y = rng.normal(size=(runs, count, n, W)) * weight[:, :, None]
     rows, weights, h = Y.reshape(-1, W).copy(), weight.reshape(-1, W).copy(), np.full(W, 0.25)
-    flows._take_means(rows, weights, runs, count, n, used.min(0).astype(float), h, kept)
+    flows._average_neighbours(rows, weights, runs, count, n, used.min(0).astype(float), h, kept)
     many = used.min(0) > kept
     assert 5 < many.sum() < W - 5
     both = np.minimum(weight[:, 0:8:2], weight[:, 1:8:2])

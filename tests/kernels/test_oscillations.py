@@ -51,7 +51,8 @@ def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advanc
     exact, energy = compiled()
     given = np.stack([ones, 0.0 * ones], axis=1)
     runs = Runs(rows, np.tile(np.eye(2), (k.size, 1, 1)), ones, size * ones, twice, twice, given)
-    return oscillations.run(Integrator(advance or exact, energy, STATES), runs, Sampling(intervals, spacing, 1e-10))
+    integrator, sampling = Integrator(advance or exact, energy, STATES), Sampling(intervals, spacing, 1e-10)
+    return oscillations.measure_points(integrator, runs, sampling)
 
 
 @pytest.mark.parametrize("speed", [0.0, -0.5, 2.0])
@@ -60,7 +61,7 @@ def test_signed_rates_of_exact_motions(speed):
     raw = run(k, speed=speed)
     # rounding of a sample, 1e-16, over the second difference k h²
     assert np.abs(raw[:, oscillations.RAW.rate2] - k).max() <= 1e-13
-    assert (oscillations.status(raw, 64, 1e-10, 0.4) == statuses.OK).all()
+    assert (oscillations.row_status(raw, 64, 1e-10, 0.4) == statuses.OK).all()
 
 
 def test_window_ends_where_the_motion_has_grown_tenfold():
@@ -71,8 +72,8 @@ def test_window_ends_where_the_motion_has_grown_tenfold():
 
 def test_nothing_that_pulls_is_marginal():
     raw = run([0.0, 1e-16, 1e-3])
-    _, error = oscillations.errors(raw, np.ones(3), 0.4)
-    kinds = oscillations.regime(raw[:, oscillations.RAW.reduced], error)
+    _, error = oscillations.find_errors(raw, np.ones(3), 0.4)
+    kinds = oscillations.find_regime(raw[:, oscillations.RAW.reduced], error)
     assert kinds.tolist() == [oscillations.MARGINAL, oscillations.MARGINAL, oscillations.STABLE]
 
 
@@ -85,9 +86,9 @@ def test_padding_and_neighbours_change_no_bit():
 
 def test_fast_growth_is_a_short_window_and_overflow_is_said():
     raw = run([-40.0], spacing=0.5)
-    assert oscillations.status(raw, 64, 1e-10, 0.4).tolist() == [statuses.SHORT_WINDOW]
+    assert oscillations.row_status(raw, 64, 1e-10, 0.4).tolist() == [statuses.SHORT_WINDOW]
     raw = run([1.0], start=np.nan)
-    assert oscillations.status(raw, 64, 1e-10, 0.4).tolist() == [statuses.NON_FINITE]
+    assert oscillations.row_status(raw, 64, 1e-10, 0.4).tolist() == [statuses.NON_FINITE]
 
 
 def test_log_slope_is_that_of_the_logarithms_in_its_window():
@@ -171,6 +172,6 @@ def test_another_mode_that_grows_ends_the_window():
     one, none = np.ones(1), np.zeros(1, dtype=np.int64)
     for allowed, most in ((0.0, 100.0), (10.0, 1e4)):  # the other mode grows to a tenth; to ten
         runs = Runs(rows, project, one, one * 1e-6, none, none, np.array([[1.0, allowed]]))
-        (raw,) = oscillations.run(Integrator(pair, still, 4), runs, Sampling(64, 0.4, 1e-10))
+        (raw,) = oscillations.measure_points(Integrator(pair, still, 4), runs, Sampling(64, 0.4, 1e-10))
         assert raw[oscillations.RAW.samples] == int(math.log(most) / 0.4) + 1
         assert raw[oscillations.RAW.rate2] == pytest.approx(1.0, abs=1e-12)

@@ -64,7 +64,7 @@ def measure(samples, spacing, used=None):
     re, im, e_re, e_im = (raw[..., codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4))
     values = raw[..., [codes.SUM, codes.PRODUCT, codes.DISCRIMINANT]]
     errors = raw[..., [codes.SUM_ERROR, codes.PRODUCT_ERROR, codes.DISCRIMINANT_ERROR]]
-    scatter, moved = raw[..., codes.SCATTER], raw[..., codes.MOVED]
+    scatter, moved = raw[..., codes.SCATTER], raw[..., codes.EXCITATION]
     return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, scatter, moved)
 
 
@@ -85,7 +85,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    dense.order(re, im, len(A), codes.SAME / SPACING)
+    dense.order(re, im, len(A), codes.MIN_IMAG_GAP / SPACING)
     return re + 1j * im
 
 
@@ -161,7 +161,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    dense.order(re, im, 4, codes.SAME / SPACING)
+    dense.order(re, im, 4, codes.MIN_IMAG_GAP / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
@@ -187,7 +187,7 @@ def test_a_mode_that_was_not_moved_is_said():
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
     found = measure(still, SPACING)
-    assert found.moved < codes.LEAST_MOVED
+    assert found.moved < codes.MIN_EXCITATION
     assert np.isnan(found.eigenvalues).all()
 
 

@@ -134,9 +134,9 @@ def test_a_window_shorter_than_the_scale_is_refused():
 
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
     raw = np.zeros((4, flows.FIRST + codes.HEAD + 8))
-    raw[:, flows.LEFT] = [1e-4, 1e-1, 1e-4, 1e-4]
+    raw[:, flows.REMAINDER] = [1e-4, 1e-1, 1e-4, 1e-4]
     told = raw[:, flows.FIRST :]
-    told[:, codes.MOVED] = 0.1
+    told[:, codes.EXCITATION] = 0.1
     told[2, codes.HEAD] = 2.0  # a rate above every possible one
     told[3, codes.ODD] = 2.0
     found = flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) > 0)
