@@ -25,7 +25,7 @@ shell.prefix(
 )
 
 try:
-    DEFAULT, PLANS = catalogue.requested(config, on_command_line())
+    DEFAULT, PLANS = catalogue.plan_targets(config, on_command_line())
 except DefinitionError as refused:
     print(refused, file=sys.stderr)
     sys.exit(2)

@@ -116,7 +116,7 @@ def run(definition: str | Path, *, cores: int | None = None, again: bool = False
     from sweeps.pipeline import run as pipeline
     from sweeps.points import catalogue
 
-    return list(pipeline.run(catalogue.resolve(str(definition)), cores, again, replace=replace))
+    return list(pipeline.run(catalogue.find_definition(str(definition)), cores, again, replace=replace))
 
 
 def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Dataset":
@@ -177,7 +177,7 @@ def body(
     from sweeps.points import catalogue
     from sweeps.systems.uncertain_bodies import body_answer
 
-    return body_answer.answer(body, axis, twist, definition, setting, catalogue.compiled)
+    return body_answer.answer(body, axis, twist, definition, setting, catalogue.load_compiled)
 
 
 def motion(
@@ -227,12 +227,12 @@ def motion(
     if hasattr(system, "data_vars"):
         return motion.of_point(system, times, tolerance)
     is_name = isinstance(system, str) and not trajectories.is_described(system)
-    names = prediction.bodies(catalogue.load("bodies"), "bodies") if is_name else ()
+    names = prediction.bodies(catalogue.load_definition("bodies"), "bodies") if is_name else ()
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
         start, parameters = ({} if given is None else given for given in (start, parameters))
         times = [] if times is None else times
         return trajectories.trajectories(system, start, times, parameters, tolerance)
-    chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load)
+    chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
     return from_start(chosen_body, spun, start, times, tolerance)
 
 

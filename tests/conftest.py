@@ -44,7 +44,7 @@ def pytest_configure(config):
     slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
     examples = [example for example in systems.all_examples() if slow or example.module not in LEFT_TO_THE_SLOW]
     shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
-    if shared and not numba.config.DISABLE_JIT and compile.missing(examples):
+    if shared and not numba.config.DISABLE_JIT and compile.missing_examples(examples):
         with byte_code_made_beside(config.args):
             compile.compile_examples(examples)
 

@@ -169,11 +169,11 @@ def test_no_sweep_takes_the_folder_of_the_handbook(tmp_path):
     path = tmp_path / "handbook.yaml"
     path.write_text("grid: {I1: 1.0, I2: 2.0, I3: 3.0, omega0: 1.0}\n")
     with pytest.raises(DefinitionError, match="the handbook's"):
-        catalogue.plan(path)
+        catalogue.plan_sweep(path)
 
 
 def test_the_gallery_has_every_sweep_that_ships():
-    assert sorted(gallery.names()) == sorted(catalogue.shipped())
+    assert sorted(gallery.names()) == sorted(catalogue.shipped_files())
     texts = gallery.pages()
     for name in gallery.names():
         page = texts[f"gallery/{name}"]
@@ -181,9 +181,9 @@ def test_the_gallery_has_every_sweep_that_ships():
         assert all(part in page for part in (f"polhode run {name}\n", f" {name}.png", f"/{name}.yaml", f"/{name}.html"))
 
 
-@pytest.mark.parametrize("name", catalogue.shipped())
+@pytest.mark.parametrize("name", catalogue.shipped_files())
 def test_every_sweep_that_ships_tells_its_story(name):
-    assert len(gallery.story(catalogue.shipped()[name].read_text(encoding="utf-8"))) > 20
+    assert len(gallery.story(catalogue.shipped_files()[name].read_text(encoding="utf-8"))) > 20
 
 
 def test_a_reduced_sweep_is_small_and_else_the_same():

@@ -84,7 +84,7 @@ PLACES = [at for at in paths_of(FIELDS) if at]
 def judged(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:
-        estimate.estimate(loading.read(source))
+        estimate.estimate_needs(loading.read_sweep(source))
     except DefinitionError as refused:
         said = str(refused)
         assert 0 < len(said) < 20_000
@@ -179,14 +179,14 @@ def test_a_variance_that_is_no_double_is_refused(size, uncertainty):
     """Not taken for zero, which would make the body exactly known."""
     body = {"name": "A", "I1": size, "I2": 1.9 * size, "I3": 2.0 * size, "uncertainty": uncertainty}
     with pytest.raises(DefinitionError, match="too large or too small for"):
-        loading.read({"bodies": [body], "grid": {"omega0": 1.0}})
+        loading.read_sweep({"bodies": [body], "grid": {"omega0": 1.0}})
 
 
 def test_more_values_than_yaml_is_read_for_are_refused(folder, monkeypatch):
     monkeypatch.setattr(definitions, "MAX_EVENTS", 100)
     (folder / "many.yaml").write_text("axes: [" + "1," * 100 + "]")
     with pytest.raises(DefinitionError, match=r"line 1: \(too much\) is too large; allowed: 100 values in YAML"):
-        loading.read(folder / "many.yaml")
+        loading.read_sweep(folder / "many.yaml")
 
 
 NAMES = [
@@ -221,7 +221,7 @@ def test_a_name_that_could_escape_is_refused(folder, name, capsys):
 @example("a\n")
 def test_whatever_name_is_taken_stays_below_results(name):
     try:
-        taken = loading.load(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
+        taken = loading.read_definition(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
     except RefusedError:
         return
     assert taken == name

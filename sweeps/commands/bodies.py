@@ -57,7 +57,7 @@ def _body(args):
 
     body = parser.body(args)
     if body is None:
-        names = list(prediction.bodies(catalogue.load(args.definition), args.definition))
+        names = list(prediction.bodies(catalogue.load_definition(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty")}
@@ -130,7 +130,7 @@ def _of_body(args, _):
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
-    chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load)
+    chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
     with progress.waiting(WAIT):
         return from_start(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
 

@@ -37,11 +37,11 @@ def add_check(commands) -> None:
 
 def _check(args):
     if args.list:
-        _list(catalogue.contents(), args.json)
+        _list(catalogue.shipped_contents(), args.json)
         return
-    path = catalogue.resolve(args.definition or catalogue.DEFAULT)
+    path = catalogue.find_definition(args.definition or catalogue.DEFAULT)
     with progress.waiting(f"{path}: deriving its equations and checking its points"):
-        planned = catalogue.plan(path, anywhere=True)
+        planned = catalogue.plan_sweep(path, anywhere=True)
     if args.json:
         print(json.dumps(_facts(planned), indent=1))
     else:
@@ -63,7 +63,7 @@ def _list(contents: dict, as_json: bool) -> None:
 def _facts(planned) -> dict:
     from dataclasses import asdict
 
-    from sweeps.points.estimate import impossible, lacking
+    from sweeps.points.estimate import count_impossible, list_shortages
 
     grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
     return {
@@ -71,8 +71,8 @@ def _facts(planned) -> dict:
         "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
         **asdict(needs),
-        **dict(zip(("impossible", "impossible_counted"), impossible(planned.sweep), strict=True)),
-        "lacking_here": lacking(planned.sweep, needs, "results"),
+        **dict(zip(("impossible", "impossible_counted"), count_impossible(planned.sweep), strict=True)),
+        "lacking_here": list_shortages(planned.sweep, needs, "results"),
         "proved": planned.sweep.system.proofs(grid),
         **definition.facts,
     }
@@ -80,30 +80,32 @@ def _facts(planned) -> dict:
 
 def _rows(planned):
     from kernels.cache import why_unkept
-    from sweeps.points.estimate import PAGE_BYTES, impossible, in_words, lacking, span
+    from sweeps.points.estimate import PAGE_BYTES, count_impossible, format_duration, in_words, list_shortages
 
     grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
     yield "definition", f"{planned.path}: valid"
     yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
-    yield "points", f"{planned.sweep.counted.replace(' points', '', 1)} = {dimensions}"
-    count, counted = impossible(planned.sweep)
+    yield "points", f"{planned.sweep.size_in_words.replace(' points', '', 1)} = {dimensions}"
+    count, counted = count_impossible(planned.sweep)
     if count:
         share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
         yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
-    if definition.rows is not None and definition.rows.ignored:
-        yield "ignored", f"columns of text: {', '.join(map(display, definition.rows.ignored))}"
+    if definition.rows is not None and definition.rows.text_columns:
+        yield "ignored", f"columns of text: {', '.join(map(display, definition.rows.text_columns))}"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} per process"
     drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"
     yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {drawn}"
     how_often = "each time" if needs.compile_seconds and why_unkept() else "once"
-    compiled = f" and {span(needs.compile_seconds)} of compiling, {how_often}" if needs.compile_seconds else ""
-    parts = f"figures and report included; {span(needs.seconds)} of it integration{compiled}"
-    yield "time", f"about {span(needs.wait_seconds)} on one core, {parts}"
+    compiling = (
+        f" and {format_duration(seconds)} of compiling, {how_often}" if (seconds := needs.compile_seconds) else ""
+    )
+    parts = f"figures and report included; {format_duration(needs.seconds)} of it integration{compiling}"
+    yield "time", f"about {format_duration(needs.wait_seconds)} on one core, {parts}"
     for line in planned.sweep.system.proofs(grid):
         yield "proved", line
-    for line in lacking(planned.sweep, needs, "results"):
+    for line in list_shortages(planned.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from definition.remarks
 
@@ -128,7 +130,7 @@ def _run(args):
     from sweeps.views import drawing
 
     with progress.silenced() if args.quiet else nullcontext():
-        definition = catalogue.resolve(args.definition)
+        definition = catalogue.find_definition(args.definition)
         for file in run(definition, args.cores, args.again, args.output, drawing.worker, args.replace):
             print(file)
 
@@ -145,11 +147,11 @@ def _compile(args):
     from kernels.cache import why_unkept
     from sweeps import systems
     from sweeps.points import compile
-    from sweeps.points.loading import read
+    from sweeps.points.loading import read_sweep
 
-    sweep = read(catalogue.resolve(args.definition or catalogue.DEFAULT))  # refused before any work
+    sweep = read_sweep(catalogue.find_definition(args.definition or catalogue.DEFAULT))  # refused before any work
     if why := why_unkept():
-        raise DefinitionError(f"compile: {compile.unkept(why)}")
+        raise DefinitionError(f"compile: {compile.cache_warning(why)}")
     examples = [*sweep.system.examples(sweep.definition), *(systems.all_examples() if args.all else ())]
     compile.compile_examples(examples)
 
@@ -168,7 +170,7 @@ def add_shard(commands) -> None:
 def _shard(args):
     from sweeps.shards import shard as shards
 
-    sweep = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "").sweep
+    sweep = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "").sweep
     points = sweep.grid.size
     if not 1 <= args.count <= points:
         raise DefinitionError(f"N: {args.count} parts are out of range; allowed: 1 to {points}, the number of points")
@@ -196,7 +198,7 @@ def add_merge(commands) -> None:
 def _merge(args):
     from sweeps.shards import merging
 
-    planned = catalogue.plan(catalogue.resolve(args.definition), digest=args.digest or "")
+    planned = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "")
     content_hash = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {content_hash}")
 

@@ -51,7 +51,7 @@ def measured(name: str, definition: Path | dict, folder: Path, say: Callable[[st
     from sweeps.points import loading
 
     folder.mkdir(parents=True, exist_ok=True)
-    path, sweep = folder / f"{name}.nc", loading.read(definition)
+    path, sweep = folder / f"{name}.nc", loading.read_sweep(definition)
     if path.exists():
         with xr.open_dataset(path, decode_cf=False) as old:
             same = sweep.definition.text, sweep.system.fingerprint()

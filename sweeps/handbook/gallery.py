@@ -90,7 +90,7 @@ def make(work: Path, say: Callable[[str], None]) -> None:
     import sweeps
     from sweeps.views import figures
 
-    for name, path in catalogue.shipped().items():
+    for name, path in catalogue.shipped_files().items():
         definition = reduced(plain(read_text(file_text(path))))
         map_path = evidence.measured(name, definition, work / "gallery" / "maps", say)
         with sweeps.open_map(map_path) as ds:
@@ -109,7 +109,7 @@ def pages() -> dict[str, str]:
     for topic, those in TOPICS.items():
         grids += [f"## {topic}", "", "::::{grid} 2 2 3 3", ":gutter: 3", ""]
         for name in those:
-            text = file_text(catalogue.shipped()[name])
+            text = file_text(catalogue.shipped_files()[name])
             title = plain(read_text(text)).get("title", name)
             badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in those[name]["tags"])
             fields = {"story": re.sub(r"([*_<>$])", r"\\\1", story(text))}

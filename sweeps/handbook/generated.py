@@ -42,7 +42,7 @@ def write(folder: Path, work: Path) -> None:
         text = re.sub(r"\[([^\]]+)\]\((?!http)[^)]*\)", r"\1", text)  # the targets of relative links are not there
         (folder / "included" / name).write_text(text, encoding="utf-8")
     (folder / "gallery/definitions").mkdir()
-    for name, path in catalogue.shipped().items():
+    for name, path in catalogue.shipped_files().items():
         shutil.copy2(path, folder / "gallery/definitions")
         shutil.copy2(work / "gallery" / f"{name}.png", folder / "gallery")
     shutil.copytree(work / "extra", folder / "extra")

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from sweeps.points.columns import columns
+from sweeps.points.columns import measure_points
 from sweeps.points.sweep import Grid, Sweep
 from sweeps.shards import contract
 
@@ -19,7 +19,7 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = [array.chunk({d: sizes[d] for d in array.dims}) for array in arrays]
-    further = {dim: values.size for dim, values in grid.further.items()}
+    further = {dim: values.size for dim, values in grid.extra_dimensions.items()}
     results = xr.apply_ufunc(
         partial(_columns, sweep=sweep, threads=threads),
         *arrays,
@@ -30,7 +30,7 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     )
     data = {}
     for spec, result in zip(variables, results if len(variables) > 1 else (results,), strict=True):
-        data[spec.name] = result.transpose(*grid.dims, *grid.further, missing_dims="ignore")
+        data[spec.name] = result.transpose(*grid.dims, *grid.extra_dimensions, missing_dims="ignore")
         data[spec.name].attrs = spec.attributes_among(sweep.variables)
     return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
@@ -40,7 +40,8 @@ def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarra
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
-    shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns(points, sweep, threads).values())
+    columns = measure_points(points, sweep, threads).values()
+    shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns)
     return shaped if len(shaped) > 1 else shaped[0]  # apply_ufunc takes a single output bare
 
 

@@ -21,8 +21,8 @@ import xarray as xr
 from sweeps import systems
 from sweeps.maps import admission, storage
 from sweeps.points import catalogue
-from sweeps.points.columns import columns
-from sweeps.points.loading import read
+from sweeps.points.columns import measure_points
+from sweeps.points.loading import read_sweep
 from sweeps.points.sweep import Sweep
 from sweeps.reading.definitions import mapping_of
 from sweeps.reading.files import FileBytes
@@ -110,7 +110,7 @@ def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Ch
         values = mapping_of(text)
         if (elsewhere := _needs_files(values)) is not None:
             return None, Check(name, covers, skipped=elsewhere)
-        sweep = read(values, against.name if against else DEFAULT_NAME)
+        sweep = read_sweep(values, against.name if against else DEFAULT_NAME)
     except (DefinitionError, UnreadableError) as error:
         return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
     findings, definition = [], sweep.definition
@@ -160,7 +160,7 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     """Return findings where the map lacks dimensions, coordinates or variables of its definition."""
     grid = sweep.grid
     covers = f"{grid.size:,} points: dimensions, coordinates, {len(sweep.variables)} variables"
-    sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.further.items()}
+    sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.extra_dimensions.items()}
     if dict(ds.sizes) != sizes:
         held, wanted = (
             " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in of.items()) or "none"
@@ -255,7 +255,7 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
 class _Sample:
     numbers: np.ndarray
     points: dict[str, np.ndarray]
-    columns: dict[str, np.ndarray]
+    measure_points: dict[str, np.ndarray]
 
     def name(self, i: int) -> str:
         return f"point {self.numbers[i]}"
@@ -321,7 +321,7 @@ def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) ->
 def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     """Return findings where some points of a sample, measured again, have other bits."""
     part = slice(numbers.start, numbers.stop)
-    again = columns({name: values[part] for name, values in sample.points.items()}, sweep)
+    again = measure_points({name: values[part] for name, values in sample.points.items()}, sweep)
     findings = []
     for variable, held in sample.columns.items():
         for i, a, b in zip(numbers, held[part], again[variable], strict=True):
@@ -461,6 +461,6 @@ def checked(path: str, points: int, seed: int, definition: str | None, any_kerne
 def _expected(path: str, definition: str | None) -> Sweep | None:
     """Return the sweep of a definition; left out, of the one that ships and whose folder the map lies in."""
     folder = Path(os.path.realpath(admission.map_of(path))).parent
-    shipped = catalogue.shipped() if folder.parent.name == "results" else {}
-    source = catalogue.resolve(definition) if definition is not None else shipped.get(folder.name)
-    return None if source is None else read(source)
+    shipped = catalogue.shipped_files() if folder.parent.name == "results" else {}
+    source = catalogue.find_definition(definition) if definition is not None else shipped.get(folder.name)
+    return None if source is None else read_sweep(source)

@@ -35,7 +35,7 @@ def make(
 ) -> Iterator[Path]:
     """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `run.run`."""
     with progress.waiting(f"{definition}: deriving its equations"):
-        plan = catalogue.plan(definition, results, check=False)
+        plan = catalogue.plan_sweep(definition, results, check=False)
     sweep, folder = plan.sweep, results / plan.sweep.name
     progress.say(plan.intention(folder))
     with claims.claim_folders([sweep.name], results):
@@ -43,7 +43,7 @@ def make(
         is_new = again or not storage.holds_map(folder / MAP, sweep)
         old_outputs = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
         if is_new:
-            compile.ensure(sweep)  # the search for equilibria in the check is compiled, too
+            compile.ensure_compiled(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
         draws = workers > 1 and FIGURES in old_outputs
         with drawing_worker() if draws else nullcontext() as worker:  # It loads Matplotlib while this process measures.

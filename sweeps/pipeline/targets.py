@@ -65,7 +65,7 @@ def threads_of_shard(workflow, count: int) -> int:
 def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
     """Yield a line for each sweep without a map whose kernels the first of its shards will compile."""
     for sweep in (plan.sweep for plan in plans):
-        if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (line := compile.announcement(sweep)):
+        if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (line := compile.compile_notice(sweep)):
             yield line
 
 

@@ -1,4 +1,4 @@
-"""Which sweeps there are: the definitions that ship, and any other by its path."""
+"""Catalogue of sweeps: the definitions that ship with the program, and files of definitions by their paths."""
 
 import math
 import re
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parents[1] / "definitions"
 DEFAULT = "tennis_racket"
-TAKEN = "handbook"  # what results/ holds beside sweeps
+HANDBOOK_FOLDER = "handbook"  # folder of results/ that belongs to no sweep
 
 
-def shipped() -> dict[str, Path]:
+def shipped_files() -> dict[str, Path]:
     """Return name → file of each definition in sweeps/definitions."""
-    folder = FOLDER.relative_to(here) if FOLDER.is_relative_to(here := Path.cwd()) else FOLDER
+    folder = FOLDER.relative_to(work_dir) if FOLDER.is_relative_to(work_dir := Path.cwd()) else FOLDER
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
@@ -37,110 +37,124 @@ class Content(NamedTuple):
     title: str
 
 
-def contents() -> dict[str, Content]:
-    """Return name → content of each shipped definition, read without its system, whose equations take seconds."""
+def shipped_contents() -> dict[str, Content]:
+    """Return name → content of each shipped definition, read without deriving the equations of its system."""
     from sweeps.reading.definitions import file_text, plain, read_text
 
-    values = {name: plain(read_text(file_text(path))) for name, path in shipped().items()}
-    return {n: Content(v.get("system", DEFAULT_SYSTEM), _points(v), v.get("title", n)) for n, v in values.items()}
+    values = {name: plain(read_text(file_text(path))) for name, path in shipped_files().items()}
+    return {n: Content(v.get("system", DEFAULT_SYSTEM), _count_points(v), v.get("title", n)) for n, v in values.items()}
 
 
-def _points(values: Mapping) -> int:
-    numbers = [_count(entry) for entry in values.get("grid", {}).values()] + [len(values.get("bodies", "1"))]
+def _count_points(values: Mapping) -> int:
+    numbers = [_count_values(entry) for entry in values.get("grid", {}).values()] + [len(values.get("bodies", "1"))]
     axes = (1, 2, 3) if values.get("system", DEFAULT_SYSTEM) == DEFAULT_SYSTEM else (1,)
     return math.prod(numbers) * len(values.get("axes", axes))
 
 
-def _count(entry: object) -> int:
+def _count_values(entry: object) -> int:
     if isinstance(entry, Mapping):
-        return entry["num"] if "num" in entry else math.prod(map(_count, entry.values()))
+        return entry["num"] if "num" in entry else math.prod(map(_count_values, entry.values()))
     return len(entry) if isinstance(entry, tuple) else 1
 
 
-def resolve(text: str) -> Path:
+def find_definition(text: str) -> Path:
     """Return the file of a sweep that ships, by its name, or of a path."""
-    files = shipped()
+    files = shipped_files()
     if text in files:
         return files[text]
     if "/" in text or "\\" in text or re.search(r"\.(ya?ml|json)$", text) or Path(text).is_file():
         return Path(text)
-    raise DefinitionError(_unknown("definition", text, files, "or the path of a YAML file"))
+    raise DefinitionError(_unknown_name("definition", text, files, "or the path of a YAML file"))
 
 
-def load(source: str | Path | Mapping) -> "Definition":
+def load_definition(source: str | Path | Mapping) -> "Definition":
     """Return the definition of a mapping, of a path, or of the name of a sweep that ships."""
     from sweeps.points import loading
 
-    return loading.load(source if isinstance(source, Mapping) else resolve(str(source)))
+    return loading.read_definition(source if isinstance(source, Mapping) else find_definition(str(source)))
 
 
-def compiled(source: str | Path | Mapping) -> "Definition":
-    """Return a definition as `load`, with what measures it compiled where this process has the compiler."""
+def load_compiled(source: str | Path | Mapping) -> "Definition":
+    """Return a definition as `load_definition`, and compile its kernels if this process has the compiler."""
     from sweeps.points import compile, sweep
 
-    definition = load(source)
-    compile.ensure(sweep.of(definition))
+    definition = load_definition(source)
+    compile.ensure_compiled(sweep.build_sweep(definition))
     return definition
 
 
-def _unknown(where: str, name: str, names: Iterable[str], otherwise: str) -> str:
-    wrong = f"{name[:100]!r} is not the name of a sweep{hint(name[:100], names)}"
-    return f"{where}: {wrong}; allowed: {', '.join(names)}, {otherwise}"
+def _unknown_name(where: str, name: str, names: Iterable[str], otherwise: str) -> str:
+    problem = f"{name[:100]!r} is not the name of a sweep{hint(name[:100], names)}"
+    return f"{where}: {problem}; allowed: {', '.join(names)}, {otherwise}"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep, the file that defines it, and what it needs."""
+    """A sweep, the file that defines it, and the resources that it needs."""
 
     path: Path  #: the definition's file
     sweep: "Sweep"  #: the sweep, valid and small enough for this machine
     needs: "Estimate"  #: points, files, memory, disk and time
 
     def intention(self, folder: Path) -> str:
-        """Return what a run makes in a folder, in one line."""
-        return f"{self.sweep.name}: {self.sweep.counted} of {self.sweep.definition.system}, {self.needs} → {folder}"
+        """Return the sweep, its resources and the folder of its results in one line."""
+        return (
+            f"{self.sweep.name}: {self.sweep.size_in_words} of {self.sweep.definition.system}, {self.needs} → {folder}"
+        )
 
 
-def plan(
+def plan_sweep(
     source: str | Path, results: str | Path = "results", anywhere: bool = False, digest: str = "", check: bool = True
 ) -> Plan:
     """Check a definition, and that this machine has enough disk and memory for it, unless it is to run `anywhere`.
 
-    The digest is that of the definition that another process planned, "" for any. With `check` its system also looks
-    beyond the values.
+    Args:
+        source: the file of the definition.
+        results: the folder for results.
+        anywhere: whether the sweep may need more than this machine has.
+        digest: the digest of the definition that another process planned, "" for any.
+        check: whether its system also checks the points, which takes longer.
 
     Raises:
-        DefinitionError: also for one that is named like a definition that ships.
+        DefinitionError: also for a definition with the name of one that ships.
     """
-    from sweeps.points.estimate import estimate, refuse_if_too_large
-    from sweeps.points.loading import read
+    from sweeps.points.estimate import estimate_needs, refuse_if_too_large
+    from sweeps.points.loading import read_sweep
 
     path = Path(source)
-    sweep = read(path, check=check)
-    if sweep.name == TAKEN or shipped().get(sweep.name, path).resolve() != path.resolve():
-        of = f"results/{TAKEN}, the handbook's folder" if sweep.name == TAKEN else "a sweep that ships"
+    sweep = read_sweep(path, check=check)
+    if sweep.name == HANDBOOK_FOLDER or shipped_files().get(sweep.name, path).resolve() != path.resolve():
+        of = (
+            f"results/{HANDBOOK_FOLDER}, the handbook's folder"
+            if sweep.name == HANDBOOK_FOLDER
+            else "a sweep that ships"
+        )
         raise DefinitionError(f"{path}: (file name): {sweep.name!r} is the name of {of}; allowed: any other name")
     if digest not in ("", sweep.definition.digest):
-        wrong = "the definition, or a file that it names, was changed while the workflow ran"
-        raise DefinitionError(f"{path}: {wrong}; allowed: the same until the end (start the workflow again)")
-    needs = estimate(sweep)
+        problem = "the definition, or a file that it names, was changed while the workflow ran"
+        raise DefinitionError(f"{path}: {problem}; allowed: the same until the end (start the workflow again)")
+    needs = estimate_needs(sweep)
     if not anywhere:
         refuse_if_too_large(sweep, needs, results)
     return Plan(path, sweep, needs)
 
 
-def requested(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
-    """Return the sweep that a call of the workflow makes where no file is requested, and name → plan of all."""
+def plan_targets(config: Mapping, targets: Iterable[str]) -> tuple[str, dict[str, Plan]]:
+    """Return the name of the workflow's default sweep, and name → plan of all sweeps that its targets name."""
     from sweeps.schema.definition import NAME_PATTERN
 
-    source = resolve(str(config.get("definition", DEFAULT)))
-    default = plan(source)
+    source = find_definition(str(config.get("definition", DEFAULT)))
+    default = plan_sweep(source)
     plans = {default.sweep.name: default}
-    files = {**shipped(), default.sweep.name: default.path}
-    parts = [target.removeprefix("./").split("/", 2) for target in targets]
-    for name in [part[1] for part in parts if part[0] == "results" and part[1:] and part[1]]:
+    files = {**shipped_files(), default.sweep.name: default.path}
+    target_paths = [target.removeprefix("./").split("/", 2) for target in targets]
+    for name in [
+        path_parts[1] for path_parts in target_paths if path_parts[0] == "results" and path_parts[1:] and path_parts[1]
+    ]:
         if not re.fullmatch(NAME_PATTERN, name) or name not in files:
-            raise DefinitionError(_unknown("target", name, files, "or --config definition=PATH with that file name"))
+            raise DefinitionError(
+                _unknown_name("target", name, files, "or --config definition=PATH with that file name")
+            )
         if name not in plans:
-            plans[name] = plan(files[name])
+            plans[name] = plan_sweep(files[name])
     return default.sweep.name, plans

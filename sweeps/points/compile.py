@@ -1,7 +1,7 @@
-"""Compile what a sweep's system calls, before it is measured: once per machine, by as many processes as processors.
+"""Compilation of a sweep's kernels before it is measured: once per machine, by as many processes as processors.
 
-`sweeps.points.columns`, the one way to the kernels, calls `ensure`. The processes are those of a program of its own,
-`sweeps.points.compiler`: a process that may have no children can call it, and a script is not run again.
+`sweeps.points.columns`, the only caller of the kernels, calls `ensure_compiled`. The processes are those of a program,
+`sweeps.points.compiler`: a process that may have no children can start it, and a script is not run again.
 """
 
 import fcntl
@@ -22,44 +22,44 @@ from sweeps.process import machine, progress
 from sweeps.systems.system import Example
 
 ROOT = Path(__file__).parents[2]
-SECONDS_ALONE = 1.5  # One process takes this many times the seconds of two.
-_compiled: set[str] = set()  # names of the examples of which this process knows that they are compiled
+SERIAL_FACTOR = 1.5  # ratio of the compile time of one process to that of two
+_compiled: set[str] = set()  # names of the examples that were compiled or found compiled in this process
 
 
-def ensure(sweep: Sweep) -> None:
+def ensure_compiled(sweep: Sweep) -> None:
     """Compile the kernels of a sweep that are not compiled yet, with a bar on a terminal or in a notebook."""
     examples = sweep.system.examples(sweep.definition)
     names = {example.name for example in examples}
     if names <= _compiled or jit.is_plain():
         return
-    if line := announcement(sweep):
+    if line := compile_notice(sweep):
         progress.say(line)
         compile_examples(examples)
     _compiled.update(names)
 
 
-def missing(examples: Iterable[Example]) -> list[Example]:
+def missing_examples(examples: Iterable[Example]) -> list[Example]:
     """Return those examples that were not called on this machine, or were before an edit of their kernels."""
-    return [example for example in examples if _read(_mark(example)) != stamp(_file(example))]
+    return [example for example in examples if _read_text(_mark_file(example)) != stamp(_module_file(example))]
 
 
-def seconds(sweep: Sweep) -> float:
+def compile_seconds(sweep: Sweep) -> float:
     """Return how long it takes to compile the kernels of a sweep that are not compiled yet, s, about."""
     examples = sweep.system.examples(sweep.definition)
-    share = len(missing(examples)) / len(examples) if examples else 0.0
+    share = len(missing_examples(examples)) / len(examples) if examples else 0.0
     alone = share and (machine.cores() == 1 or why_unkept())
-    return sweep.system.compile_seconds * share * (SECONDS_ALONE if alone else 1.0)
+    return sweep.system.compile_seconds * share * (SERIAL_FACTOR if alone else 1.0)
 
 
-def announcement(sweep: Sweep) -> str:
-    """Return a line about what is compiled for a sweep, and how long that takes; empty if nothing is missing."""
-    time, line = seconds(sweep), f"compiling the kernels of {sweep.system.name}"
+def compile_notice(sweep: Sweep) -> str:
+    """Return a line about the kernels to be compiled for a sweep, and the time for it; empty if none is missing."""
+    time, line = compile_seconds(sweep), f"compiling the kernels of {sweep.system.name}"
     if time and (why := why_unkept()):
-        return f"{line}, about {time:.0f} s: {unkept(why)}"
+        return f"{line}, about {time:.0f} s: {cache_warning(why)}"
     return f"{line}, once per machine, about {time:.0f} s" if time else ""
 
 
-def unkept(why: str) -> str:
+def cache_warning(why: str) -> str:
     """Return the message about kernels that cannot be kept."""
     return f"they cannot be kept ({why}), and every process compiles them again; allowed: a folder in NUMBA_CACHE_DIR"
 
@@ -71,33 +71,33 @@ def compile_examples(examples: Iterable[Example]) -> None:
         OSError: if another process cannot be started.
         RuntimeError: if a kernel cannot be compiled.
     """
-    if why_unkept():  # what is compiled by another process would be lost
+    if why_unkept():  # another process cannot pass its compiled kernels on
         return
-    with _alone():
-        if examples := missing(examples):
-            _run(examples)
+    with _exclusive_lock():
+        if examples := missing_examples(examples):
+            _run_compiler(examples)
             for example in examples:
-                with suppress(OSError):  # where nothing can be written, nothing is kept either
-                    replace(_mark(example), stamp(_file(example)).encode())
+                with suppress(OSError):  # a folder that cannot be written contains no kernels either
+                    replace(_mark_file(example), stamp(_module_file(example)).encode())
 
 
-def _mark(example: Example) -> Path:
+def _mark_file(example: Example) -> Path:
     """Return the file that contains, once an example was called, the stamp of its module."""
     return cache_folder() / "ready" / example.name
 
 
-def _file(example: Example) -> Path:
+def _module_file(example: Example) -> Path:
     return Path(example.module) if example.module.endswith(".py") else ROOT / "kernels" / f"{example.module}.py"
 
 
-def _read(path: Path) -> str:
+def _read_text(path: Path) -> str:
     try:
         return path.read_text()
     except (OSError, ValueError):
         return ""
 
 
-def _run(examples: list[Example]) -> None:
+def _run_compiler(examples: list[Example]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with tempfile.TemporaryFile("w+") as messages:
@@ -121,8 +121,8 @@ def _run(examples: list[Example]) -> None:
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """Let one process at once continue, where the file system has locks."""
+def _exclusive_lock() -> Iterator[None]:
+    """Let one process at once run the block, if the file system has locks."""
     handle = os.open(cache_folder() / ".compiling", os.O_RDWR | os.O_CREAT, 0o600)
     try:
         with suppress(OSError):

@@ -16,28 +16,28 @@ from sweeps.systems.system import Example
 
 def main() -> None:
     """Compile the kernels of the examples that the standard input contains, and print a line for each."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this program hears it, and ends it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process receives it, and ends this program
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     examples = pickle.load(sys.stdin.buffer)
     side_by_side = [example for example in examples if not example.is_last]
-    pool = ProcessPoolExecutor(machine.cores(), get_context("spawn"), _begin)
+    pool = ProcessPoolExecutor(machine.cores(), get_context("spawn"), _start_worker)
     try:
         for group in (side_by_side, *([example] for example in examples if example.is_last)):
-            for future in as_completed([pool.submit(call, example) for example in group]):
+            for future in as_completed([pool.submit(call_example, example) for example in group]):
                 future.result()
                 print(flush=True)
     finally:
-        interrupts.abandon(pool)  # all is stored: to take the compiler down would last 0.6 s
+        interrupts.abandon(pool)  # all is stored; a regular end of the compiler would last 0.6 s
 
 
-def _begin() -> None:
+def _start_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     interrupts.end_with_the_parent()
     startup.configure()
-    gc.set_threshold(100_000)  # most of what a compiler makes stays: at 700, looking for garbage takes a seventh
+    gc.set_threshold(100_000)  # most objects of a compiler stay: at 700, collection takes a seventh of the time
 
 
-def call(example: Example) -> None:
+def call_example(example: Example) -> None:
     """Compile and store the kernels of one example, by calling it."""
     from numba import NumbaExperimentalFeatureWarning
 
@@ -46,8 +46,8 @@ def call(example: Example) -> None:
     with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment
         warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
-        is_generated = example.module.endswith(".py")
-        module = load(Path(example.module)) if is_generated else import_module(f"kernels.{example.module}")
+        has_path = example.module.endswith(".py")
+        module = load(Path(example.module)) if has_path else import_module(f"kernels.{example.module}")
         if example.function:
             getattr(module, example.function)(*example.arguments)
 

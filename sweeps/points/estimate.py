@@ -15,16 +15,16 @@ from sweeps.schema.refusals import DefinitionError
 
 BLOCK_POINTS = 2**17  # measured at once
 BLOCKS_BEGUN = 2  # measured at once, so that no thread waits for the end of one
-BLOCKS = 2 * BLOCKS_BEGUN + 2  # in memory: what these are measured from and into, what is joined, and what is written
+BLOCKS = 2 * BLOCKS_BEGUN + 2  # blocks in memory: points and columns of each begun one, one joined, one written
 PROCESS_BYTES = 400_000_000  # interpreter, compiled kernels and libraries
-VARIABLE_BYTES = 6_000  # of a netCDF file, for each variable: its attributes, its chunks' index
-FILE_BYTES = 30_000  # of a netCDF file besides
-MOST = 2**22  # bodies that are counted one by one; of more, so many are drawn
+VARIABLE_BYTES = 6_000  # attributes and index of chunks of one variable in a netCDF file
+FILE_BYTES = 30_000  # headers of a netCDF file without variables
+MAX_COUNTED_BODIES = 2**22  # number of bodies up to which each is checked; of more, a sample of this size
 SEED = 1
 PAGE_BYTES = 10_000_000  # report and pictures together, at most about
 
 # On one core of a machine of 2024 with its files at hand, s.
-MEASURE_SECONDS = 0.5  # to open shards and map
+MEASURE_SECONDS = 0.5  # time for opening shards and map
 MEASURE_FACTOR = 1.5  # writing, hashing and merging take about half as long as the integration itself
 REPORT_SECONDS = 0.6
 REPORT_SECONDS_PER_POINT = 1e-6
@@ -40,33 +40,36 @@ class Estimate:
     working_bytes: int  #: as much of it as samples or draws take while points are measured
     disk_bytes: int  #: disk for shards and map, which exist at the same time, uncompressed, bytes
     seconds: float  #: integration time on one core, s
-    compile_seconds: float  #: time for compiling what is not compiled yet on this machine, s
-    wait_seconds: float  #: what a person waits for map, pictures and report on one core, all of the above included, s
+    compile_seconds: float  #: time for compiling the kernels that are not compiled yet on this machine, s
+    wait_seconds: float  #: time until map, pictures and report exist, on one core, compiling included, s
 
     def __str__(self):
-        return f"about {span(self.wait_seconds)} on one core, up to {in_words(self.disk_bytes)} of disk"
+        return f"about {format_duration(self.wait_seconds)} on one core, up to {in_words(self.disk_bytes)} of disk"
 
 
-def estimate(sweep: Sweep) -> Estimate:
+def estimate_needs(sweep: Sweep) -> Estimate:
     """Estimate memory, disk and time of `sweep` without making its grid."""
     definition, system, grid = sweep.definition, sweep.system, sweep.grid
     bytes_per_point = _bytes_per_point(sweep)
-    scattered = grid.scattered.num if grid.scattered else 0
-    coordinates = 8 * (sum(grid.shape) - scattered)
-    beside = 8 * (scattered + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
+    num_rows = grid.point_rows.num if grid.point_rows else 0
+    coordinates = 8 * (sum(grid.shape) - num_rows)
+    lazy_bytes = 8 * (num_rows + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
-    compiling = compile.seconds(sweep)
-    working = system.cost(definition).working_bytes
+    compile_time = compile.compile_seconds(sweep)
+    working_bytes = system.cost(definition).working_bytes
     return Estimate(
         points=grid.size,
         shards=sweep.shards,
-        memory_bytes=PROCESS_BYTES + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point + coordinates + working,
-        working_bytes=working,
-        disk_bytes=2 * (grid.size * bytes_per_point + coordinates) + beside + (sweep.shards + 1) * headers,
+        memory_bytes=PROCESS_BYTES
+        + BLOCKS * min(grid.size, BLOCK_POINTS) * bytes_per_point
+        + coordinates
+        + working_bytes,
+        working_bytes=working_bytes,
+        disk_bytes=2 * (grid.size * bytes_per_point + coordinates) + lazy_bytes + (sweep.shards + 1) * headers,
         seconds=seconds,
-        compile_seconds=compiling,
-        wait_seconds=compiling
+        compile_seconds=compile_time,
+        wait_seconds=compile_time
         + system.start_seconds
         + MEASURE_SECONDS
         + MEASURE_FACTOR * seconds
@@ -77,7 +80,7 @@ def estimate(sweep: Sweep) -> Estimate:
     )
 
 
-def span(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a time to wait: "9 s", "3 min", "5 h", "2e+07 years"."""
     for size, unit in ((3.156e7, "years"), (86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2 * size:
@@ -94,24 +97,24 @@ def _bytes_per_point(sweep: Sweep) -> int:
     return sum(np.dtype(v.dtype).itemsize * math.prod(sweep.shape_at(name)) for name, v in sweep.variables.items())
 
 
-def refuse_if_too_large(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> None:
-    """Refuse a sweep that needs more disk or memory than this machine has."""
-    if lines := lacking(sweep, needed, results_dir):
+def refuse_if_too_large(sweep: Sweep, needs: Estimate, results_dir: str | Path) -> None:
+    """Refuse a sweep if its `needs` exceed the memory of this machine or the free disk at `results_dir`."""
+    if lines := list_shortages(sweep, needs, results_dir):
         raise DefinitionError("\n".join(lines))
 
 
-def lacking(sweep: Sweep, needed: Estimate, results_dir: str | Path) -> list[str]:
-    """Return one line for each resource of this machine that is too small for `sweep`, which takes `needed`."""
+def list_shortages(sweep: Sweep, needs: Estimate, results_dir: str | Path) -> list[str]:
+    """Return one line for each of memory and disk (at `results_dir`) that is too small for the `needs` of `sweep`."""
     folder = Path(results_dir).absolute()
-    existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
-    disk = "disk", needed.disk_bytes, shutil.disk_usage(existing).free
-    limits = disk, ("memory", needed.memory_bytes, psutil.virtual_memory().available)
+    parent_folder = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    disk = "disk", needs.disk_bytes, shutil.disk_usage(parent_folder).free
+    limits = disk, ("memory", needs.memory_bytes, psutil.virtual_memory().available)
     lines = []
-    for what, size, free in (limit for limit in limits if limit[1] > limit[2]):
-        mostly = what == "memory" and 2 * needed.working_bytes > size
-        wrong = "samples or draws of the points in work" if mostly else f"grid: {needed.points:,} points"
+    for resource, size, free in (limit for limit in limits if limit[1] > limit[2]):
+        mostly = resource == "memory" and 2 * needs.working_bytes > size
+        demand = "samples or draws of the points in work" if mostly else f"grid: {needs.points:,} points"
         allowed = f"{in_words(free)}, what is free here"
-        lines.append(f"{sweep.name}: {wrong} need {in_words(size)} of {what}; allowed: {allowed}")
+        lines.append(f"{sweep.name}: {demand} need {in_words(size)} of {resource}; allowed: {allowed}")
     return lines
 
 
@@ -127,35 +130,35 @@ def in_words(size: int) -> str:
 # -- points that are physically impossible
 
 
-def impossible(sweep: Sweep) -> tuple[int, bool]:
-    """Return how many points of a sweep cannot exist, and whether that is counted (True) or estimated from a sample."""
+def count_impossible(sweep: Sweep) -> tuple[int, bool]:
+    """Return the number of points of a sweep that cannot exist, and False if it is estimated from a sample."""
     grid, system = sweep.grid, sweep.system
-    given = [name for name in system.existence if name not in grid.following.names]
-    if any(name in grid.following.names for name in system.existence):
-        given = list(dict.fromkeys((*given, *grid.following.needed)))
-    along = {name: (name if name in grid.dims else grid.auxiliary[name][0][0]) for name in given}
+    free_names = [name for name in system.existence if name not in grid.derived_parameters.names]
+    if any(name in grid.derived_parameters.names for name in system.existence):
+        free_names = list(dict.fromkeys((*free_names, *grid.derived_parameters.needed_names)))
+    along = {name: (name if name in grid.dims else grid.auxiliary[name][0][0]) for name in free_names}
     sizes = {dim: grid.shape[grid.dims.index(dim)] for dim in dict.fromkeys(along.values())}
     bodies = math.prod(sizes.values())
     if not along:
         return 0, True
-    if bodies <= MOST:
+    if bodies <= MAX_COUNTED_BODIES:
         counts = np.indices(tuple(sizes.values()), sparse=True)
         numbers = dict(zip(sizes, counts, strict=True))
     elif POINT in sizes:  # the first points that are drawn, which are spread as all are
-        numbers = {dim: np.arange(MOST) % size for dim, size in sizes.items()}
+        numbers = {dim: np.arange(MAX_COUNTED_BODIES) % size for dim, size in sizes.items()}
     else:
         rng = np.random.default_rng(SEED)
-        numbers = {dim: rng.integers(0, size, MOST) for dim, size in sizes.items()}
-    values = {name: _values(grid, name, numbers[dim]) for name, dim in along.items()}
-    mask = system.impossible(values | grid.following.at(values) if grid.following.names else values)
-    if bodies > MOST:
+        numbers = {dim: rng.integers(0, size, MAX_COUNTED_BODIES) for dim, size in sizes.items()}
+    values = {name: _values_at(grid, name, numbers[dim]) for name, dim in along.items()}
+    mask = system.impossible(values | grid.derived_parameters.at(values) if grid.derived_parameters.names else values)
+    if bodies > MAX_COUNTED_BODIES:
         return round(float(np.mean(mask)) * grid.size), False
     return int(np.count_nonzero(mask)) * (grid.size // mask.size), True
 
 
-def _values(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:
+def _values_at(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:
     if name in grid.dims:
         return grid.values(name, numbers)
-    if grid.scattered and name in grid.scattered.names:
-        return grid.scattered.rows(0, int(numbers.max()) + 1)[name][numbers]
+    if grid.point_rows and name in grid.point_rows.names:
+        return grid.point_rows.rows(0, int(numbers.max()) + 1)[name][numbers]
     return grid.auxiliary[name][1][numbers]

@@ -1,4 +1,4 @@
-"""Definitions that a program gives in place of a file: mappings, keywords, DataFrames and Datasets."""
+"""Definitions in place of a file: mappings, keywords, DataFrames and Datasets."""
 
 import hashlib
 import sys
@@ -10,7 +10,7 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.points import catalogue, compile
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.points.sweep import Sweep
 from sweeps.schema.boxes import DataArray, Dataset
 from sweeps.schema.refusals import DefinitionError, display
@@ -22,42 +22,42 @@ FORMS = "a path, a name, a mapping, a DataFrame, a Dataset, or keywords"
 
 
 def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
-    """Return the sweep of what `sweeps.survey` was given."""
+    """Return the sweep of the definition and the keywords of `sweeps.survey`."""
     keys = {name: value for name, value in keywords.items() if name in systems.KEYS}
-    given = {name: value for name, value in keywords.items() if name not in systems.KEYS}
-    grid = {name: _values(one) if _is_of("xarray", "DataArray", one) else one for name, one in given.items()}
+    grid_keys = {name: value for name, value in keywords.items() if name not in systems.KEYS}
+    grid = {n: _values_with_unit(v) if _is_of("xarray", "DataArray", v) else v for n, v in grid_keys.items()}
     if _is_of("xarray", "Dataset", definition):
         definition = _of_dataset(definition)
     folder = ""
     if _is_of("pandas", "DataFrame", definition):
-        path = _kept(definition)
+        path = _store_table(definition)
         definition, folder = {"table": path.name}, str(path.parent)
         if systems.is_file(keys.get("system")):  # relative to the current folder, not to the table's
             keys["system"] = str(Path(keys["system"]).absolute())
     if isinstance(definition, str | Path):
         if keywords:
-            wrong = f"{display(definition)} is given beside {next(iter(keywords))}"
-            raise DefinitionError(f"definition: {wrong}; allowed: a file, or keywords")
-        source = catalogue.resolve(str(definition))
+            problem = f"{display(definition)} is given beside {next(iter(keywords))}"
+            raise DefinitionError(f"definition: {problem}; allowed: a file, or keywords")
+        source = catalogue.find_definition(str(definition))
     elif isinstance(definition, Mapping | type(None)):
-        source = _mapping({**(definition or {}), **keys}, grid)
+        source = _merge_grid({**(definition or {}), **keys}, grid)
     else:
         raise DefinitionError(f"definition: {display(definition)} is no definition; allowed: {FORMS}")
-    sweep = read(source, check=False, folder=folder)
-    compile.ensure(sweep)  # what the check calls
+    sweep = read_sweep(source, check=False, folder=folder)
+    compile.ensure_compiled(sweep)  # the check calls kernels
     sweep.system.check(sweep.definition, sweep.grid)
     return sweep
 
 
-def _mapping(values: dict, grid: Mapping) -> dict:
-    """Return a mapping with a system by its name, and further entries of its grid, where that is one."""
+def _merge_grid(values: dict, grid: Mapping) -> dict:
+    """Return a mapping with a system by its name, and with the entries of `grid` added to its grid, if it has one."""
     if not isinstance(values.get("system", ""), str):
         from sweeps import mechanics
 
         if isinstance(values["system"], mechanics.System):
             values["system"] = systems.built(values["system"])
-    given = values.get("grid", {})
-    return {**values, "grid": {**given, **grid}} if grid and isinstance(given, Mapping) else values
+    grid_values = values.get("grid", {})
+    return {**values, "grid": {**grid_values, **grid}} if grid and isinstance(grid_values, Mapping) else values
 
 
 def _is_of(library: str, kind: str, value: object) -> bool:
@@ -67,31 +67,31 @@ def _is_of(library: str, kind: str, value: object) -> bool:
 
 def _of_dataset(ds: Dataset) -> "dict | pd.DataFrame":
     """Return the grid that the coordinates of a Dataset span; of variables along one dimension, their table."""
-    held = {name: one for name, one in (ds.coords or ds.data_vars).items() if name != "point"}
-    if not all(one.dims in ((), (name,)) for name, one in held.items()):
-        table = ds[[*held]].to_dataframe().reset_index(drop=True)[[*held]]
-        units = {name: one.attrs.get("units", "1") for name, one in held.items()}
+    variables = {name: variable for name, variable in (ds.coords or ds.data_vars).items() if name != "point"}
+    if not all(variable.dims in ((), (name,)) for name, variable in variables.items()):
+        table = ds[[*variables]].to_dataframe().reset_index(drop=True)[[*variables]]
+        units = {name: variable.attrs.get("units", "1") for name, variable in variables.items()}
         return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
-    grid = {name: _values(one) for name, one in held.items()}
+    grid = {name: _values_with_unit(variable) for name, variable in variables.items()}
     axes = {"axes": np.atleast_1d(ds["axis"].values).tolist()} if grid.pop("axis", None) is not None else {}
     return {**axes, "grid": grid}
 
 
-def _values(one: DataArray) -> object:
-    unit = one.attrs.get("units", "")
-    values = one.values.tolist()
+def _values_with_unit(variable: DataArray) -> object:
+    unit = variable.attrs.get("units", "")
+    values = variable.values.tolist()
     if unit in ("", "1"):
         return values
     return [f"{v!r} {unit}" for v in values] if isinstance(values, list) else f"{values!r} {unit}"
 
 
-def _kept(table: "pd.DataFrame") -> Path:
-    """Write a DataFrame beside the tables that were read, under a name made of its content, and return the file."""
+def _store_table(table: "pd.DataFrame") -> Path:
+    """Write a DataFrame into the folder of cached tables, under a name made of its content, and return the file."""
     from sweeps.points import tables
     from sweeps.process.files import replace_output
 
     text = table.to_csv(index=False, float_format="%.17g").encode()
-    path = tables.kept_in() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
+    path = tables.cache_dir() / f"points-{hashlib.sha256(text).hexdigest()[:16]}.csv"
     if not path.exists():
         with replace_output(path) as temporary:
             temporary.write_bytes(text)

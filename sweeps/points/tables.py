@@ -1,8 +1,8 @@
-"""Tables of points: CSV, Parquet or netCDF in; checked rows out, any part of them without the rest.
+"""Tables of points in CSV, Parquet or netCDF: their rows are checked, and can be read in any part.
 
-A table is read once, a part at a time, every value held against what its parameter may be. What passes lies in the
-cache beside the compiled kernels, in HDF5 with checksums, as doubles in the parameters' own units, under a name made of
-the file's SHA-256 and of what was asked of it; so each shard reads its own rows alone, and no list of all is ever made.
+A table is read once, a part at a time, and every value is compared with the bounds of its parameter. The rows are
+stored in the cache of the compiled kernels, in HDF5 with checksums, as doubles in the parameters' own units, under a
+name made of the file's SHA-256 and the requested columns; so each shard reads its own rows only.
 """
 
 import hashlib
@@ -27,12 +27,12 @@ from sweeps.schema.parameters import GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
 from sweeps.schema.variables import extremes, wrong
 
-BLOCK_ROWS = 2**14  # of the cache that share a checksum
+BLOCK_ROWS = 2**14  # rows of the cache that share a checksum
 ROWS, NAMES = "rows", "names"  # datasets of the cache: the numbers, and the texts of the column `name`
-DAMAGES = (OSError, RuntimeError, KeyError)  # which h5py raises at a damaged file
+DAMAGES = (OSError, RuntimeError, KeyError)  # errors that h5py raises for a damaged file
 KINDS = "a CSV (.csv), Parquet (.parquet) or netCDF (.nc) file, its path relative to the definition's"
 FORMAT = "3"
-KEPT_SECONDS = 30 * 86_400.0  # a table that nobody asks for is forgotten
+MAX_CACHE_AGE = 30 * 86_400.0  # s, age at which an unused table is removed from the cache
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class ColumnOf:
     """One column of a table."""
 
     place: int  #: its number in the file, from 0
-    parameter: Parameter  #: what it holds
-    factor: float  #: by which its numbers are multiplied
+    parameter: Parameter  #: the parameter that it contains
+    factor: float  #: factor from the unit of the file to that of the parameter
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class Table:
     file: str  #: the table's path, as the definition names it
     digest: str  #: SHA-256 of its content
     names: tuple[str, ...]  #: its columns, as parameters
-    cached: Path  #: the file of its rows
+    cache_file: Path  #: the file of its rows
     num: int  #: how many rows there are
     ends: tuple[tuple[float, float], ...]  #: least and greatest value of each column
-    ignored: tuple[str, ...] = ()  #: names of columns of text, which are no parameters
+    text_columns: tuple[str, ...] = ()  #: names of columns of text, which are no parameters
     point_names: tuple[str, ...] = ()  #: texts of the column `name`, one for each row; () without that column
 
     @property
@@ -65,22 +65,30 @@ class Table:
     def rows(self, start: int, stop: int) -> Mapping[str, np.ndarray]:
         """Return name → values at the rows start … stop − 1 (from 0), shape (stop − start,)."""
         try:
-            with h5py.File(self.cached, locking=False) as file:
+            with h5py.File(self.cache_file, locking=False) as file:
                 values = file[ROWS][start:stop]
         except DAMAGES:
-            self.cached.unlink(missing_ok=True)
+            self.cache_file.unlink(missing_ok=True)
             reason = "was damaged and is removed: the same command reads the table again"
-            raise OSError(0, reason, str(self.cached)) from None
-        return {name: values[:, k] for k, name in enumerate(self.names)}  # seen in the rows: most want one column
+            raise OSError(0, reason, str(self.cache_file)) from None
+        return {
+            name: values[:, k] for k, name in enumerate(self.names)
+        }  # views of the rows: most callers need one column
 
 
-def kept_in() -> Path:
+def cache_dir() -> Path:
     """Return the folder of the rows of tables that were read."""
     return cache_folder() / "tables"
 
 
-def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
+def read_table(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Return a table, checked.
+
+    Args:
+        file: its path relative to `folder`, the definition's.
+        folder: the definition's folder.
+        model: the model of the definition's grid, which has the parameters.
+        grid: the values of the definition's grid.
 
     Raises:
         UnreadableError: for a file that cannot be read, a column that is unknown or in unknown units, and the first
@@ -89,72 +97,74 @@ def read(file: str, folder: str, model: type[GridOf], grid: Mapping[str, Any]) -
     path = Path(folder) / file
     if path.suffix.lower() not in tables.SUFFIXES:
         raise refusal("", display(file), "is no table by its name", KINDS)
-    remove_all_leftovers(kept_in())
+    remove_all_leftovers(cache_dir())
     try:
-        with FileBytes(path) as opened:
-            return _read(file, opened, model, grid)
-    except MapError as changed:
-        raise refusal("", display(file), f"cannot be read ({changed})", "a table that stays as it is") from None
+        with FileBytes(path) as open_file:
+            return _read_open_file(file, open_file, model, grid)
+    except MapError as error:
+        raise refusal("", display(file), f"cannot be read ({error})", "a table that stays as it is") from None
     except OSError as error:
         is_missing = isinstance(error, FileNotFoundError) or not error.errno
-        wrong = "is not there, or is no file" if is_missing else f"cannot be read ({error.strerror})"
-        raise refusal("", display(file), wrong, KINDS) from None
+        problem = "is not there, or is no file" if is_missing else f"cannot be read ({error.strerror})"
+        raise refusal("", display(file), problem, KINDS) from None
 
 
-def _read(file: str, opened: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
+def _read_open_file(file: str, open_file: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
-    path, digest = Path(opened.path), hashlib.file_digest(opened, "sha256").hexdigest()
-    source = tables.opened(opened, path.suffix.lower())
-    columns, ignored = _columns(source, model.parameters, grid)
+    path, digest = Path(open_file.path), hashlib.file_digest(open_file, "sha256").hexdigest()
+    source = tables.opened(open_file, path.suffix.lower())
+    columns, text_columns = _match_columns(source, model.parameters, grid)
     place = next((k for k in sorted(source.texts) if source.headings[k][0].lower() == "name"), None)
     layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]
-    depends = json.dumps([layout, place, FORMAT, digest, path.suffix])  # all that the rows depend on
-    cached = kept_in() / hashlib.sha256(depends.encode()).hexdigest()[:40]
-    if _size(cached) is None:
-        _forget_others(cached)
-        _write(cached, source, columns, place)
-    num, ends, point_names = _size(cached)
-    ignored = tuple(name for name in ignored if name.lower() != "name" or not point_names)
-    cached.touch()
+    cache_key = json.dumps([layout, place, FORMAT, digest, path.suffix])  # everything that determines the rows
+    cache_file = cache_dir() / hashlib.sha256(cache_key.encode()).hexdigest()[:40]
+    if _read_header(cache_file) is None:
+        _forget_others(cache_file)
+        _write_rows(cache_file, source, columns, place)
+    num, ends, point_names = _read_header(cache_file)
+    text_columns = tuple(name for name in text_columns if name.lower() != "name" or not point_names)
+    cache_file.touch()
     names = tuple(c.parameter.name for c in columns)
-    return Table(file, digest, names, cached, num, tuple(map(tuple, ends.tolist())), ignored, point_names)
+    return Table(file, digest, names, cache_file, num, tuple(map(tuple, ends.tolist())), text_columns, point_names)
 
 
-def _columns(
+def _match_columns(
     source: tables.Source, parameters: Sequence[Parameter], grid: Mapping
 ) -> tuple[list[ColumnOf], tuple[str, ...]]:
     """Return the columns that are parameters, in the order of these, and the names of columns of text."""
     by_name = {p.name: p for p in parameters}
-    named = ", ".join(p.name + ("" if p.quantity.units == "1" else f" ({p.quantity.units})") for p in parameters)
+    column_list = ", ".join(p.name + ("" if p.quantity.units == "1" else f" ({p.quantity.units})") for p in parameters)
     columns: dict[str, ColumnOf] = {}
-    ignored = [name for place, (name, _) in enumerate(source.headings) if place in source.texts and name not in by_name]
+    text_columns = [
+        name for place, (name, _) in enumerate(source.headings) if place in source.texts and name not in by_name
+    ]
     for place, (name, unit) in enumerate(source.headings):
-        if name in ignored:
+        if name in text_columns:
             continue
         value = display(name)
         if name not in by_name:
-            raise refusal("", value, "is no column that is known" + hint(name, by_name), f"the columns {named}")
+            raise refusal("", value, "is no column that is known" + hint(name, by_name), f"the columns {column_list}")
         if name in columns:
             raise refusal("", value, "is the name of two columns", "each column once")
         if name in grid:
             raise refusal(name, value, "is a column of the table and given in grid too", "one of these")
-        factor = units.factor(unit, wanted := by_name[name].quantity.units)
+        factor = units.factor(unit, stored_unit := by_name[name].quantity.units)
         if factor is None:
-            raise refusal(name, display(unit), "is a unit that is not known", units.allowed(wanted))
+            raise refusal(name, display(unit), "is a unit that is not known", units.allowed(stored_unit))
         columns[name] = ColumnOf(place, by_name[name], factor)
     if not columns:
-        raise refusal("", display(source.name), "has no column of a parameter", f"the columns {named}")
-    return [columns[name] for name in by_name if name in columns], tuple(ignored)
+        raise refusal("", display(source.name), "has no column of a parameter", f"the columns {column_list}")
+    return [columns[name] for name in by_name if name in columns], tuple(text_columns)
 
 
 # -- rows that are checked
 
 
-def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], place: int | None) -> None:
-    """Read, check and keep all rows, and the names in the column at `place`; leave nothing where one is refused."""
+def _write_rows(cache_file: Path, source: tables.Source, columns: Sequence[ColumnOf], place: int | None) -> None:
+    """Read, check and store all rows, and the names in the column at `place`; store nothing if a row is refused."""
     machine.keep_freed()
     names, ends = [column.parameter.name for column in columns], []
-    with replace_output(cached, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
+    with replace_output(cache_file, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
         for values in filter(len, source.parts([column.place for column in columns])):
@@ -172,22 +182,22 @@ def _write(cached: Path, source: tables.Source, columns: Sequence[ColumnOf], pla
         rows.attrs["ends"] = np.stack([np.min(ends, axis=0)[0], np.max(ends, axis=0)[1]], axis=1)
 
 
-def _size(cached: Path) -> tuple[int, np.ndarray, tuple[str, ...]] | None:
+def _read_header(cache_file: Path) -> tuple[int, np.ndarray, tuple[str, ...]] | None:
     """Return the number of rows in the cache, the ends of their columns and the names; None without a whole file."""
     try:
-        with h5py.File(cached, locking=False) as file:
+        with h5py.File(cache_file, locking=False) as file:
             names = tuple(file[NAMES].asstr()[:]) if NAMES in file else ()
             return len(file[ROWS]), file[ROWS].attrs["ends"], names
     except DAMAGES:
         return None
 
 
-def _forget_others(cached: Path) -> None:
+def _forget_others(cache_file: Path) -> None:
     """Remove tables from the cache that nobody has used for a long time."""
-    old = time.time() - KEPT_SECONDS
-    for other in cached.parent.glob("*") if cached.parent.is_dir() else ():
-        if other.stat().st_mtime < old:
-            other.unlink(missing_ok=True)
+    oldest = time.time() - MAX_CACHE_AGE
+    for old_file in cache_file.parent.glob("*") if cache_file.parent.is_dir() else ():
+        if old_file.stat().st_mtime < oldest:
+            old_file.unlink(missing_ok=True)
 
 
 def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
@@ -199,6 +209,6 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
         raise refusal(column.parameter.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
     item = column.parameter.quantity.item
     if any(wrong(item, end) for end in extremes(values)):
-        row, what = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
+        row, allowed_values = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.parameter.name, value, "is out of range", what)
+        raise refusal(column.parameter.name, value, "is out of range", allowed_values)

@@ -161,7 +161,7 @@ class Definition(Strict):
         return getattr(self.grid, derived.key) if derived else None
 
     @property
-    def drawn(self) -> dict[str, Range]:
+    def sampled_ranges(self) -> dict[str, Range]:
         """Key of the grid → each range over which points are drawn; {} without `sample`."""
         if self.sample is None:
             return {}
@@ -176,7 +176,7 @@ class Definition(Strict):
             return self
         if getattr(self, "bodies", ()):
             wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
-        elif not self.drawn:
+        elif not self.sampled_ranges:
             wrong, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
         elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
             wrong = "requests more points than exist"

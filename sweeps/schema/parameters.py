@@ -73,7 +73,7 @@ class Range(Strict):
         spaced = self._logarithmic if self.spacing == "log" else self._linear
         return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
 
-    def drawn(self, share: np.ndarray) -> np.ndarray:
+    def at_shares(self, share: np.ndarray) -> np.ndarray:
         """Return the values at fractions 0 ≤ share < 1 between the ends, of the logarithm where spacing is log."""
         if self.spacing == "log":
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
@@ -203,8 +203,8 @@ def range_model(quantity: Quantity) -> type[Range]:
 
 def _nonzero(quantity: Quantity) -> type[Range]:
     class Nonzero(Range):
-        def drawn(self, share: np.ndarray) -> np.ndarray:
-            values = super().drawn(share)
+        def at_shares(self, share: np.ndarray) -> np.ndarray:
+            values = super().at_shares(share)
             # one of 2^30 shares may land on 0: it is moved by a quarter of the distance between shares
             return np.where(np.abs(values) < quantity.least, 2.0**-32 * (self.stop - self.start), values)
 

@@ -25,7 +25,7 @@ def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray 
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
         held[name] = dims, values if is_right else values.astype(table[name].dtype)
-    held |= {dim: ((dim,), values) for dim, values in grid.further.items()}
+    held |= {dim: ((dim,), values) for dim, values in grid.extra_dimensions.items()}
     return {name: (*one, table[name].attributes) for name, one in held.items()}
 
 

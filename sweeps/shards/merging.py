@@ -13,7 +13,16 @@ from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract
 from sweeps.shards.mapfile import MapFile, written
-from sweeps.shards.shard import DamagedError, ForeignError, MapError, Progress, further, measure, opened, write_shard
+from sweeps.shards.shard import (
+    DamagedError,
+    ForeignError,
+    MapError,
+    Progress,
+    extra_sizes,
+    measure,
+    opened,
+    write_shard,
+)
 
 
 def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
@@ -97,7 +106,7 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
 def _begun(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
     """Yield the file of a map with its coordinates; its columns are still to be written."""
     grid, beside = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
-    with written(path, dict(zip(grid.dims, grid.shape, strict=True)) | further(sweep)) as file:
+    with written(path, dict(zip(grid.dims, grid.shape, strict=True)) | extra_sizes(sweep)) as file:
         file.add_columns(grid.dims, sweep.variables, {"coordinates": beside} if beside else {})
         coordinates = contract.coordinates(sweep)
         for name, (dims, values, attributes) in coordinates.items():

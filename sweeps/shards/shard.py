@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweeps.points.columns import begun, measurers
+from sweeps.points.columns import open_pool, submit_points
 from sweeps.points.estimate import BLOCK_POINTS, BLOCKS_BEGUN, integration_seconds
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine
@@ -44,9 +44,9 @@ class ForeignError(DamagedError):
     """A shard of another definition, or of other kernels."""
 
 
-def further(sweep: Sweep) -> dict[str, int]:
+def extra_sizes(sweep: Sweep) -> dict[str, int]:
     """Return name → length of the dimensions of its variables other than those of the points."""
-    return {dim: values.size for dim, values in sweep.grid.further.items()}
+    return {dim: values.size for dim, values in sweep.grid.extra_dimensions.items()}
 
 
 def _seal(stated: Iterable[str], content_hash: str) -> str:
@@ -65,7 +65,7 @@ def write_shard(
 ) -> None:
     """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured."""
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
-    with written(path, {POINT.name: stop - start} | further(sweep), flush=False) as file:
+    with written(path, {POINT.name: stop - start} | extra_sizes(sweep), flush=False) as file:
         file.add_columns([POINT.name], sweep.variables)
         motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
         stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
@@ -80,7 +80,7 @@ def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: P
     """
     machine.keep_freed()
     motions = 0
-    with measurers(threads) as pool:
+    with open_pool(threads) as pool:
         for size, integrated, columns in _begun(sweep, points, pool, threads):
             motions += integrated
             put(columns())
@@ -98,7 +98,7 @@ def _begun(
         values = sweep.grid.points(low, low + size)
         motions = sweep.system.motions(values, sweep.definition.integration)
         parts = max(threads, ceil(integration_seconds(sweep, size) / PART_SECONDS))
-        waiting.append((size, motions, begun(values, sweep, pool, parts)))
+        waiting.append((size, motions, submit_points(values, sweep, pool, parts)))
         if len(waiting) == BLOCKS_BEGUN:
             yield waiting.popleft()
     yield from waiting

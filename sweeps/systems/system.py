@@ -113,7 +113,7 @@ class Dynamics(ABC):
         """Return each coordinate that is not a dimension → (the dimension it lies along, its values)."""
         return {}
 
-    def further(self, definition: "Definition") -> dict[str, np.ndarray]:
+    def extra_dimensions(self, definition: "Definition") -> dict[str, np.ndarray]:
         """Return each further dimension of variables at a point (`Variable.over`) → the values along it."""
         return {}
 

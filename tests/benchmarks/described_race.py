@@ -24,7 +24,7 @@ from kernels import flows, oscillations, runs
 from sweeps import systems
 from sweeps.mechanics import motions
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 
 RACED = {"double_pendulum": "hanging", "lagrange_points": "", "sleeping_top": ""}  # and the equilibrium, if one alone
 COUNT, INTERVALS, SIZE, ERROR = 4096, 64, 1e-3, 1e-10
@@ -38,7 +38,7 @@ class Task:
 
     def __init__(self, name):
         self.model, random = systems.resolve(name).mechanism, np.random.default_rng(1)
-        grid = read(catalogue.shipped()[name]).grid
+        grid = read_sweep(catalogue.shipped_files()[name]).grid
         points = grid.points(0, min(grid.size, 65536))
         labels = {label: k for k, label in enumerate(self.model.system.names)}
         if RACED[name]:

@@ -110,9 +110,9 @@ def points(kind, count, epsilon, seed=1):
 def default_sweep(count):
     """At least so many points of the default sweep (or all), evenly taken, its own size of the nudge."""
     from sweeps.points import catalogue
-    from sweeps.points.loading import read
+    from sweeps.points.loading import read_sweep
 
-    grid = read(catalogue.shipped()[catalogue.DEFAULT]).grid
+    grid = read_sweep(catalogue.shipped_files()[catalogue.DEFAULT]).grid
     every = max(1, grid.size // count)
     return {name: np.ascontiguousarray(x[::every]) for name, x in grid.points(0, grid.size).items()}
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from kernels import estimates, linear, survey
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.process import machine
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
@@ -35,7 +35,7 @@ BLOCK = 2**15
 
 def part_of_default(count):
     """The default sweep's settings of a run, and about so many of its points, evenly taken."""
-    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
+    sweep = read_sweep(catalogue.shipped_files()[catalogue.DEFAULT])
     run = sweep.definition.integration
     every = max(1, sweep.grid.size // count)
     points = {name: values[::every].copy() for name, values in sweep.grid.points(0, sweep.grid.size).items()}
@@ -109,7 +109,7 @@ def main(arguments=None):
     parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
     machine.keep_freed()  # as for a shard
-    sweep = read(catalogue.shipped()[catalogue.DEFAULT])
+    sweep = read_sweep(catalogue.shipped_files()[catalogue.DEFAULT])
     grid, run = sweep.grid, sweep.definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)
     settings = (run.rotations, run.samples_per_rotation, run.tolerance)

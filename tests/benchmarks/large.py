@@ -28,7 +28,7 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.points.estimate import BLOCK_POINTS
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.points.sweep import Grid
 from sweeps.reading.stored_values import StoredValues
 from sweeps.shards import merging
@@ -180,7 +180,7 @@ def slope(start_up, found):
 def whole(points, columns, folder):
     """Makes a map of about so many points from one shard, here; returns the processor time and the points."""
     definition, points = written(points, columns, folder)
-    sweep, shard, begun = read(definition), folder / "1-of-1.nc", time.process_time()
+    sweep, shard, begun = read_sweep(definition), folder / "1-of-1.nc", time.process_time()
     shards.write_shard(sweep, 1, 1, shard)
     merging.merge(sweep, [shard], folder / "map.nc")
     return time.process_time() - begun, points
@@ -217,7 +217,7 @@ def bare(points, folder):
     from kernels import survey  # loaded before, it would count as memory of every process that is started
 
     definition, points = written(points, "few", folder)
-    sweep = read(definition)
+    sweep = read_sweep(definition)
     run = sweep.definition.integration
     settings = run.rotations, run.samples_per_rotation, run.tolerance
     blocks = [sweep.grid.points(low, min(low + BLOCK_POINTS, points)) for low in range(0, points, BLOCK_POINTS)]

@@ -142,9 +142,9 @@ COUNTED = {
 
 @pytest.mark.parametrize("name", COUNTED)
 def test_list_check_and_run_count_the_same_points(name, capsys):
-    planned = catalogue.plan(catalogue.resolve(name), anywhere=True, check=False)
-    assert planned.sweep.counted == COUNTED[name]
-    assert f"{catalogue.contents()[name].points:,} points" == COUNTED[name].split(" (")[0]
+    planned = catalogue.plan_sweep(catalogue.find_definition(name), anywhere=True, check=False)
+    assert planned.sweep.size_in_words == COUNTED[name]
+    assert f"{catalogue.shipped_contents()[name].points:,} points" == COUNTED[name].split(" (")[0]
     assert planned.intention(Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
     number, each = COUNTED[name].split()[0], math.prod(planned.sweep.each.values())
     assert f"points      {COUNTED[name].replace(' points', '')} = " in said(capsys, "check", name)

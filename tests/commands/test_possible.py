@@ -12,8 +12,8 @@ from scipy.stats import binomtest
 
 import sweeps
 from sweeps.maps import summary
-from sweeps.points.estimate import impossible
-from sweeps.points.loading import read
+from sweeps.points.estimate import count_impossible
+from sweeps.points.loading import read_sweep
 from sweeps.systems.uncertain_bodies import designs
 
 
@@ -84,7 +84,7 @@ def by_fractions():
     ],
 )
 def test_check_counts_what_the_map_flags(definition, count):
-    assert impossible(read(definition)) == (count, True)
+    assert count_impossible(read_sweep(definition)) == (count, True)
     assert summary.summarise(sweeps.survey(definition)).impossible == count
 
 
@@ -94,7 +94,7 @@ def test_check_counts_drawn_points_and_says_so(tmp_path, capsys):
         "sample": {"num": 1000},
     }
     flagged = summary.summarise(sweeps.survey(definition)).impossible
-    assert impossible(read(definition)) == (flagged, True)
+    assert count_impossible(read_sweep(definition)) == (flagged, True)
     (tmp_path / "my.yaml").write_text(json.dumps(definition))
     assert f"impossible {flagged:,} points violate the triangle inequality" in said(
         capsys, "check", tmp_path / "my.yaml"
@@ -104,7 +104,7 @@ def test_check_counts_drawn_points_and_says_so(tmp_path, capsys):
 
 def test_a_grid_of_any_size_is_estimated():
     ends = {"start": 1e-4, "stop": 1.0, "num": 100_000}
-    count, counted = impossible(read({"grid": {"I1": ends, "I2": ends, "I3": ends, "omega0": [1.0, 2.0]}}))
+    count, counted = count_impossible(read_sweep({"grid": {"I1": ends, "I2": ends, "I3": ends, "omega0": [1.0, 2.0]}}))
     assert not counted
     # half of the unit cube has one coordinate above the sum of the others: three pyramids of a sixth; 4 sigma of draws
     assert count / (6 * 1e15) == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(2**22) + 1e-3)

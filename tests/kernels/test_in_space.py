@@ -16,7 +16,7 @@ ATTITUDE = RigidBodyIntegration(attitude=True)
 @pytest.fixture(scope="module")
 def racket():
     """Some points of the default sweep, and their columns."""
-    grid = catalogue.plan(catalogue.resolve("tennis_racket")).sweep.grid
+    grid = catalogue.plan_sweep(catalogue.find_definition("tennis_racket")).sweep.grid
     points = {name: values[::331] for name, values in grid.points(0, grid.size).items()}
     return points, SYSTEM.columns(points, ATTITUDE)
 

@@ -16,7 +16,7 @@ from maps import DEFINITION, write
 
 import sweeps
 from sweeps.maps import admission
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading import hdf5
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import RefusedError
@@ -99,7 +99,7 @@ def parts(path):
 )
 def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
     """Half of them where a merge reads: there each is noticed. Elsewhere all that a merge takes stays as it was."""
-    sweep, whole, path = read(SMALL), tmp_path / "shard.nc", tmp_path / "flipped.nc"
+    sweep, whole, path = read_sweep(SMALL), tmp_path / "shard.nc", tmp_path / "flipped.nc"
     shard.write_shard(sweep, number, 2, whole)
     shutil.copy(whole, path)
 

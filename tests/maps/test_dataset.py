@@ -9,12 +9,12 @@ import sweeps
 from kernels import survey as kernel
 from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import content
 from sweeps.systems.rigid_body import system as rigid_body
 
-TINY = catalogue.shipped()["tiny"]
+TINY = catalogue.shipped_files()["tiny"]
 
 # Written out by hand from the public contract: name → units, None for flags.
 UNITS = {  # unit of measured and theoretical columns → their names
@@ -118,7 +118,7 @@ def test_provenance(tiny):
     assert tiny.attrs["title"] == "One example of each symmetry class"
     assert tiny.attrs["Conventions"] == "CF-1.11"
     assert tiny.attrs["contract_version"].split(".")[0] == "3"
-    assert read(TINY).definition.text == tiny.attrs["definition"]
+    assert read_sweep(TINY).definition.text == tiny.attrs["definition"]
     assert tiny.attrs["system"] == "rigid_body"
     for name in ("kernel_fingerprint", "content_hash"):
         assert len(bytes.fromhex(tiny.attrs[name])) == 32
@@ -160,7 +160,7 @@ def test_chunks_are_those_asked_for():
 
 
 def test_chunks_of_so_many_points_hold_the_last_dimensions_whole():
-    grid = read(catalogue.shipped()["tiny"]).grid  # of 3 x 4 x 4 x 3 x 3 x 2 x 1 points
+    grid = read_sweep(catalogue.shipped_files()["tiny"]).grid  # of 3 x 4 x 4 x 3 x 3 x 2 x 1 points
     assert [_chunk_sizes(grid, "auto")[dim] for dim in grid.dims] == [3, 4, 4, 3, 3, 2, 1]
     assert [_chunk_sizes(grid, 13)[dim] for dim in grid.dims] == [1, 1, 1, 2, 3, 2, 1]
     assert set(_chunk_sizes(grid, 0).values()) == {1}
@@ -206,8 +206,8 @@ def test_bodies_share_what_the_grid_gives():
 
 
 def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):
-    definition = read(TINY)
-    run = columns.columns(definition.grid.points(123, 457), definition)
+    definition = read_sweep(TINY)
+    run = columns.measure_points(definition.grid.points(123, 457), definition)
     for name in rigid_body.VARIABLES:
         assert run[name].tobytes() == tiny[name].values.reshape(-1)[123:457].tobytes(), name
 

@@ -13,7 +13,7 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import storage
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
 from sweeps.shards import content, merging
@@ -88,10 +88,10 @@ def other(system):
 
 @pytest.mark.parametrize("system", ["symmetric_top", "tumbling", "twist"])
 def test_every_system_has_points(system):
-    sweep = read(other(system))
+    sweep = read_sweep(other(system))
     points = sweep.grid.points(0, sweep.grid.size)
     assert sweep.grid.dims[0] == "point"
-    for name, drawn in sweep.definition.drawn.items():
+    for name, drawn in sweep.definition.sampled_ranges.items():
         column = np.unique(points[name])
         assert drawn.start <= column[0] < column[-1] <= drawn.stop
         assert column.size == 24
@@ -163,7 +163,7 @@ SHAPES = {
 def shapes(tmp_path_factory):
     """The path of a map of a grid of shapes, merged from two shards."""
     folder = tmp_path_factory.mktemp("shapes")
-    sweep = read(SHAPES, "shapes_here")
+    sweep = read_sweep(SHAPES, "shapes_here")
     for number in (1, 2):
         write_shard(sweep, number, 2, folder / f"{number}-of-2.nc")
     merging.merge(sweep, [folder], folder / "map.nc")
@@ -264,6 +264,6 @@ def test_the_definitions_of_the_readme_run(tmp_path):
         (shaped, of_shapes, (3, 50, 50)),
     ):
         (tmp_path / "my.yaml").write_text(text)
-        grid = read(tmp_path / "my.yaml").grid
+        grid = read_sweep(tmp_path / "my.yaml").grid
         assert (grid.dims[: len(dims)], grid.shape[: len(dims)]) == (dims, shape)
         assert np.isfinite(grid.points(0, 3)["I1"]).all()

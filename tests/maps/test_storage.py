@@ -18,7 +18,7 @@ import sweeps
 from sweeps.maps import dataset, storage
 from sweeps.maps.storage import open_map
 from sweeps.points import catalogue, columns
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.process import files
 from sweeps.reading import stored_values
 from sweeps.reading.definitions import plain, read_text
@@ -27,8 +27,8 @@ from sweeps.shards import content, mapfile, merging
 from sweeps.shards import shard as sharding
 from sweeps.systems.rigid_body import system as rigid_body
 
-TINY = read(catalogue.shipped()["tiny"])
-BODIES = read(
+TINY = read_sweep(catalogue.shipped_files()["tiny"])
+BODIES = read_sweep(
     {
         "bodies": [
             {"name": "Mond, größer", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": -3.0},
@@ -38,7 +38,7 @@ BODIES = read(
         "grid": {"epsilon": [1e-8, 1e-3]},
     }
 )
-POINTS = read(
+POINTS = read_sweep(
     {
         "axes": [1, 2],
         "sample": {"num": 200, "seed": 1},
@@ -504,7 +504,7 @@ def test_a_damaged_shard_of_another_name_is_refused(shards, tmp_path):
 def test_a_map_says_how_many_motions_were_integrated(tmp_path):
     mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
     for collapse, motions in ((False, 24), (True, 12)):
-        definition = read(mapping | {"integration": {"collapse": collapse}})
+        definition = read_sweep(mapping | {"integration": {"collapse": collapse}})
         merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
         with storage.open_map(tmp_path / "map.nc") as ds:
             assert ds.attrs["motions_integrated"] == str(motions)
@@ -515,7 +515,7 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
         "grid": {"I1": 1.0, "I2": 3.0, "I3": 4.0, "omega0": 1.0},
         "integration": {"variables": ["omega_squared"]},
     }
-    definition = read(mapping)
+    definition = read_sweep(mapping)
     merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
     with storage.open_map(tmp_path / "map.nc") as ds:
         assert list(ds.data_vars) == ["omega_squared"]
@@ -523,7 +523,7 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
 
 @pytest.mark.slow
 def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tiny):
-    definition = read(plain(read_text(TINY.definition.text)) | {"shards": 24})
+    definition = read_sweep(plain(read_text(TINY.definition.text)) | {"shards": 24})
     folder = tmp_path / "shards"
     for number in range(1, 25):
         sharding.write_shard(definition, number, 24, folder / f"{number}-of-24.nc")
@@ -560,7 +560,7 @@ def test_threads_leave_what_they_have_not_begun_when_it_is_broken_off():
         assert release.wait(60)
 
     def broken_off():
-        with columns.measurers(1) as pool:
+        with columns.open_pool(1) as pool:
             pool.submit(busy)
             pool.submit(run.append, 1)
             assert begun.wait(60)

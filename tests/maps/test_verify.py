@@ -15,11 +15,11 @@ import sweeps
 from sweeps.__main__ import main
 from sweeps.maps import verify
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import plain, read_text
 from sweeps.shards import content
 
-TINY = read(catalogue.shipped()["tiny"])
+TINY = read_sweep(catalogue.shipped_files()["tiny"])
 TOP = {"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}}
 PENDULUM = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}}  # its equations are derived where they are needed
 COLLAPSED = {
@@ -207,10 +207,11 @@ def test_wrong_precession_is_found(tmp_path):
 
 def test_another_definition_is_recognised(whole, tmp_path, capsys):
     other = plain(read_text(TINY.definition.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
-    found = findings(whole, against=read(other), points=0)
+    found = findings(whole, against=read_sweep(other), points=0)
     assert found == {"definition": ("definition: another integration than sweep's",)}
     assert (
-        findings(whole, against=read(plain(read_text(TINY.definition.text)) | {"shards": 7}), points=0).keys() == set()
+        findings(whole, against=read_sweep(plain(read_text(TINY.definition.text)) | {"shards": 7}), points=0).keys()
+        == set()
     )
     folder = tmp_path / "results" / "breakdown"
     folder.mkdir(parents=True)
@@ -323,7 +324,7 @@ def test_runs_of_a_thousand_million_samples_are_not_made_again(tiny, capsys):
     definition = plain(read_text(TINY.definition.text))
     long = definition | {"integration": {"rotations": 62_500_000, "samples_per_rotation": 16}}
     with netCDF4.Dataset(path, "a") as file:
-        file.definition = read(long).definition.text
+        file.definition = read_sweep(long).definition.text
     tracemalloc.start()
     checks = {check.name: check for check in verify.verify(path)}
     _, peak = tracemalloc.get_traced_memory()

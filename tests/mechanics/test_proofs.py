@@ -48,7 +48,7 @@ def test_check_says_what_is_proved(capsys):
 
     assert main(["check", "kapitzas_racket"]) == 0
     assert "proved      Hamilton's equations, or no divergence" in capsys.readouterr().out
-    assert catalogue.plan(catalogue.resolve("tiny")).sweep.system.proofs(None) == ()
+    assert catalogue.plan_sweep(catalogue.find_definition("tiny")).sweep.system.proofs(None) == ()
 
 
 def made(rates, conserved, place, bounds=(-9.0, 9.0)):

@@ -11,8 +11,8 @@ from sweeps.mechanics import System
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.symmetries import sign_changes
 from sweeps.points import catalogue
-from sweeps.points.columns import columns
-from sweeps.points.loading import read
+from sweeps.points.columns import measure_points
+from sweeps.points.loading import read_sweep
 
 QUICK = {"growth twice", "trap", "Ziegler", "rotor", "two pairs", "bearing, states"}
 QUICK_MARGINAL = {"a mode without drag", "free particle", "the same modes as states", "Ziegler's threshold", "Hopf"}
@@ -55,10 +55,12 @@ def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
 @pytest.mark.parametrize("name", [*SHIPPED, "paul_trap", "swing"])
 def test_no_verdict_is_withheld_on_shipped_maps(name):
     """Where growth exceeds ten of its errors, or theory proves stability: at most one point in a hundred."""
-    sweep = read(catalogue.shipped()[name])
+    sweep = read_sweep(catalogue.shipped_files()[name])
     numbers = np.random.default_rng(1).choice(sweep.grid.size, 200, replace=False)
     points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
-    found = columns({key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep)
+    found = measure_points(
+        {key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep
+    )
     flags = np.array(sweep.variables["regime"].flags)
     theory, measured = (flags[1 + found[name]] for name in ("regime_theory", "regime"))
     decided = found["growth_rate_theory"] > 10.0 * found["growth_rate_error"]

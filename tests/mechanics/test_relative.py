@@ -18,8 +18,8 @@ from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import regimes
 from sweeps.points import catalogue
-from sweeps.points.columns import columns
-from sweeps.points.loading import read
+from sweeps.points.columns import measure_points
+from sweeps.points.loading import read_sweep
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
@@ -492,10 +492,12 @@ def test_a_free_balls_equilibria_have_four_dimensions():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lagrange_points", "gravity_gradient_damped"])
 def test_no_bit_of_a_point_depends_on_the_others(name):
-    sweep = read(catalogue.shipped()[name])
+    sweep = read_sweep(catalogue.shipped_files()[name])
     numbers = np.random.default_rng(5).choice(sweep.grid.size, 40, replace=False)
     points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
-    together = columns({key: np.concatenate([one[key] for one in points]) for key in sweep.grid.arguments}, sweep)
+    together = measure_points(
+        {key: np.concatenate([one[key] for one in points]) for key in sweep.grid.arguments}, sweep
+    )
     for i, one in enumerate(points):
-        alone = columns({key: one[key] for key in sweep.grid.arguments}, sweep)
+        alone = measure_points({key: one[key] for key in sweep.grid.arguments}, sweep)
         assert [key for key in alone if alone[key][0].tobytes() != together[key][i].tobytes()] == []

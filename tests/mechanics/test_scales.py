@@ -12,7 +12,7 @@ from sweeps.maps import dataset
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.model import Model
 from sweeps.points import sweep as sweeps
-from sweeps.points.loading import load
+from sweeps.points.loading import read_definition
 
 QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
@@ -206,7 +206,7 @@ def test_a_system_without_parameters_has_places():
 
 def test_fewer_points_than_threads():
     for length in ([0.5], [0.5, 1.0, 2.0]):
-        sweep = sweeps.of(load({"system": "pendulum", "grid": {"length": length}}))
+        sweep = sweeps.build_sweep(read_definition({"system": "pendulum", "grid": {"length": length}}))
         one, four = (dataset.survey_grid(sweep, threads=threads) for threads in (1, 4))
         assert one.equals(four)
 

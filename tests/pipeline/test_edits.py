@@ -114,7 +114,7 @@ def test_a_run_makes_the_map_of_the_definition_that_it_states(number, monkeypatc
 
 def jobs():
     """Return what the workflow runs for the definition as it reads it: functions that return an exit status."""
-    sweep = catalogue.plan(MINE_PATH).sweep
+    sweep = catalogue.plan_sweep(MINE_PATH).sweep
     digest, shards = ["--digest", sweep.definition.digest], Path("results/mine/shards")
     for k in range(1, sweep.shards + 1):
         words = ["shard", "mine.yaml", str(k), str(sweep.shards), "-o", str(shards / f"{k}-of-{sweep.shards}.nc")]
@@ -146,7 +146,7 @@ def test_a_workflow_makes_the_map_of_the_definition_that_it_planned(number, caps
 
 def test_a_definition_that_was_edited_is_refused_in_words():
     MINE_PATH.write_text(TEXT)
-    digest = catalogue.plan(MINE_PATH).sweep.definition.digest
+    digest = catalogue.plan_sweep(MINE_PATH).sweep.definition.digest
     MINE_PATH.write_text(TEXT + "\n")
     with pytest.raises(RefusedError, match="was changed while the workflow ran; allowed: the same until the end"):
-        catalogue.plan(MINE_PATH, digest=digest)
+        catalogue.plan_sweep(MINE_PATH, digest=digest)

@@ -12,7 +12,7 @@ import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.maps import storage
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.shards import contract
 from sweeps.systems.periodic.system import Periodic
 from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
@@ -49,7 +49,7 @@ def chosen(ds, names):
 def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
     path = folder / "results" / name / "stability_map.nc"
     path.parent.mkdir(parents=True)
-    storage.write_map(unmeasured(read(own_systems.write(folder, name))), path)
+    storage.write_map(unmeasured(read_sweep(own_systems.write(folder, name))), path)
     with sweeps.open_map(path.parent) as ds:
         kind, figures = KINDS.get(name, OTHER)
         assert type(systems.of_map(ds)) is kind

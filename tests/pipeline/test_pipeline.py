@@ -83,7 +83,7 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
 
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
     mine.write_text(json.dumps({"grid": GRID}))
-    sweep = catalogue.plan(mine).sweep
+    sweep = catalogue.plan_sweep(mine).sweep
     path, *_ = made(mine, workers=2)
     assert measured == []
     held = path.read_bytes()
@@ -102,7 +102,7 @@ def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, meas
 
 
 def test_what_is_finished_is_not_made_again(mine, measured):
-    sweep = catalogue.plan(mine).sweep
+    sweep = catalogue.plan_sweep(mine).sweep
     folder = Path("results/mine/shards")
     shards.write_shard(sweep, 2, 3, folder / "2-of-3.nc")
     (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
@@ -143,8 +143,8 @@ def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, me
 
 def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch):
     mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
-    monkeypatch.setattr(pipeline.compile, "seconds", lambda sweep: 1.0)
-    monkeypatch.setattr(pipeline.compile, "ensure", lambda sweep: measured.append(sweep.system.name))
+    monkeypatch.setattr(pipeline.compile, "compile_seconds", lambda sweep: 1.0)
+    monkeypatch.setattr(pipeline.compile, "ensure_compiled", lambda sweep: measured.append(sweep.system.name))
     made(mine)
     assert measured[0] == "pendulum"
     assert [number for number in measured if number != "pendulum"] == [1, 2]

@@ -12,7 +12,7 @@ import pytest
 from calls import python
 
 from sweeps.pipeline import claims, up_to_date
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 
 ROOT = Path(up_to_date.__file__).parents[2]
 FOLDER = Path("results/mine")
@@ -103,7 +103,7 @@ def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, ho
     """Put back as it was, it would be served the other's map."""
     before, basis = mine.read_text(), up_to_date.inputs_hash(mine)
     EDITS[how](mine)
-    sweep = read(mine)
+    sweep = read_sweep(mine)
     mine.write_text(before)
     assert not up_to_date.covers_text(basis, sweep.definition.text)
 
@@ -116,11 +116,11 @@ def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
 
 
 def test_a_definition_that_names_files_has_other_inputs(mine):
-    assert not read(mine).has_other_inputs
+    assert not read_sweep(mine).has_other_inputs
     Path("rows.csv").write_text("I3\n1.0\n1.1\n")
     mine.write_text(json.dumps({"grid": {"I1": 0.5, "I2": 0.75, "omega0": 1.0}, "table": "rows.csv"}))
-    assert read(mine).has_other_inputs
-    sweep = read(MINE)
+    assert read_sweep(mine).has_other_inputs
+    sweep = read_sweep(MINE)
     for own in ({"system": "swing.py"}, {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"}, {"inputs": "a.csv 0"}):
         definition = SimpleNamespace(**{"system": "rigid_body", "text": "", "inputs": ""} | own)
         assert replace(sweep, definition=definition).has_other_inputs

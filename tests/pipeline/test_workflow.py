@@ -140,7 +140,7 @@ def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, ca
     Path(name).write_text(INVALID[name])
     assert main(["run", name]) == 2
     with pytest.raises(DefinitionError) as refused:
-        catalogue.requested({"definition": name}, [])
+        catalogue.plan_targets({"definition": name}, [])
     words = [capsys.readouterr().err, f"{refused.value}\n"]
     if name == "huge.yaml":  # how much room is free differs from one moment to the next
         words = [text.partition("; allowed: ")[0] for text in words]
@@ -156,7 +156,7 @@ def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, ca
 )
 def test_the_workflow_is_told_of_sweeps_that_it_knows(target):
     with pytest.raises(DefinitionError, match=r"^target: .*tennis_racket, tiny") as refused:
-        catalogue.requested({}, [target])
+        catalogue.plan_targets({}, [target])
     assert ("did you mean tiny?" in str(refused.value)) == ("tiney" in target)
 
 

@@ -18,7 +18,7 @@ from calls import refused, said
 from kernels import cache, fingerprint
 from sweeps import systems
 from sweeps.points import catalogue, columns, compile
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.process import progress
 from sweeps.systems.system import Example
 
@@ -32,7 +32,7 @@ def compiled(tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(compile, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(compile, "_compiled", set())
-    monkeypatch.setattr(compile, "_run", asked.append)
+    monkeypatch.setattr(compile, "_run_compiler", asked.append)
     return asked
 
 
@@ -45,15 +45,15 @@ def test_what_is_missing_is_compiled_once(compiled):
 
 @pytest.mark.parametrize("definition", ["tiny", "symmetric", "rackets", "pendulum", "mathieu"])
 def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, definition, monkeypatch, capsys):
-    sweep = read(catalogue.resolve(definition))
+    sweep = read_sweep(catalogue.find_definition(definition))
     monkeypatch.setattr(compile.machine, "cores", lambda: 2)
-    both = compile.seconds(sweep)
+    both = compile.compile_seconds(sweep)
     assert both == pytest.approx(sweep.system.compile_seconds)
-    assert "once per machine" in compile.announcement(sweep)
+    assert "once per machine" in compile.compile_notice(sweep)
     monkeypatch.setattr(compile, "why_unkept", lambda: "/home/cache: Permission denied")
-    line = compile.announcement(sweep)
+    line = compile.compile_notice(sweep)
     assert "they cannot be kept (/home/cache: Permission denied)" in line
-    assert f"about {both * compile.SECONDS_ALONE:.0f} s: " in line  # by this process, and no other beside it
+    assert f"about {both * compile.SERIAL_FACTOR:.0f} s: " in line  # by this process, and no other beside it
     assert "once" not in line
     compile.compile_examples(sweep.system.examples(sweep.definition))
     assert compiled == []
@@ -65,8 +65,8 @@ def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, de
 @pytest.mark.parametrize("said", [b"", b"another stamp", b"\xff"])
 def test_what_is_of_an_edited_source_or_damaged_is_compiled(compiled, said):
     compile.compile_examples([ONE, LAST])
-    compile._mark(LAST).write_bytes(said)
-    assert compile.missing([ONE, LAST]) == [LAST]
+    compile._mark_file(LAST).write_bytes(said)
+    assert compile.missing_examples([ONE, LAST]) == [LAST]
     compile.compile_examples([ONE, LAST])
     assert compiled == [[ONE, LAST], [LAST]]
 
@@ -74,7 +74,7 @@ def test_what_is_of_an_edited_source_or_damaged_is_compiled(compiled, said):
 def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
     examples = systems.all_examples()
     compile.compile_examples(examples)
-    assert not compile.missing(examples)
+    assert not compile.missing_examples(examples)
     read_whole, edited = fingerprint._read, Path(fingerprint.__file__).with_name("flips.py")
     stamp = fingerprint.stamp.__wrapped__
 
@@ -84,7 +84,7 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
 
     monkeypatch.setattr(fingerprint, "_read", read_edited)
     monkeypatch.setattr(compile, "stamp", stamp)
-    missing = {example.module for example in compile.missing(examples)}
+    missing = {example.module for example in compile.missing_examples(examples)}
     assert "survey" in missing
     assert not missing & {"oscillations", "flows", "tumbling", "symmetric_top"}
 
@@ -94,7 +94,7 @@ def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, mon
         time.sleep(0.2)
         compiled.append(examples)
 
-    monkeypatch.setattr(compile, "_run", slowly)
+    monkeypatch.setattr(compile, "_run_compiler", slowly)
     threads = [threading.Thread(target=compile.compile_examples, args=([ONE],)) for _ in range(4)]
     for thread in threads:
         thread.start()
@@ -106,17 +106,17 @@ def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, mon
 @pytest.mark.compiled
 @pytest.mark.parametrize("threads", [1, 2])
 def test_the_door_to_the_kernels_has_them_compiled(compiled, threads):
-    sweep = read({"grid": {"I1": 1.0, "I2": 2.0, "I3": [3.0, 2.5], "omega0": 1.0}})
-    columns.columns(sweep.grid.points(0, 4), sweep, threads)
+    sweep = read_sweep({"grid": {"I1": 1.0, "I2": 2.0, "I3": [3.0, 2.5], "omega0": 1.0}})
+    columns.measure_points(sweep.grid.points(0, 4), sweep, threads)
     assert compiled == [list(sweep.system.examples(sweep.definition))]
 
 
 def test_what_few_definitions_ask_for_is_compiled_for_them():
     grid = {"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0}}
-    usual, flips = read(grid), read(grid | {"integration": {"flips": True}})
+    usual, flips = read_sweep(grid), read_sweep(grid | {"integration": {"flips": True}})
     usual, flips = ({example.name for example in one.system.examples(one.definition)} for one in (usual, flips))
     assert [name.partition("-")[0] for name in flips - usual] == ["survey.flipped"]
-    described = read({"system": "pendulum", "grid": {"length": 1.0}})
+    described = read_sweep({"system": "pendulum", "grid": {"length": 1.0}})
     moving, own, *shared = described.system.examples(described.definition)
     assert {example.module for example in shared} == {"oscillations", "paths", "roots", "examples"}
     assert Path(moving.module).read_text() == described.system.mechanism.moving.text
@@ -160,7 +160,7 @@ def test_a_script_that_is_not_to_be_run_again_and_a_process_that_may_have_no_chi
 
 def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
     with pytest.raises(RuntimeError, match="nowhere"):
-        compile._run([Example("nowhere")])
+        compile._run_compiler([Example("nowhere")])
 
 
 @pytest.mark.compiled

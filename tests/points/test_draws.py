@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import scipy
 
-from sweeps.points.loading import read
-from sweeps.points.scattered import Draw
+from sweeps.points.loading import read_sweep
+from sweeps.points.scattered import UnitCubeDraw
 from sweeps.schema.definition import METHODS, Sample
 from sweeps.schema.refusals import DefinitionError
 
@@ -13,23 +13,23 @@ NUM = 2**16 + 77
 
 
 def sampled(grid=SPUN, **sample):
-    return read({"axes": [2], "sample": {"num": 1000, "seed": 3} | sample, "grid": grid})
+    return read_sweep({"axes": [2], "sample": {"num": 1000, "seed": 3} | sample, "grid": grid})
 
 
 def test_sobol_points_are_scipys():
-    found = Draw(Sample(method="sobol", num=NUM, seed=5), 3).shares(0, NUM)
+    found = UnitCubeDraw(Sample(method="sobol", num=NUM, seed=5), 3).shares(0, NUM)
     engine = scipy.stats.qmc.Sobol(3, rng=5)
     assert np.array_equal(found, np.concatenate([engine.random(2**16), engine.random(77)]))
 
 
 def test_random_points_are_numpys():
-    found = Draw(Sample(method="random", num=NUM, seed=5), 3).shares(0, NUM)
+    found = UnitCubeDraw(Sample(method="random", num=NUM, seed=5), 3).shares(0, NUM)
     assert np.array_equal(found, np.random.default_rng(5).random((NUM, 3)))
 
 
 @pytest.mark.parametrize("num", [1, 2, 3, 1000, 4097])
 def test_a_latin_hypercube_has_one_point_in_each_slice(num):
-    found = Draw(Sample(method="latin", num=num, seed=5), 3).shares(0, num)
+    found = UnitCubeDraw(Sample(method="latin", num=num, seed=5), 3).shares(0, num)
     for column in found.T:
         assert np.array_equal(np.sort(np.floor(column * num)), np.arange(num))
     assert found.min() >= 0
@@ -37,7 +37,7 @@ def test_a_latin_hypercube_has_one_point_in_each_slice(num):
 
 
 def test_a_latin_hypercube_fills_the_cube_as_scipys_does():
-    found = Draw(Sample(method="latin", num=1000, seed=5), 3).shares(0, 1000)
+    found = UnitCubeDraw(Sample(method="latin", num=1000, seed=5), 3).shares(0, 1000)
     theirs = [
         scipy.stats.qmc.discrepancy(scipy.stats.qmc.LatinHypercube(3, rng=seed).random(1000)) for seed in range(5)
     ]
@@ -48,12 +48,12 @@ def test_a_latin_hypercube_fills_the_cube_as_scipys_does():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_part_is_that_part_of_the_whole(method):
-    draw = Draw(Sample(method=method, num=NUM, seed=5), 2)
+    draw = UnitCubeDraw(Sample(method=method, num=NUM, seed=5), 2)
     whole = draw.shares(0, NUM)
     for start, stop in ((0, 0), (0, 1), (17, 18), (2**16 - 3, 2**16 + 5), (NUM - 1, NUM)):
-        again = Draw(Sample(method=method, num=NUM, seed=5), 2)
+        again = UnitCubeDraw(Sample(method=method, num=NUM, seed=5), 2)
         assert np.array_equal(again.shares(start, stop), whole[start:stop])
-    assert not np.array_equal(Draw(Sample(method=method, num=NUM, seed=6), 2).shares(0, 9), whole[:9])
+    assert not np.array_equal(UnitCubeDraw(Sample(method=method, num=NUM, seed=6), 2).shares(0, 9), whole[:9])
 
 
 def test_points_lie_within_their_ranges_evenly_or_by_ratio():
@@ -76,7 +76,7 @@ def test_points_are_those_of_scipy_in_the_order_of_the_keys():
 
 def test_a_range_through_zero_has_no_zero():
     sweep = sampled({"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": {"start": -1.0, "stop": 1.0}}, num=64)
-    drawn = sweep.definition.drawn["omega0"].drawn(np.array([0.0, 0.5, 1.0]))
+    drawn = sweep.definition.sampled_ranges["omega0"].at_shares(np.array([0.0, 0.5, 1.0]))
     assert (drawn == [-1.0, 2.0**-31, 1.0]).all()
 
 
@@ -103,5 +103,5 @@ def test_a_part_of_a_large_sample_is_made_at_once():
 def test_what_cannot_be_drawn_is_refused(values, words):
     grid = {"omega0": {"start": 1.0, "stop": 2.0}} if "bodies" in values else SPUN
     with pytest.raises(DefinitionError) as refused:
-        read({"sample": {"num": 16}, "grid": grid} | values)
+        read_sweep({"sample": {"num": 16}, "grid": grid} | values)
     assert words in str(refused.value)

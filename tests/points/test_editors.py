@@ -13,7 +13,7 @@ from sweeps.__main__ import main
 from sweeps.points import catalogue, loading
 from sweeps.schema.refusals import RefusedError
 
-SHIPPED = catalogue.shipped()
+SHIPPED = catalogue.shipped_files()
 QUICK = ("tiny", "bodies", "cubesats", "symmetric", "twist", "tumblers")
 
 

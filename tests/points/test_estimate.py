@@ -8,8 +8,8 @@ import sweeps
 from sweeps.maps import storage
 from sweeps.points import catalogue
 from sweeps.points import estimate as module
-from sweeps.points.estimate import estimate, refuse_if_too_large
-from sweeps.points.loading import read
+from sweeps.points.estimate import estimate_needs, refuse_if_too_large
+from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.rigid_body import system as rigid_body
 
@@ -18,7 +18,7 @@ AMPLE = 10**30
 
 def sweep_of(num, **more):
     entries = {name: {"start": 1.0, "stop": 2.0, "num": num} for name in ("I1", "I2", "I3")}
-    return read({"axes": [1, 2], "grid": entries | {"omega0": 1.0}} | more)
+    return read_sweep({"axes": [1, 2], "grid": entries | {"omega0": 1.0}} | more)
 
 
 def free(monkeypatch, disk=AMPLE, memory=AMPLE):
@@ -30,7 +30,7 @@ def free(monkeypatch, disk=AMPLE, memory=AMPLE):
 
 def test_an_estimate_counts_points_bytes_and_seconds(monkeypatch):
     monkeypatch.setattr(module, "_bytes_per_point", lambda sweep: 200)
-    found = estimate(sweep_of(100, integration={"rotations": 8}))
+    found = estimate_needs(sweep_of(100, integration={"rotations": 8}))
     coordinates = 8 * (2 + 300 + 3)
     assert found.points == 2_000_000
     assert found.shards == 1
@@ -45,11 +45,11 @@ def test_an_estimate_counts_points_bytes_and_seconds(monkeypatch):
 def test_a_small_sweep_holds_no_full_block():
     columns = (rigid_body.VARIABLES | rigid_body.CERTIFICATE).values()
     point = sum(np.dtype(variable.dtype).itemsize for variable in columns)
-    assert estimate(sweep_of(2)).memory_bytes == 400_000_000 + 6 * 16 * point + 8 * (2 + 6 + 3)
+    assert estimate_needs(sweep_of(2)).memory_bytes == 400_000_000 + 6 * 16 * point + 8 * (2 + 6 + 3)
 
 
 def test_any_size_is_estimated_without_making_the_grid():
-    found = estimate(sweep_of(10**15))
+    found = estimate_needs(sweep_of(10**15))
     assert found.points == 2 * 10**45
     assert found.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
     assert found.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
@@ -58,18 +58,18 @@ def test_any_size_is_estimated_without_making_the_grid():
 @pytest.mark.parametrize("name", repeated.but(["tiny"], ["tiny", "bodies", "symmetric"]))
 def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
     storage.write_map(sweeps.survey(name), tmp_path / "map.nc")
-    found = estimate(read(catalogue.resolve(name)))
+    found = estimate_needs(read_sweep(catalogue.find_definition(name)))
     assert (tmp_path / "map.nc").stat().st_size <= found.disk_bytes / 2
 
 
 def test_the_wait_holds_more_than_the_integration(monkeypatch):
     sweep, left = sweep_of(100, integration={"flips": True}), [0.0]
-    monkeypatch.setattr(module.compile, "seconds", lambda sweep: left[0])
-    found = estimate(sweep)
+    monkeypatch.setattr(module.compile, "compile_seconds", lambda sweep: left[0])
+    found = estimate_needs(sweep)
     assert found.wait_seconds > module.MEASURE_FACTOR * found.seconds + 5  # start, pictures and report
     assert found.compile_seconds == 0.0
     left[0] = 2.0
-    cold = estimate(sweep)
+    cold = estimate_needs(sweep)
     assert cold.compile_seconds == 2.0
     assert cold.wait_seconds - found.wait_seconds == pytest.approx(cold.compile_seconds, rel=1e-12)  # sums, rounded
 
@@ -77,10 +77,10 @@ def test_the_wait_holds_more_than_the_integration(monkeypatch):
 @pytest.mark.parametrize("short", ["disk", "memory"])
 def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, short):
     sweep = sweep_of(10)
-    needed = getattr(estimate(sweep), f"{short}_bytes")
+    needed = getattr(estimate_needs(sweep), f"{short}_bytes")
     free(monkeypatch, **{short: needed - 1})
     with pytest.raises(DefinitionError) as caught:
-        refuse_if_too_large(sweep, estimate(sweep), tmp_path)
+        refuse_if_too_large(sweep, estimate_needs(sweep), tmp_path)
     message = str(caught.value)
     assert message.startswith("sweep: grid: 2,000 points need ")
     assert f"({needed:,} bytes) of {short}; allowed: " in message
@@ -91,14 +91,14 @@ def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, sho
 def test_runs_whose_samples_do_not_fit_are_refused(tmp_path):
     """A spectrum needs all samples of a run at once: it filled the memory until the process was killed."""
     grid, runs = {"spin_rate": [1.0]}, {"rotations": 5e7, "samples_per_rotation": 20}
-    sweep = read({"system": "gyrostat", "grid": grid, "integration": runs})
+    sweep = read_sweep({"system": "gyrostat", "grid": grid, "integration": runs})
     with pytest.raises(DefinitionError, match=r"samples or draws of the points in work need .* of memory; allowed"):
-        refuse_if_too_large(sweep, estimate(sweep), tmp_path)
+        refuse_if_too_large(sweep, estimate_needs(sweep), tmp_path)
 
 
 def test_the_real_machine_refuses_the_impossible(tmp_path):
     with pytest.raises(DefinitionError, match=r"of disk.*\n.*of memory"):
-        refuse_if_too_large(sweep_of(10**15), estimate(sweep_of(10**15)), tmp_path)
+        refuse_if_too_large(sweep_of(10**15), estimate_needs(sweep_of(10**15)), tmp_path)
 
 
 @pytest.mark.parametrize(

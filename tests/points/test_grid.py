@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import body_sweeps, grid_sweeps, sweeps
 
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 
 PARAMETERS = ["I1", "I2", "I3", "omega0", "epsilon", "phase"]
 HUGE = {name: {"start": 1.0, "stop": 2.0, "num": 10**13} for name in ("I1", "I2", "I3", "omega0")}
@@ -15,7 +15,7 @@ def grid_of(lengths, **more):
     """A grid whose six parameters have these lengths."""
     starts = zip(PARAMETERS, lengths, strict=True)
     entries = {name: list(np.linspace(0.1, 0.9, length)) for name, length in starts}
-    return read({"grid": entries} | more).grid
+    return read_sweep({"grid": entries} | more).grid
 
 
 def written_out(grid):
@@ -33,7 +33,7 @@ def written_out(grid):
 @given(sweeps, st.data())
 @quick
 def test_points_are_those_of_the_full_grid(mapping, data):
-    grid = read(mapping).grid
+    grid = read_sweep(mapping).grid
     start = data.draw(st.integers(0, grid.size))
     stop = data.draw(st.integers(start, grid.size))
     expected = written_out(grid)
@@ -47,7 +47,7 @@ def test_points_are_those_of_the_full_grid(mapping, data):
 @given(grid_sweeps())
 @quick
 def test_dimensions_of_a_grid(mapping):
-    grid = read(mapping).grid
+    grid = read_sweep(mapping).grid
     assert grid.dims == ("axis", *PARAMETERS)
     assert grid.shape == tuple(len(grid.coordinates[dim]) for dim in grid.dims)
     assert grid.size == np.prod(grid.shape)
@@ -62,7 +62,7 @@ def test_dimensions_of_a_grid(mapping):
 @given(body_sweeps())
 @quick
 def test_dimensions_and_coordinates_of_bodies(mapping):
-    grid = read(mapping).grid
+    grid = read_sweep(mapping).grid
     bodies = mapping["bodies"]
     per_body = [name for name in PARAMETERS[3:] if any(name in body for body in bodies)]
     assert grid.dims == ("body", "axis", *(name for name in PARAMETERS[3:] if name not in per_body))
@@ -78,7 +78,7 @@ def test_dimensions_and_coordinates_of_bodies(mapping):
 
 
 def test_a_grid_of_one_point():
-    grid = read({"axes": [2], "grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": -4}}).grid
+    grid = read_sweep({"axes": [2], "grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": -4}}).grid
     assert grid.shape == (1,) * 7
     assert {name: float(column[0]) for name, column in grid.points(0, 1).items()} == {
         "axis": 2, "I1": 1, "I2": 2, "I3": 3, "omega0": -4, "epsilon": 1e-6, "phase": 0.6,
@@ -87,7 +87,7 @@ def test_a_grid_of_one_point():
 
 @pytest.mark.parametrize("start", [0, 12345, 10**40, 3 * 10**52 - 100])
 def test_points_of_a_grid_beyond_64_bits(start):
-    grid = read({"grid": HUGE}).grid
+    grid = read_sweep({"grid": HUGE}).grid
     assert grid.size == 3 * 10**52
     points = grid.points(start, start + 100)
     for offset in (0, 1, 57, 99):
@@ -141,5 +141,5 @@ def test_more_shards_than_points_are_refused(count):
 def test_a_shard_is_worth_ten_seconds(nums, rotations, shards, expected):
     entries = [{"start": 1.0, "stop": 2.0, "num": num} if num > 1 else 1.0 for num in nums]
     mapping = {"axes": [1], "grid": dict(zip(("I1", "I2", "I3"), entries, strict=True)) | {"omega0": 1.0}}
-    sweep = read(mapping | {"integration": {"rotations": rotations}, "shards": shards})
+    sweep = read_sweep(mapping | {"integration": {"rotations": rotations}, "shards": shards})
     assert sweep.shards == expected

@@ -17,7 +17,7 @@ from strategies import ranges, sweeps
 from kernels import triangle
 from sweeps import systems as registry
 from sweeps.points import catalogue
-from sweeps.points.loading import load, read
+from sweeps.points.loading import read_definition, read_sweep
 from sweeps.schema.refusals import DefinitionError, models_in
 from sweeps.systems.rigid_body.system import PROPAGATORS, GridEntries, SpunBody
 
@@ -36,7 +36,7 @@ def written(folder, text, name="some.yaml"):
 def refusal(source):
     """The message, every line of which names a path, a value and what is allowed."""
     with pytest.raises(DefinitionError) as caught:
-        load(source)
+        read_definition(source)
     message = str(caught.value)
     for line in message.splitlines()[:10]:
         assert LINE.fullmatch(line), line
@@ -56,7 +56,7 @@ def with_body(**entries):
 
 
 def test_defaults_are_those_of_the_contract(tmp_path):
-    sweep = load(written(tmp_path, GRID))
+    sweep = read_definition(written(tmp_path, GRID))
     assert (sweep.name, sweep.title, sweep.text) == ("some", "some", GRID)
     assert (sweep.system, sweep.axes, sweep.bodies, sweep.shards) == ("rigid_body", (1, 2, 3), (), "auto")
     assert (sweep.grid.epsilon, sweep.grid.phase) == (1e-6, 0.6)
@@ -71,7 +71,9 @@ def test_defaults_are_those_of_the_contract(tmp_path):
 
 
 def test_a_mapping_is_a_sweep_too():
-    sweep = load(with_grid(I1=np.linspace(1, 2, 3), I2=np.float32(0.5), I3=range(1, 4)) | {"axes": np.array([3, 1])})
+    sweep = read_definition(
+        with_grid(I1=np.linspace(1, 2, 3), I2=np.float32(0.5), I3=range(1, 4)) | {"axes": np.array([3, 1])}
+    )
     assert (sweep.name, sweep.title) == ("sweep", "sweep")
     assert sweep.grid.I1 == (1.0, 1.5, 2.0)
     assert sweep.grid.I2 == 0.5
@@ -80,7 +82,7 @@ def test_a_mapping_is_a_sweep_too():
 
 
 def test_a_definition_is_frozen_hashable_and_travels_between_processes():
-    sweep = load(with_body(), name="tops")
+    sweep = read_definition(with_body(), name="tops")
     with pytest.raises(ValidationError):
         sweep.shards = 3
     twin = pickle.loads(pickle.dumps(sweep))
@@ -94,16 +96,16 @@ def test_a_definition_is_frozen_hashable_and_travels_between_processes():
     [([1, 2, 3], (1, 2, 3)), ([3, 2, 1], (3, 2, 1)), ([2, 3, 1], (1, 2, 3)), ([5], (5,))],
 )
 def test_lists_become_monotonic(given_list, kept):
-    assert kept == load(with_grid(I2=given_list)).grid.I2
+    assert kept == read_definition(with_grid(I2=given_list)).grid.I2
 
 
 @given(sweeps)
 @settings(max_examples=30, deadline=None, derandomize=True)
 def test_the_text_of_a_mapping_is_that_sweep(tmp_path_factory, mapping):
-    sweep = load(mapping)
+    sweep = read_definition(mapping)
     path = written(tmp_path_factory.mktemp("text"), sweep.text, "sweep.yaml")
-    assert load(path) == load(path.parent / "sweep.yaml")
-    assert load(path).model_dump() == sweep.model_dump()
+    assert read_definition(path) == read_definition(path.parent / "sweep.yaml")
+    assert read_definition(path).model_dump() == sweep.model_dump()
 
 
 PRINTABLE = st.text(min_size=1, max_size=20).filter(lambda t: t.strip() and t.isprintable())
@@ -119,8 +121,8 @@ LOOKS_LIKE_ANOTHER_TYPE = st.sampled_from(
 @settings(max_examples=15, deadline=None, derandomize=True)
 def test_text_stays_text_in_the_written_yaml(tmp_path_factory, title):
     mapping = with_grid() | {"title": title}
-    path = written(tmp_path_factory.mktemp("text"), load(mapping).text)
-    assert load(path).title == title
+    path = written(tmp_path_factory.mktemp("text"), read_definition(mapping).text)
+    assert read_definition(path).title == title
 
 
 # YAML 1.2, core schema: the table in section 10.3.2 of the specification, and JSON
@@ -132,7 +134,7 @@ NUMBERS |= {"0xFF": 255, "-.5E-3": -5e-4, "-2E+05": -2e5}
 
 @pytest.mark.parametrize(("scalar", "value"), NUMBERS.items())
 def test_numbers_of_the_core_schema(tmp_path, scalar, value):
-    phase = load(written(tmp_path, GRID.replace("}", f", phase: {scalar}}}"))).grid.phase
+    phase = read_definition(written(tmp_path, GRID.replace("}", f", phase: {scalar}}}"))).grid.phase
     assert type(phase) is float
     assert phase == value
 
@@ -142,7 +144,7 @@ TEXTS = "no yes on 1:30 1_000 2001-01-01 1e e5 0b1 1.5.2 << 1e5x 1__ ٣"
 
 @pytest.mark.parametrize("scalar", TEXTS.split())
 def test_text_of_the_core_schema(tmp_path, scalar):
-    assert load(written(tmp_path, f"title: {scalar}\n{GRID}")).title == scalar
+    assert read_definition(written(tmp_path, f"title: {scalar}\n{GRID}")).title == scalar
 
 
 @pytest.mark.parametrize("scalar", ["null", "~", "", "true", "False", "1", "2.5", ".inf", "-.INF", ".nan"])
@@ -155,24 +157,24 @@ def test_scalars_that_are_no_text(tmp_path, scalar):
 )
 def test_json_is_a_definition(tmp_path, layout):
     mapping = with_grid(I1=[1e-6, 8e37], phase=-0.0) | {"title": "Läufer 🎾 / \\ \" 'x'"}
-    sweep = load(written(tmp_path, json.dumps(mapping, **layout).replace("/", "\\/")))
+    sweep = read_definition(written(tmp_path, json.dumps(mapping, **layout).replace("/", "\\/")))
     assert sweep.title == mapping["title"]
-    assert sweep.model_dump() == load(mapping).model_dump()
+    assert sweep.model_dump() == read_definition(mapping).model_dump()
 
 
 def test_quoted_surrogate_escapes_are_one_character(tmp_path):
-    assert load(written(tmp_path, 'title: "\\ud83c\\udfbe"\n' + GRID)).title == "🎾"
+    assert read_definition(written(tmp_path, 'title: "\\ud83c\\udfbe"\n' + GRID)).title == "🎾"
 
 
 def test_a_byte_order_mark_and_windows_lines(tmp_path):
     mark = b"\xef\xbb\xbf"
-    assert load(written(tmp_path, mark + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
+    assert read_definition(written(tmp_path, mark + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
     tabbed = json.dumps(with_grid(), indent="\t")
-    assert load(written(tmp_path, mark + tabbed.encode())).text == tabbed
+    assert read_definition(written(tmp_path, mark + tabbed.encode())).text == tabbed
 
 
 def test_an_alias_repeats_a_value(tmp_path):
-    assert load(written(tmp_path, "grid: {I1: &a [1, 2], I2: *a, I3: *a, omega0: 1}")).grid.I3 == (1.0, 2.0)
+    assert read_definition(written(tmp_path, "grid: {I1: &a [1, 2], I2: *a, I3: *a, omega0: 1}")).grid.I3 == (1.0, 2.0)
 
 
 # What is refused before anything is read as a sweep
@@ -303,7 +305,7 @@ def test_quantities_out_of_range(name, value, allowed):
     ],
 )
 def test_quantities_at_the_edge_are_allowed(name, value):
-    assert getattr(load(with_grid(**{name: value})).grid, name) == value
+    assert getattr(read_definition(with_grid(**{name: value})).grid, name) == value
 
 
 @pytest.mark.parametrize(
@@ -423,8 +425,8 @@ def test_bodies_and_grid_share_the_work():
     assert "bodies[0].I2: is missing" in refusal({"bodies": [{"name": "a", "I1": 1.0}], "grid": {"omega0": 1}})
     twice = {"bodies": [spinning[0], spinning[0]]}
     assert "bodies[1].name: 'a' is an earlier body's name" in refusal(twice)
-    assert load({"bodies": spinning}).bodies[1].moments == (1.0, 1.0, 1.0)
-    assert load({"bodies": [spinning[0], two], "grid": {"omega0": 5}}).grid.omega0 == 5.0
+    assert read_definition({"bodies": spinning}).bodies[1].moments == (1.0, 1.0, 1.0)
+    assert read_definition({"bodies": [spinning[0], two], "grid": {"omega0": 5}}).grid.omega0 == 5.0
 
 
 def test_many_problems_fit_on_a_screen():
@@ -472,7 +474,9 @@ def test_more_values_than_a_definition_may_hold():
 )
 def test_ranges_are_numpys_in_any_part(start, stop, num):
     for spacing, numpys in (("linear", np.linspace), ("log", np.geomspace)):
-        spaced = load(with_grid(omega0={"start": start, "stop": stop, "num": num, "spacing": spacing})).grid.omega0
+        spaced = read_definition(
+            with_grid(omega0={"start": start, "stop": stop, "num": num, "spacing": spacing})
+        ).grid.omega0
         values = spaced.values(np.arange(num))
         # NumPy's pow is within 4 units in the last place
         np.testing.assert_allclose(values, numpys(start, stop, num), rtol=1e-15 if spacing == "log" else 0)
@@ -487,20 +491,22 @@ def test_ranges_are_numpys_in_any_part(start, stop, num):
 def test_both_ends_of_any_range_are_exact(negative, entry):
     if negative:
         entry |= {"start": -entry["start"], "stop": -entry["stop"]}
-    values = load(with_grid(omega0=entry)).grid.omega0.values(np.arange(entry["num"]))
+    values = read_definition(with_grid(omega0=entry)).grid.omega0.values(np.arange(entry["num"]))
     assert (values[0], values[-1]) == (entry["start"], entry["stop"])
     steps = np.diff(values) * np.sign(entry["stop"] - entry["start"])
     assert np.all(steps > 0)
 
 
 def test_decades_are_the_numbers_people_write():
-    spaced = load(with_grid(omega0={"start": 1e-150, "stop": 1e150, "num": 301, "spacing": "log"})).grid.omega0
+    spaced = read_definition(
+        with_grid(omega0={"start": 1e-150, "stop": 1e150, "num": 301, "spacing": "log"})
+    ).grid.omega0
     assert spaced.values(np.arange(301)).tolist() == [float(f"1e{decade}") for decade in range(-150, 151)]
 
 
 def test_values_never_leave_the_range():
     entry = {"start": 1e-3, "stop": 1 - 2**-53, "num": 60_000, "spacing": "log"}
-    values = load(with_grid(epsilon=entry)).grid.epsilon.values(np.arange(60_000))
+    values = read_definition(with_grid(epsilon=entry)).grid.epsilon.values(np.arange(60_000))
     assert values.max() < 1
     assert np.all(np.diff(values) > 0)
 
@@ -513,8 +519,8 @@ def test_the_largest_doubles_do_not_overflow():
         "spacing": "log",
     }
     with pytest.raises(DefinitionError, match="coincide"):
-        load(with_grid(I1=entry | {"num": 10**12}))
-    values = load(with_grid(I1=entry)).grid.I1.values(np.arange(60_000))
+        read_definition(with_grid(I1=entry | {"num": 10**12}))
+    values = read_definition(with_grid(I1=entry)).grid.I1.values(np.arange(60_000))
     assert np.all(np.isfinite(values))
 
 
@@ -529,7 +535,7 @@ def test_the_largest_doubles_do_not_overflow():
     ],
 )
 def test_ranges_that_are_allowed_however_long(entry):
-    assert load(with_grid(omega0=entry)).grid.omega0.num == entry["num"]
+    assert read_definition(with_grid(omega0=entry)).grid.omega0.num == entry["num"]
 
 
 # The models are the documentation, and light
@@ -555,7 +561,7 @@ def test_every_key_says_what_it_is_and_in_which_unit():
 def test_reading_a_definition_loads_nothing_heavy(tmp_path):
     """In a cache of its own: what others are just storing is looked at with Numba."""
     tiny = str(catalogue.FOLDER / "tiny.yaml")
-    code = f"import sys; from sweeps.points import catalogue; catalogue.plan({tiny!r}); print(*sys.modules)"
+    code = f"import sys; from sweeps.points import catalogue; catalogue.plan_sweep({tiny!r}); print(*sys.modules)"
     loaded = python(code, NUMBA_CACHE_DIR=str(tmp_path)).split()
     heavy = {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas", "snakemake"} & set(loaded)
     assert not heavy
@@ -569,19 +575,19 @@ def test_reading_a_definition_loads_nothing_heavy(tmp_path):
 )
 def test_shipped_sweeps_load(name):
     path = catalogue.FOLDER / f"{name}.yaml"
-    sweep = load(path)
+    sweep = read_definition(path)
     assert sweep.name == path.stem
     assert sweep.text == path.read_text()
     assert "title" in sweep.text
 
 
 def shipped(name):
-    return load(catalogue.FOLDER / f"{name}.yaml")
+    return read_definition(catalogue.FOLDER / f"{name}.yaml")
 
 
 def default_points():
     """The default sweep's points about one axis, all of them."""
-    grid = read(catalogue.FOLDER / "tennis_racket.yaml").grid
+    grid = read_sweep(catalogue.FOLDER / "tennis_racket.yaml").grid
     assert (grid.size, grid.shape[0]) == (331_776, 3)
     return grid.points(0, grid.size // 3)
 
@@ -648,6 +654,6 @@ def test_ideal_shapes_have_their_moments(name, inside, half_edges):
 def test_where_a_report_opens_is_a_mapping_to_numbers_and_words(value):
     grid = {"grid": {"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": 1.0}}
     at = {"axis": 2, "I1": 0.5, "body": "a"}
-    assert load({**grid, "start_at": at}).start_at == tuple(at.items())
+    assert read_definition({**grid, "start_at": at}).start_at == tuple(at.items())
     with pytest.raises(DefinitionError, match=r"start_at: .*; allowed: "):
-        load({**grid, "start_at": value})
+        read_definition({**grid, "start_at": value})

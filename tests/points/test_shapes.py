@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 
 SQUARE = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 5}, "thickness": {"start": 0.0, "stop": 1.0, "num": 3}}
 
 
 def shaped(ratios=SQUARE, more=None, **others):
-    return read({"axes": [2], "grid": {"ratios": ratios, "omega0": 1.0} | (more or {})} | others)
+    return read_sweep({"axes": [2], "grid": {"ratios": ratios, "omega0": 1.0} | (more or {})} | others)
 
 
 def points(sweep):
@@ -45,7 +45,7 @@ def test_moments_along_dimensions_are_those_of_the_points():
 
 
 def test_every_point_is_a_body_and_any_part_is_that_part():
-    grid = read(catalogue.FOLDER / "shapes.yaml").grid
+    grid = read_sweep(catalogue.FOLDER / "shapes.yaml").grid
     assert grid.shape[:3] == (3, 1000, 1000)
     for start in (0, 1_500_000, grid.size - 999):
         part = grid.points(start, start + 999)

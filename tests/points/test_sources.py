@@ -13,7 +13,7 @@ import xarray as xr
 
 import sweeps
 from sweeps import systems
-from sweeps.points.loading import load
+from sweeps.points.loading import read_definition
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 
@@ -92,15 +92,15 @@ def test_every_number_of_a_definition_takes_a_unit():
         "bodies": [body, {"name": "b", "I1": "1 g m2", "I2": 1e-3, "I3": 1e-3, "omega0": "1 deg/s", "phase": 0.0}],
         "grid": {"omega0": "-30 rpm", "epsilon": "5 %"},
     }
-    first, second = load(values).bodies
+    first, second = read_definition(values).bodies
     assert first.moments == pytest.approx((2e-6, 1e-3, 1.001e-3), rel=1e-15)
     assert (first.phase, second.omega0, second.I1) == (math.pi / 2, math.pi / 180, 1e-3)
-    spaced = load(
+    spaced = read_definition(
         {"grid": {"I1": {"start": "1 g m2", "stop": "2 g m2", "num": 3}, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}
     )
     assert (spaced.grid.I1.start, spaced.grid.I1.stop) == (1e-3, 2e-3)
     shaped = {"ratios": {"I1_over_I3": {"start": "50 %", "stop": "60 %", "num": 2}, "thickness": 0.5}, "I3": "1 g m2"}
-    assert load({"grid": {**shaped, "omega0": 1.0}}).grid.I1.stop == 0.6e-3
+    assert read_definition({"grid": {**shaped, "omega0": 1.0}}).grid.I1.stop == 0.6e-3
 
 
 @pytest.mark.compiled

@@ -8,7 +8,7 @@ import xarray as xr
 import sweeps
 from sweeps.__main__ import main
 from sweeps.points import tables
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.points.sources import sweep_of
 from sweeps.reading import tables as formats
 from sweeps.schema import units
@@ -37,14 +37,14 @@ def text(rows=ROWS[:50], heading=HEADING):
 
 
 def points(path):
-    grid = read(path).grid
+    grid = read_sweep(path).grid
     found = grid.points(0, grid.size)
     return np.column_stack([found[name][:: grid.shape[1]] for name in NAMES])
 
 
 def test_rows_are_points_in_the_units_of_the_header(tmp_path):
     path = write(tmp_path, text(ROWS))
-    sweep = read(path)
+    sweep = read_sweep(path)
     assert sweep.grid.dims == ("point", "axis", "I3", "epsilon", "phase")
     assert sweep.grid.shape[0] == len(ROWS)
     theirs = pd.read_csv(tmp_path / "bodies.csv").to_numpy()
@@ -57,7 +57,7 @@ def test_rows_are_points_in_the_units_of_the_header(tmp_path):
 def test_any_part_is_that_part_of_the_whole(tmp_path):
     path = write(tmp_path, text(ROWS))
     whole = points(path)
-    rows = pickle.loads(pickle.dumps(read(path))).definition.rows
+    rows = pickle.loads(pickle.dumps(read_sweep(path))).definition.rows
     for start, stop in ((0, 0), (0, 1), (16_383, 16_385), (39_999, 40_000)):
         part = rows.rows(start, stop)
         assert np.array_equal(np.column_stack([part[name] for name in NAMES]), whole[start:stop])
@@ -125,24 +125,24 @@ def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
 
 def test_the_hash_of_the_file_stands_beside_its_name(tmp_path):
     path = write(tmp_path, text())
-    before = read(path).definition.inputs
+    before = read_sweep(path).definition.inputs
     assert before.startswith("bodies.csv ")
     assert len(before.split()[1]) == 64
     write(tmp_path, text(ROWS[:51]))
-    assert read(path).definition.inputs != before
-    assert read(path).grid.shape[0] == 51
+    assert read_sweep(path).definition.inputs != before
+    assert read_sweep(path).grid.shape[0] == 51
 
 
 def test_a_damaged_cache_is_never_read(tmp_path):
     path = write(tmp_path, text(ROWS))
-    rows = read(path).definition.rows
-    content = bytearray(rows.cached.read_bytes())
+    rows = read_sweep(path).definition.rows
+    content = bytearray(rows.cache_file.read_bytes())
     content[500_000] ^= 1
-    rows.cached.write_bytes(content)
+    rows.cache_file.write_bytes(content)
     with pytest.raises(OSError, match="damaged"):
         rows.rows(0, len(ROWS))
     assert np.array_equal(points(path)[:, 0], ROWS[:, 0])
-    rows.cached.write_bytes(content[:-5])
+    rows.cache_file.write_bytes(content[:-5])
     assert np.array_equal(points(path)[:, 0], ROWS[:, 0])
 
 
@@ -161,7 +161,7 @@ def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
     lines = text().splitlines()
     path = write(tmp_path, "\n".join([*lines[:3], row, *lines[4:]]))
     with pytest.raises(DefinitionError) as refused:
-        read(path)
+        read_sweep(path)
     assert words in str(refused.value)
     assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
 
@@ -182,7 +182,7 @@ PLAIN = "I1,omega0,I2\n1.5,2,1\n0.5,-3,1.25\n"
     ids=["trailing commas", "trailing in rows", "BOM and CRLF and blank lines", "semicolons", "quotes", "no last end"],
 )
 def test_what_spreadsheets_write_is_read(tmp_path, content):
-    table = read(write(tmp_path, content)).definition.rows
+    table = read_sweep(write(tmp_path, content)).definition.rows
     rows = table.rows(0, table.num)
     assert {name: values.tolist() for name, values in rows.items()} == {
         "I1": [1.5, 0.5],
@@ -200,7 +200,7 @@ def test_what_spreadsheets_write_is_read(tmp_path, content):
 )
 def test_what_would_be_misread_is_refused(tmp_path, content, words):
     with pytest.raises(DefinitionError, match=words):
-        read(write(tmp_path, content))
+        read_sweep(write(tmp_path, content))
 
 
 def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
@@ -208,7 +208,7 @@ def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
     lines = text(ROWS).splitlines()
     lines[35_001] = "1,two,1e7"
     with pytest.raises(DefinitionError, match=r"row 35,001 \('two'\)"):
-        read(write(tmp_path, "\n".join(lines)))
+        read_sweep(write(tmp_path, "\n".join(lines)))
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
 )
 def test_what_is_no_table_is_refused(tmp_path, settings, words):
     with pytest.raises(DefinitionError) as refused:
-        read(write(tmp_path, **settings))
+        read_sweep(write(tmp_path, **settings))
     assert words in str(refused.value)
 
 
@@ -301,7 +301,7 @@ TEXTS_READ = {
 @pytest.mark.parametrize("name", TEXTS)
 def test_columns_of_text_are_ignored(tmp_path, name, capsys):
     path = write(tmp_path, TEXTS[name])
-    table = read(path).definition.rows
+    table = read_sweep(path).definition.rows
     rows = table.rows(0, table.num)
     assert {key: values.tolist() for key, values in rows.items()} == {
         "I1": [1.5, 0.5],
@@ -311,7 +311,7 @@ def test_columns_of_text_are_ignored(tmp_path, name, capsys):
     heading = TEXTS[name].splitlines()[0].replace(";", ",").split(",")
     assert table.point_names == TEXTS_READ.get(name, ("Racket", "Book"))
     others = [word for word in heading if word not in NAMES]
-    assert table.ignored == tuple(word for word in others if word.lower() != "name" or not table.point_names)
+    assert table.text_columns == tuple(word for word in others if word.lower() != "name" or not table.point_names)
 
 
 def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
@@ -319,8 +319,8 @@ def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
     frame = pd.DataFrame({"name": ["a", "b"], "I1": [1.5, 0.5], "I2": [1.0, 1.25], "omega0": [2.0, -3.0]})
     write(tmp_path, "", "rows.parquet")
     frame.to_parquet(tmp_path / "rows.parquet")
-    table = read(tmp_path / "my.yaml").definition.rows
-    assert table.ignored == ()
+    table = read_sweep(tmp_path / "my.yaml").definition.rows
+    assert table.text_columns == ()
     assert table.point_names == ("a", "b")
     assert table.rows(0, 2)["I1"].tolist() == [1.5, 0.5]
     sweep = sweep_of(frame, {"I3": 1.5})
@@ -338,7 +338,7 @@ def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
 )
 def test_numbers_beside_text_are_checked(tmp_path, content, words):
     with pytest.raises(DefinitionError, match=words):
-        read(write(tmp_path, content))
+        read_sweep(write(tmp_path, content))
 
 
 def test_impossible_bodies_of_a_table_are_flagged_as_in_a_grid():
@@ -367,7 +367,7 @@ def named_map(tmp_path_factory):
     (folder / "my.yaml").write_text("table: bodies.csv\ngrid: {I3: 2.5, omega0: 1.0}\n")
     from sweeps.shards import merging
 
-    merging.measure_whole(read(folder / "my.yaml"), folder / "map.nc", 1, lambda _: None)
+    merging.measure_whole(read_sweep(folder / "my.yaml"), folder / "map.nc", 1, lambda _: None)
     return folder / "map.nc"
 
 

@@ -11,7 +11,7 @@ import pytest
 from sweeps.mechanics import taylor
 from sweeps.pipeline import up_to_date
 from sweeps.points import tables
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.process import process_identity
 from sweeps.reading import definitions, hdf5
 from sweeps.reading import tables as formats
@@ -174,7 +174,7 @@ def test_a_table_is_of_the_size_of_its_file(tmp_path, monkeypatch, what):
         made.file.close()
     (tmp_path / "my.json").write_text(json.dumps({"table": name, "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
     with pytest.raises(DefinitionError, match=words):
-        read(tmp_path / "my.json")
+        read_sweep(tmp_path / "my.json")
     assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
 
 
@@ -187,5 +187,5 @@ def test_what_a_killed_conversion_left_is_removed_by_the_next_reading(tmp_path, 
     mark = process_identity.mark().rsplit("-", 2)[0]
     for number, name in enumerate(("another", "seen-another", "third", "seen-third", "a" * 40)):
         (folder / f".{name}.{mark}-{2**22 + 1 + number}-1.0123456789abcdef.part").write_bytes(b"x")
-    read(tmp_path / "my.json")
+    read_sweep(tmp_path / "my.json")
     assert not list(folder.glob(".*.part"))

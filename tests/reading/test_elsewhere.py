@@ -10,7 +10,7 @@ from maps import DEFINITION, write
 
 import sweeps
 from sweeps.points import tables
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading import hdf5, sandbox
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import DefinitionError, MapError
@@ -73,7 +73,7 @@ def test_a_table_of_which_a_part_lies_elsewhere_is_refused(tmp_path, monkeypatch
     with h5py.File(tmp_path / "rows.nc", "w") as file:
         ELSEWHERE[how](file, "I1", target)
     with pytest.raises(DefinitionError, match=r"is no netCDF file that can be read .I1: .*; allowed"):
-        read(definition(tmp_path, "rows.nc"))
+        read_sweep(definition(tmp_path, "rows.nc"))
 
 
 def definition(folder, name):
@@ -89,7 +89,7 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path, monkeypatch, name,
     monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
     make(tmp_path / name)
     with pytest.raises(DefinitionError, match=r"table: .*allowed"):
-        read(definition(tmp_path, name))
+        read_sweep(definition(tmp_path, name))
 
 
 ATTEMPTS = {

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from sweeps.points.loading import load
+from sweeps.points.loading import read_definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies import inertia
 
@@ -223,7 +223,7 @@ def test_a_mesh_is_found_beside_its_definition_and_travels_between_processes(tmp
     path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
     brick(tmp_path / "mine" / "brick.obj", turn=False)
     monkeypatch.chdir("/")
-    loaded = load(path)
+    loaded = read_definition(path)
     np.testing.assert_allclose(loaded.bodies[0].moments, BRICK, rtol=1e-12)
     again = pickle.loads(pickle.dumps(loaded))
     assert again.bodies[0].moments == loaded.bodies[0].moments
@@ -233,11 +233,11 @@ def test_a_mesh_is_found_beside_its_definition_and_travels_between_processes(tmp
 def test_another_content_of_the_mesh_is_another_input(tmp_path):
     path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
     brick(tmp_path / "mine" / "brick.obj", turn=False)
-    before = load(path).inputs
+    before = read_definition(path).inputs
     brick(tmp_path / "mine" / "brick.obj")
     assert before.startswith("brick.obj ")
-    assert load(path).inputs != before
-    assert load({"grid": {"I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}).inputs == ""
+    assert read_definition(path).inputs != before
+    assert read_definition({"grid": {"I1": 1.0, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}).inputs == ""
 
 
 def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
@@ -265,6 +265,6 @@ def test_moments_of_a_tensor_land_ascending_in_the_map(tmp_path):
 )
 def test_a_definition_refuses_in_the_words_of_the_others(tmp_path, body, words):
     with pytest.raises(DefinitionError) as error:
-        load(definition(tmp_path, body))
+        read_definition(definition(tmp_path, body))
     assert words in str(error.value)
     assert "allowed: " in str(error.value)

@@ -11,7 +11,7 @@ import sweeps
 from kernels import statuses
 from kernels.cache import cache_folder
 from sweeps import systems
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.described import of_file, script
 from sweeps.systems.oscillator import system as oscillator
@@ -71,19 +71,19 @@ def test_a_files_path_counts_from_the_definitions_folder(tmp_path, spring, monke
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "mine.yaml").write_text("system: spring.py\ngrid: {stiffness: 2.0}\n")
     monkeypatch.chdir(tmp_path / "elsewhere")
-    sweep = read("../mine.yaml")
+    sweep = read_sweep("../mine.yaml")
     assert sweep.definition.system == "spring.py"
     for same in (sweep, pickle.loads(pickle.dumps(sweep))):
         assert same.system.description.title == "Mass on a spring"
     assert pickle.loads(pickle.dumps(sweep.system)).source == sweep.system.source
     (tmp_path / "mine.yaml").write_text("system: nowhere.py\n")
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read .* from the definition's folder"):
-        read("../mine.yaml")
+        read_sweep("../mine.yaml")
 
 
 def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_path):
     name = described(tmp_path, SPRING.format(V="x**4 / 4 - k * x**2 / 2"))  # three where k > 0, and room for one
-    sweep = read(small(name, stiffness=[-1.0, 0.5]))
+    sweep = read_sweep(small(name, stiffness=[-1.0, 0.5]))
     found = sweep.system.mechanism.theory(
         {
             "mass": np.ones(2),
@@ -95,7 +95,7 @@ def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_
     assert found["status"].tolist() == [statuses.OK, statuses.TOO_MANY_EQUILIBRIA]
     assert found["omega_squared"][0] == pytest.approx(1.0)
     with pytest.raises(DefinitionError, match=r"there are 3, at mass=1, stiffness=0\.5; allowed: at most 1"):
-        read(small(name, stiffness=0.5))
+        read_sweep(small(name, stiffness=0.5))
 
 
 def test_fingerprint_changes_with_the_description(tmp_path):
@@ -135,7 +135,7 @@ def test_fingerprint_changes_with_the_description(tmp_path):
 def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):
     name = described(tmp_path, SPRING.format(V=V))
     with pytest.raises(DefinitionError, match=wrong) as refused:
-        read(small(name, stiffness=2.0))
+        read_sweep(small(name, stiffness=2.0))
     assert "\n" not in str(refused.value)
     assert name in str(refused.value)
 
@@ -144,7 +144,7 @@ def test_a_file_that_does_not_end_is_ended(tmp_path, monkeypatch):
     monkeypatch.setattr("sweeps.systems.described.FILE_SECONDS", 1.0)
     name = described(tmp_path, "while True:\n    pass\n")
     with pytest.raises(DefinitionError, match="took more than 1 s"):
-        read(small(name, stiffness=2.0))
+        read_sweep(small(name, stiffness=2.0))
 
 
 def test_a_system_built_by_a_program_gives_what_its_file_gives(tmp_path):
@@ -189,7 +189,7 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
 )
 def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
     with pytest.raises(DefinitionError, match=wrong):
-        read(small("pendulum", **grid))
+        read_sweep(small("pendulum", **grid))
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
 )
 def test_a_direction_is_refused_in_words(direction, wrong):
     with pytest.raises(DefinitionError, match=wrong):
-        read(small("double_pendulum") | {"integration": {"direction": direction}})
+        read_sweep(small("double_pendulum") | {"integration": {"direction": direction}})
 
 
 def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():

@@ -7,7 +7,7 @@ import sweeps
 from kernels.codes import REGIMES
 from sweeps.maps import verify
 from sweeps.points import estimate as counted
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
 from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, figure_held, figure_shapes
@@ -37,12 +37,12 @@ RACKET = {
 )
 def test_what_no_body_can_do_is_refused(grid, said):
     with pytest.raises(DefinitionError, match=said):
-        read({"system": "pumped_body", "grid": GRID | grid})
+        read_sweep({"system": "pumped_body", "grid": GRID | grid})
 
 
 def test_another_modulation_is_refused():
     with pytest.raises(DefinitionError, match=r"modulation: 'speed' is not available; allowed: moment, inverse"):
-        read({"system": "pumped_body", "modulation": "speed", "grid": GRID})
+        read_sweep({"system": "pumped_body", "modulation": "speed", "grid": GRID})
 
 
 @pytest.mark.parametrize("inverse", [False, True])
@@ -63,8 +63,8 @@ def test_the_triangle_inequality_is_held_against_the_whole_period(inverse):
 
 
 def test_impossible_points_are_counted():
-    sweep = read({"system": "pumped_body", "axes": [3], "grid": GRID | {"depth3": [0.0, 0.3, 0.6]}})
-    assert counted.impossible(sweep) == (1, True)  # 3.2 > 2.9
+    sweep = read_sweep({"system": "pumped_body", "axes": [3], "grid": GRID | {"depth3": [0.0, 0.3, 0.6]}})
+    assert counted.count_impossible(sweep) == (1, True)  # 3.2 > 2.9
 
 
 @pytest.mark.slow

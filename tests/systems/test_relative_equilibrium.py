@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import sweeps
 from sweeps import systems
-from sweeps.points.loading import load
+from sweeps.points.loading import read_definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
@@ -69,13 +69,13 @@ system.equilibrium("rest", {x: 0})
 def test_tops_that_spin_too_slowly_for_steady_precession_are_refused():
     """I3² w² < 4 I1 P cos θ."""
     with pytest.raises(DefinitionError, match="none within the bounds, at 2 points of the grid; allowed: parameters"):
-        load({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
+        read_definition({"system": "steady_precession", "grid": {"tilt": 0.1, "spin_rate": [0.1, 0.2]}})
 
 
 def test_what_is_wrong_with_a_definition_is_refused():
     for grid, more in (({"spin": 1.0}, {}), ({"epsilon": 2.0}, {}), ({}, {"integration": {"runs": 9}})):
         with pytest.raises(DefinitionError, match="allowed"):
-            load({"system": "sleeping_top", "grid": grid} | more)
+            read_definition({"system": "sleeping_top", "grid": grid} | more)
 
 
 def test_pictures(top):

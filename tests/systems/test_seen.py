@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import sweeps
 from sweeps.maps import storage, verify
-from sweeps.points.loading import load
+from sweeps.points.loading import read_definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
 from sweeps.systems.tumbling.presentation.figure_tumbling import herpolhode
@@ -103,7 +103,7 @@ def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
         found = sweeps.survey(given | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
         values = found[name].values.reshape(2, -1)
         np.testing.assert_allclose(values[0], values[1], rtol=1e-13)  # the eigenproblem's rounding
-        assert "principal moments and axes" in load(given | {"bodies": bodies}).remarks[0][1]
+        assert "principal moments and axes" in read_definition(given | {"bodies": bodies}).remarks[0][1]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
 )
 def test_what_is_wrong_is_named(definition, told):
     with pytest.raises(DefinitionError) as refused:
-        load(definition)
+        read_definition(definition)
     assert told in str(refused.value)
 
 

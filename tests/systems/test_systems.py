@@ -19,7 +19,7 @@ from kernels.fingerprint import sources
 from sweeps import systems
 from sweeps.maps import dataset
 from sweeps.points import catalogue
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.schema.variables import Role, Variable
@@ -52,12 +52,12 @@ TOP = SMALL["symmetric_top"]["grid"]
 
 
 def small(name):
-    return read({"system": name} | SMALL[name])
+    return read_sweep({"system": name} | SMALL[name])
 
 
 def refusal(grid, **more):
     with pytest.raises(DefinitionError) as refused:
-        read({"system": "symmetric_top", "grid": grid} | more)
+        read_sweep({"system": "symmetric_top", "grid": grid} | more)
     return str(refused.value)
 
 
@@ -70,7 +70,7 @@ def test_a_system_says_all_that_its_map_holds(name):
     assert definition.system == system.name == ds.attrs["system"] == name
     assert set(ds.data_vars) == set(system.variables(definition)) >= set(system.variables())
     assert tuple(system.dimensions(definition)) == sweep.grid.dims
-    assert {*ds.sizes} == {*sweep.grid.dims, *system.further(definition)}
+    assert {*ds.sizes} == {*sweep.grid.dims, *system.extra_dimensions(definition)}
     assert set(ds.coords) <= set(system.coordinates(definition))
     for variable in system.variables(definition).values():
         assert ds[variable.name].dtype == np.dtype(variable.dtype)
@@ -80,9 +80,9 @@ def test_a_system_says_all_that_its_map_holds(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", catalogue.shipped())
+@pytest.mark.parametrize("name", catalogue.shipped_files())
 def test_a_definition_travels_between_processes(name):
-    sweep = read(catalogue.shipped()[name])
+    sweep = read_sweep(catalogue.shipped_files()[name])
     twin = pickle.loads(pickle.dumps(sweep))
     assert twin.definition == sweep.definition
     assert hash(twin.definition) == hash(sweep.definition)
@@ -100,7 +100,7 @@ CUT = {
 
 @pytest.mark.parametrize("name", repeated.but(("symmetric_top",), CUT))
 def test_shards_threads_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
-    sweep = read({"system": name} | CUT[name])
+    sweep = read_sweep({"system": name} | CUT[name])
     whole = content.content_hash(dataset.survey_grid(sweep))
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
@@ -148,7 +148,7 @@ def test_points_of_several_axes_are_each_what_they_are_alone(order):
     points |= {"omega0": rng.uniform(1.0, 2.0, 40), "epsilon": np.full(40, 1e-6), "phase": np.full(40, 0.6)}
     axis = np.arange(40) % 3 + 1
     points["axis"] = {"in turn": axis, "shuffled": rng.permutation(axis), "one after the other": np.sort(axis)}[order]
-    system, integration = systems.resolve("rigid_body"), read(SMALL["rigid_body"]).definition.integration
+    system, integration = systems.resolve("rigid_body"), read_sweep(SMALL["rigid_body"]).definition.integration
     found = system.columns(points, integration)
     for k in (0, 1, 2, 13, 39):
         alone = system.columns({name: values[k : k + 1] for name, values in points.items()}, integration)
@@ -167,7 +167,7 @@ def test_points_of_tops_are_those_of_the_full_grid(data):
     entries = {
         name: data.draw(st.lists(value, min_size=1, max_size=4, unique=True) | value) for name, value in values.items()
     }
-    grid = read({"system": "symmetric_top", "grid": entries}).grid
+    grid = read_sweep({"system": "symmetric_top", "grid": entries}).grid
     mesh = np.meshgrid(*(grid.coordinates[dim] for dim in grid.dims), indexing="ij")
     start = data.draw(st.integers(0, grid.size))
     points = grid.points(start, grid.size)
@@ -198,7 +198,7 @@ def test_tops_that_are_refused(changes, said):
 
 
 def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
-    grid = read(catalogue.shipped()["symmetric"]).grid
+    grid = read_sweep(catalogue.shipped_files()["symmetric"]).grid
     assert grid.size >= 10_000
     ratio, spin, angle = (grid.coordinates[name] for name in ("ratio", "omega3", "half_angle"))
     assert 1.0 in ratio
@@ -256,7 +256,7 @@ def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_m
     # a body that is no number about two axes has a status that is not 0: every column has what a wrong power changes
     grid = {"I1": 1.0 if flips_asked else [1.0, 1e-300], "I2": 1.5, "I3": 3.0, "omega0": [1.7, -2.3]}
     asked = {"variables": ["omega_squared", "status", column.name]} if column.name in TERMS else {}
-    sweep = read({"grid": grid, "integration": {"collapse": True, "flips": flips_asked, **asked}})
+    sweep = read_sweep({"grid": grid, "integration": {"collapse": True, "flips": flips_asked, **asked}})
     dataset.survey_grid(sweep)
     for wrong in {-1, 0, 1, 2} - {column.power}:
         monkeypatch.setitem(survey.POWERS, column.name, wrong)

@@ -12,7 +12,7 @@ import sweeps
 from kernels import exact, linear
 from sweeps.__main__ import main
 from sweeps.maps import dataset, storage, verify
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content, merging
@@ -317,7 +317,9 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
     bodies = [{"name": "moments", "I1": 0.3, "I2": 0.9, "I3": 1.0}, {"name": "tensor", "tensor": TENSOR.tolist()}]
     uncertainty = {"inertia": "5 %", "omega0": "1 %", "phase": "any"}
     settings = {"draws": 64, "seed": 3, "twist": True, "keep": True, "axes": [2]}
-    sweep = read({"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings)
+    sweep = read_sweep(
+        {"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings
+    )
     whole = content.content_hash(dataset.survey_grid(sweep, threads=2))
     for count in (1, 3, 7):
         paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
@@ -416,5 +418,5 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
 )
 def test_what_is_wrong_is_said(changed, said):
     with pytest.raises(DefinitionError) as refused:
-        read({"bodies": [BODY]} | changed)
+        read_sweep({"bodies": [BODY]} | changed)
     assert said in str(refused.value)

@@ -603,6 +603,6 @@ def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, v
     """Of a few points of each; `visit` reads what the console said."""
     monkeypatch.setattr(gallery, "MOST", 36)
     monkeypatch.setattr(gallery, "MANY", {})
-    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped()[name]))))
+    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     report.write(sweeps.survey(values), pages / f"{name}.html")
     visit(pages / f"{name}.html", reduced_motion="no-preference").page.wait_for_timeout(500)

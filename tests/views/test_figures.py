@@ -46,7 +46,7 @@ def racket():
 @pytest.fixture(scope="module")
 def shapes():
     """The default sweep at one size and one rate of spin."""
-    whole = dict(read_text(catalogue.shipped()["tennis_racket"].read_text()))
+    whole = dict(read_text(catalogue.shipped_files()["tennis_racket"].read_text()))
     return sweeps.survey(whole | {"grid": dict(whole["grid"]) | {"I3": 0.01748, "omega0": 10.0}})
 
 

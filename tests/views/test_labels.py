@@ -46,7 +46,7 @@ def faults(figure, monkeypatch):
 @pytest.mark.parametrize("name", SHIPPED)
 def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
     monkeypatch.setattr(gallery, "MANY", {})
-    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped()[name]))))
+    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     ds = figures.literal(sweeps.survey(values))
     for size in ("slide", "column"):  # what is widest and what is narrowest
         for picture, draw in figures.pictures(ds).items():

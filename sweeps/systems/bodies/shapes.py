@@ -68,7 +68,7 @@ class _Ratios:
     model = Shapes  # of what stands there
     names, over = tuple(SHAPE_OVER), SHAPE_OVER  # the parameters that they give, and what each of these follows from
 
-    def completed(self, values: Mapping) -> dict:
+    def complete_values(self, values: Mapping) -> dict:
         """Return the grid with I3, and I1 and I2 as ranges from end to end."""
         grid = values["grid"]
         where, given = ("grid", "ratios"), grid["ratios"]
@@ -89,13 +89,13 @@ class _Ratios:
         scaled = {name: (a * smallest, b * greatest) for name, (a, b) in ends.items()}
         return grid | {n: {"start": a, "stop": b, "num": 2} if a < b else a for n, (a, b) in scaled.items()}
 
-    def drawn(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
+    def at_shares(self, name: str, spaced: Range, share: np.ndarray) -> np.ndarray:
         """Draw the square of I1/I3 evenly, so that points fill the triangle evenly."""
         if name != "I1_over_I3" or spaced.spacing == "log":
-            return spaced.drawn(share)
+            return spaced.at_shares(share)
         return np.sqrt(spaced.start**2 + share * (spaced.stop**2 - spaced.start**2))
 
-    def given(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
+    def compute_values(self, name: str, values: Mapping[str, Any]) -> np.ndarray:
         """Return I1 or I2, in the unit of I3."""
         ratio, greatest = values["I1_over_I3"], values["I3"]
         return ratio * greatest if name == "I1" else (1.0 - ratio * (1.0 - values["thickness"])) * greatest

@@ -137,7 +137,7 @@ class Periodic(Described):
         """Return no dimension: multipliers are a further one of variables."""
         return {}
 
-    def further(self, definition: Definition) -> dict[str, np.ndarray]:
+    def extra_dimensions(self, definition: Definition) -> dict[str, np.ndarray]:
         """Return the multipliers of a point."""
         return {"multiplier": np.arange(1, self.mechanism.equations.n + 1, dtype=np.int8)}
 

@@ -127,7 +127,7 @@ class PumpedBody(Dynamics):
         varied = (parameter.name for parameter in PARAMETERS)
         return {"axis": np.array(definition.axes, np.int8)} | {n: spread(getattr(definition.grid, n)) for n in varied}
 
-    def further(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
+    def extra_dimensions(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
         """Return the two multipliers of a point."""
         return {"multiplier": np.array([1, 2], np.int8)}
 

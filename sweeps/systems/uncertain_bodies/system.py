@@ -335,7 +335,7 @@ class UncertainBodies(FreeBody):
         """Return the system with the definition's bodies."""
         return UncertainBodies(definition)
 
-    def further(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
+    def extra_dimensions(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
         """Return the levels of the quantiles, the inputs of all bodies, and the draws if they are kept."""
         dimensions = {"quantile": np.array(measuring.QUANTILES), "input": np.array(definition.inputs_of_draws)}
         if definition.keep:
@@ -362,7 +362,7 @@ class UncertainBodies(FreeBody):
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition, names, columns = self._definition, np.asarray(points["body"]), {}
-        further = self.further(definition)
+        further = self.extra_dimensions(definition)
         for name, one in self.variables(definition).items():
             missing = np.nan if one.missing_is_nan else one.first_flag
             columns[name] = np.full((names.size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
