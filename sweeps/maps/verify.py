@@ -255,7 +255,7 @@ def _values(ds: xr.Dataset, sweep: Sweep) -> Check:
 class _Sample:
     numbers: np.ndarray
     points: dict[str, np.ndarray]
-    measure_points: dict[str, np.ndarray]
+    columns: dict[str, np.ndarray]
 
     def name(self, i: int) -> str:
         return f"point {self.numbers[i]}"
