@@ -28,7 +28,7 @@ from itertools import combinations
 import numpy as np
 
 from kernels.blocks import LANES, ROWS, W, rows_of, scratch
-from kernels.dense import put
+from kernels.dense import copy_rows
 from kernels.jit import INNER, OPTIONS, boolean, float64, int64, njit, types, void, whole_vectors
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -183,7 +183,7 @@ def multiply_minors(S, off, masses, joined, result):
             mirror(S[s], masses, joined, mirrored)
             write_minors(mirrored, off[s], work[0], work[1], n)
             multiply(after[K], work[0], work[2], all_joined)
-            put(after[K], work[2])
+            copy_rows(after[K], work[2])
     multiply_after(C, G, all_joined, before, after, work)
     for i in range(d):  # what a segment is off changes the trace as its mirror image does
         for lane in range(off.shape[1]):
@@ -261,7 +261,7 @@ def compose(S, off, masses, steps, joined, work):
         write_unit(after[K], n)
     multiply_after(S, G, joined, before, after, work)
     multiply(before[elsewhere], after[elsewhere], later, joined)
-    put(result[:size], after[0])
+    copy_rows(result[:size], after[0])
     if is_half:
         for row in range(len(masses)):
             for lane in range(lanes):

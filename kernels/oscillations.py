@@ -200,7 +200,7 @@ def _estimate_rate(Q, lane, RX, RR, XX, triples, spacing):
 
 @njit(**INNER)
 def _write_row(Q, lane, steps, row):
-    """Convert one lane's sums to its row of the raw result."""
+    """Write one lane's sums to its row of the raw result."""
     triples, spacing = Q[COUNT, lane] - 2.0, Q[SPACING, lane]
     row[RAW.rate2], row[RAW.stderr] = _estimate_rate(Q, lane, RX, RR, XX, triples, spacing)
     _, row[RAW.spread] = _estimate_rate(Q, lane, ZRX, ZRR, ZXX, triples, spacing)
@@ -224,7 +224,7 @@ def _write_row(Q, lane, steps, row):
 
 @njit(void(*(int64[::1],) * 4, float64[:, :, ::1], float64[:, ::1]), nogil=True, **OPTIONS)
 def _write_rows(steps, order, bounds, _, blocks, raw):
-    """Convert each lane's sums to its point's row of the raw result."""
+    """Write each lane's sums to its point's row of the raw result."""
     for j in range(bounds.size - 1):
         for lane in range(bounds[j + 1] - bounds[j]):
             i = order[bounds[j] + lane]

@@ -444,7 +444,7 @@ def _is_within(low, high, boxes_found, column, begin, end):
 
 @njit(int64(BOX, float64[:, ::1], float64[::1], float64[:, :, ::1], int64), **INNER)
 def _split_box(box, bounds, min_widths, stack, top):
-    """Push the remainder of a box on the stack, split in two if it hardly shrank; return the new top."""
+    """Put the remainder of a box on the stack, split in two if it hardly shrank; return the new top."""
     volume = _shrink_box(box, min_widths)
     if volume < 0.0:
         return top

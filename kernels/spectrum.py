@@ -1,11 +1,11 @@
 r"""Eigenvalues from samples of known states, with errors, blind to any theory.
 
 *Model.* Runs r = 1 … R of one linear motion, all n states sampled every h: :math:`y^{(r)}_k = M^k x^{(r)}_0` and noise,
-:math:`M = e^{Ah}`. Asked for are the eigenvalues of A, and what is smooth in A where two of them meet.
+:math:`M = e^{Ah}`. Results are the eigenvalues of A, and invariants that are smooth in A at multiple eigenvalues.
 
 *Start.* Dynamic mode decomposition, :math:`M - 1 = \sum(y_{k+1} - y_k)y_k^{\mathsf T}\,(\sum y_ky_k^{\mathsf T})^{-1}`.
 
-*Fit.* :mod:`kernels.projection` finds M by least squares, :mod:`kernels.invariants` what follows from it.
+*Fit.* :mod:`kernels.projection` finds M by least squares, :mod:`kernels.invariants` the results from M.
 
 Source: Tu et al., J. Comput. Dyn. 1 (2014) 391. Not validated: more than 12 states.
 """
@@ -16,14 +16,14 @@ import numpy as np
 
 from kernels.blocks import LANES, ROWS, W, rows_of, scratch
 from kernels.codes import EQUATIONS, EXCITATION, MIN_EXCITATION, SCATTER, UNIT
-from kernels.dense import put, solve_in_lanes
-from kernels.invariants import tell
+from kernels.dense import copy_rows, solve_in_lanes
+from kernels.invariants import write_results
 from kernels.jit import INLINE, INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
-from kernels.projection import step
+from kernels.projection import step_lanes
 
-STEPS = 4  # of Gauss-Newton, at most
-FOUR = 4  # samples whose products are added up together
-FEW, PIVOTED = 128.0, 16.0  # a bound is so many times as wide where the least pivot is of 16 roundings or less
+MAX_STEPS = 4  # steps of Gauss-Newton, which converges quadratically from its start
+FOUR = 4  # number of samples with products that are added up together
+WEAK_FACTOR, WEAK_PIVOT = 128.0, 16.0  # a bound is wider by this factor if the least pivot is at most 16 roundings
 
 
 @njit(**OPTIONS)
@@ -46,9 +46,12 @@ def _add_inner(out, to, V, a, b, n):
 
 @njit(void(ROWS, int64, int64, ROWS, ROWS), **OPTIONS)
 def add_products(V, P, n, by_x, squares):
-    """Add up the products of FOUR samples: of every column's states with those of x, and of columns but x as a whole.
+    """Add up the products of FOUR samples: of every column's states with those of x, and of all columns except x.
 
-    Rows (p n + i) FOUR + k of V: state i of column p at sample k. Columns: a residual, P slopes, x.
+    Args:
+        V (numpy.ndarray): Row (p n + i) FOUR + k: state i of column p at sample k. Columns: a residual, P slopes, x.
+        P, n (int): Numbers of slopes and of states.
+        by_x, squares (numpy.ndarray): Added to: products of states with those of x, and of columns with each other.
     """
     whole_vectors()
     m = FOUR * n
@@ -61,52 +64,58 @@ def add_products(V, P, n, by_x, squares):
 
 
 @njit(void(ROWS, ROWS, *3 * (int64,), ROWS, ROWS), **OPTIONS)
-def moments(Y, weight, runs, count, n, by_x, squares):
-    """Add up the products of y(t+h) - y(t) and of y with y over neighbouring samples."""
+def sum_moments(Y, weight, runs, count, n, by_x, squares):
+    """Add up the products of y(t+h) - y(t) and of y with y over neighbouring samples.
+
+    Args:
+        Y, weight (numpy.ndarray): Samples and their weights, as in :func:`fit_block`, flat.
+        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
+    """
     whole_vectors()
     V = scratch(2 * n * FOUR)
     by_x[:], squares[:] = 0.0, 0.0
     for r in range(runs):
         for k in range(-(-count // FOUR) * FOUR):
-            here, used = r * count + min(k, count - 2), np.uint64((r * count + min(k + 1, count - 1)) * W)
-            counts = 1.0 if k < count - 1 else 0.0
+            sample_row, weight_row = r * count + min(k, count - 2), np.uint64((r * count + min(k + 1, count - 1)) * W)
+            included = 1.0 if k < count - 1 else 0.0
             for i in range(n):
-                at, d = np.uint64((here * n + i) * W), np.uint64((i * FOUR + k % FOUR) * W)
+                at, d = np.uint64((sample_row * n + i) * W), np.uint64((i * FOUR + k % FOUR) * W)
                 for lane in range(W):
                     x, y = Y[at + np.uint64(lane)], Y[at + np.uint64(n * W + lane)]
                     V[d + np.uint64(lane)] = y - x
-                    V[d + np.uint64(n * FOUR * W + lane)] = counts * weight[used + np.uint64(lane)] * x
+                    V[d + np.uint64(n * FOUR * W + lane)] = included * weight[weight_row + np.uint64(lane)] * x
             if k % FOUR == FOUR - 1:
                 add_products(V, 0, n, by_x, squares)
 
 
-SWEEPS = 12  # of Jacobi's rotations, at most
+MAX_SWEEPS = 12  # sweeps of Jacobi's rotations, which converge quadratically
 
 
 @njit(void(LANES, int64, ROWS, ROWS, ROWS), **INNER)
-def _spread(A, n, c, s, moved):
-    """Return the root of the smallest eigenvalue over the largest, by Jacobi's rotations, by lane; A is lost.
+def _singular_ratio(A, n, c, s, excitation):
+    """Write the root of the smallest eigenvalue over the largest, by Jacobi's rotations, lane by lane.
 
-    A lane that has come to rest stays as it is, whatever its neighbours still need; c, s are scratch.
+    A is overwritten; c, s are scratch. A converged lane does not change while its neighbours go on.
     """
     whole_vectors()
-    lanes = moved.size
-    for _ in range(SWEEPS):
-        going = 0.0
+    lanes = excitation.size
+    for _ in range(MAX_SWEEPS):
+        largest_angle = 0.0
         for p in range(n - 1):
             for q in range(p + 1, n):
                 for lane in range(lanes):
                     a, b, x = A[p * n + p, lane], A[q * n + q, lane], A[p * n + q, lane]
-                    turns = abs(x) > UNIT * math.sqrt(abs(a)) * math.sqrt(abs(b))
-                    half = 0.5 * (b - a) / (x if turns else 1.0)
+                    rotates = abs(x) > UNIT * math.sqrt(abs(a)) * math.sqrt(abs(b))
+                    half = 0.5 * (b - a) / (x if rotates else 1.0)
                     t = math.copysign(1.0, half) / (abs(half) + math.sqrt(1.0 + half * half))
-                    c[lane] = 1.0 / math.sqrt(1.0 + t * t) if turns else 1.0
-                    s[lane] = t / math.sqrt(1.0 + t * t) if turns else 0.0
-                    A[p * n + p, lane] = a - t * x if turns else a
-                    A[q * n + q, lane] = b + t * x if turns else b
-                    A[p * n + q, lane] = 0.0 if turns else x
+                    c[lane] = 1.0 / math.sqrt(1.0 + t * t) if rotates else 1.0
+                    s[lane] = t / math.sqrt(1.0 + t * t) if rotates else 0.0
+                    A[p * n + p, lane] = a - t * x if rotates else a
+                    A[q * n + q, lane] = b + t * x if rotates else b
+                    A[p * n + q, lane] = 0.0 if rotates else x
                 for lane in range(lanes):
-                    going = max(going, abs(s[lane]))
+                    largest_angle = max(largest_angle, abs(s[lane]))
                 for r in range(n):
                     if r in (p, q):
                         continue
@@ -115,25 +124,31 @@ def _spread(A, n, c, s, moved):
                         x, y = A[u, lane], A[v, lane]
                         A[u, lane] = c[lane] * x - s[lane] * y
                         A[v, lane] = s[lane] * x + c[lane] * y
-        if going == 0.0:
+        if largest_angle == 0.0:
             break
     for lane in range(lanes):
-        least, most = math.inf, 0.0
+        smallest, largest = math.inf, 0.0
         for i in range(n):
-            least, most = min(least, A[i * n + i, lane]), max(most, A[i * n + i, lane])
-        moved[lane] = math.sqrt(max(least, 0.0) / most) if most > 0.0 else 0.0
+            smallest, largest = min(smallest, A[i * n + i, lane]), max(largest, A[i * n + i, lane])
+        excitation[lane] = math.sqrt(max(smallest, 0.0) / largest) if largest > 0.0 else 0.0
 
 
 @njit(void(LANES, int64, LANES, ROWS), **OPTIONS)
-def start(moments, n, M, moved):
-    """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest."""
+def find_start(sum_moments, n, M, excitation):
+    """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest.
+
+    Args:
+        moments (numpy.ndarray): The sums of :func:`sum_moments`.
+        n (int): Number of states.
+        M, excitation (numpy.ndarray): Written.
+    """
     whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
-    XD, XX = moments[: n * n], moments[n * n : 2 * n * n]
-    put(A, XX)
-    _spread(A, n, f, g, moved)
-    put(A, XX)
-    put(M, XD)  # rows of M are columns of its transpose, as those of XD are
+    XD, XX = sum_moments[: n * n], sum_moments[n * n : 2 * n * n]
+    copy_rows(A, XX)
+    _singular_ratio(A, n, f, g, excitation)
+    copy_rows(A, XX)
+    copy_rows(M, XD)  # rows of M are columns of its transpose, as those of XD are
     solve_in_lanes(A, M, n, n, False, -math.inf, f)
     for i in range(n):
         for lane in range(W):
@@ -141,14 +156,14 @@ def start(moments, n, M, moved):
     for at in range(n * n):
         for lane in range(W):
             if not math.isfinite(M[at, lane]):
-                moved[lane] = 0.0
+                excitation[lane] = 0.0
 
 
 @njit(void(*5 * (ROWS,), types.UniTuple(int64, 3)), **INNER)
-def _advance(M, X0, live, Z, V, place):
+def _advance_samples(M, X0, live, Z, V, place):
     """Write M x, and M Z + X0 eᵀ x for every parameter, into the other half of Z and the sample's rows of V.
 
-    Lanes that are not live come to an end, at 0. Rows of M and columns of Z are as long as multiples of FOUR.
+    Lanes that are not live end, at 0. Lengths of rows of M and of columns of Z are multiples of FOUR.
     """
     whole_vectors()
     (P, n, sample), N = place, M.size // (place[1] * W)
@@ -180,11 +195,18 @@ def _advance(M, X0, live, Z, V, place):
 
 
 @njit(void(*4 * (ROWS,), *3 * (int64,), ROWS, ROWS), **OPTIONS)
-def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
-    """Add up the normal equations, :func:`add_products` of the residuals, the slopes by Θ and the model's samples x."""
+def sum_normal_equations(Y, weight, M, X0, runs, count, n, by_x, squares):
+    """Add up the normal equations: :func:`add_products` of the residuals, the slopes by Θ and the model's samples x.
+
+    Args:
+        Y, weight (numpy.ndarray): Samples and their weights, as in :func:`fit_block`, flat.
+        M, X0 (numpy.ndarray): The model's matrix, and the starts of its runs.
+        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
+    """
     whole_vectors()
     P, N = runs * n, -(-n // FOUR) * FOUR
-    V, Z, A, starts, live = (
+    V, Z, A, X, live = (
         scratch((P + 2) * n * FOUR),
         scratch(2 * (P + 1) * N),
         scratch(n * N),
@@ -196,14 +218,14 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
         for at in range(n * W):
             A[i * N * W + at] = M[i * n * W + at]
     for at in range(P * W):
-        starts[at] = X0[at]
+        X[at] = X0[at]
     for r in range(runs):
         for k in range(-(-count // FOUR) * FOUR):
-            used, sample, opened = (r * count + min(k, count - 1)) * W, k % FOUR, 0
+            weight_row, sample, num_live = (r * count + min(k, count - 1)) * W, k % FOUR, 0
             for lane in range(live.size):
-                live[lane] = weight[used + lane] if k < count else 0.0
-                opened |= 1 if live[lane] > 0.0 else 0
-            if opened == 0 and sample == 0:
+                live[lane] = weight[weight_row + lane] if k < count else 0.0
+                num_live |= 1 if live[lane] > 0.0 else 0
+            if num_live == 0 and sample == 0:
                 break
             if k == 0:
                 Z[:], V[:] = 0.0, 0.0
@@ -213,55 +235,68 @@ def sums(Y, weight, M, X0, runs, count, n, by_x, squares):
                         Z[(P * N + i) * W + lane] = x
                         V[((P + 1) * n + i) * FOUR * W + lane] = x
             else:
-                _advance(A, starts, live, Z, V, (P, n, sample))
+                _advance_samples(A, X, live, Z, V, (P, n, sample))
             for i in range(n):
-                here, d = np.uint64(used * n + i * W), np.uint64((i * FOUR + sample) * W)
+                old, d = np.uint64(weight_row * n + i * W), np.uint64((i * FOUR + sample) * W)
                 x = d + np.uint64((P + 1) * n * FOUR * W)
                 for lane in range(live.size):
-                    y = live[lane] * Y[here + np.uint64(lane)]
+                    y = live[lane] * Y[old + np.uint64(lane)]
                     V[d + np.uint64(lane)] = y - V[x + np.uint64(lane)]
             if sample == FOUR - 1:
                 add_products(V, P, n, by_x, squares)
 
 
 @njit(void(LANES, LANES, *3 * (int64,), *3 * (ROWS,), float64, int64, LANES), **OPTIONS)
-def fit_block(Y, weight, runs, count, n, spacing, floor, bend, trust, lanes, raw):
+def fit_block(Y, weight, runs, count, n, spacing, floor, matrix_error, factor, lanes, raw):
     """Measure the lanes of a block.
 
-    Y, shape (runs*count*n, W): sample k of run r, state i in row (r*count + k)*n + i. weight, shape (runs*count, W):
-    1 for a sample that counts, else 0, and Y too; a run's first ones. floor, shape (W,): error of a sample that its
-    scatter does not show. bend, shape (W,): as of `tell`. trust: 0 for standard errors, else the multiple of the
-    scatter in a bound, as of :mod:`kernels.flows`.
+    Args:
+        Y (numpy.ndarray, shape (runs count n, W)): Sample k of run r, state i in row (r count + k) n + i.
+        weight (numpy.ndarray, shape (runs count, W)): 1 for the first samples of a run, which count; else 0, as is Y.
+        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        spacing (numpy.ndarray, shape (W,)): Time between samples, s.
+        floor (numpy.ndarray, shape (W,)): Error of a sample that does not show in the scatter.
+        matrix_error (numpy.ndarray, shape (W,)): As in :func:`kernels.invariants.write_results`.
+        factor (float): 0 for standard errors, else the multiple of the scatter in a bound, see
+            :mod:`kernels.flows`.
+        lanes (int): Number of lanes with points.
+        raw (numpy.ndarray, shape (W, HEAD + 4 n)): Written: columns as in :mod:`kernels.codes`.
     """
     whole_vectors()
     P = runs * n
     Y, counts = Y.reshape(Y.size), weight.reshape(weight.size)
     M, X0, by_x, squares = scratch(n * n), scratch(P), scratch((P + 2) * n * n), scratch((P + 1) * (P + 1))
-    moved, rest, change, covariance, noise = scratch(1), scratch(1), scratch(1), rows_of(P * P + 1), scratch(1)
+    excitation, residuals, change, covariance, noise = (
+        scratch(1),
+        scratch(1),
+        scratch(1),
+        rows_of(P * P + 1),
+        scratch(1),
+    )
     change[:], noise[:] = math.inf, math.nan
-    moments(Y, counts, runs, count, n, by_x, squares)
-    start(as_lanes(by_x), n, as_lanes(M), moved)
+    sum_moments(Y, counts, runs, count, n, by_x, squares)
+    find_start(as_lanes(by_x), n, as_lanes(M), excitation)
     for r in range(runs):
         for at in range(n * W):
             X0[r * n * W + at] = Y[r * count * n * W + at]
-    for _ in range(STEPS):
-        sums(Y, counts, M, X0, runs, count, n, by_x, squares)
-        given = (as_lanes(by_x), as_lanes(squares))
-        if not step(as_lanes(M), as_lanes(X0), runs, n, *given, covariance, rest, moved, change):
+    for _ in range(MAX_STEPS):
+        sum_normal_equations(Y, counts, M, X0, runs, count, n, by_x, squares)
+        products = (as_lanes(by_x), as_lanes(squares))
+        if not step_lanes(as_lanes(M), as_lanes(X0), runs, n, *products, covariance, residuals, excitation, change):
             break
     for lane in range(lanes):
-        row, used = raw[lane], 0.0
+        row, num_samples = raw[lane], 0.0
         for k in range(runs * count):
-            used += weight[k, lane]
-        equations = n * used
-        free = equations - n * n - P
+            num_samples += weight[k, lane]
+        equations = n * num_samples
+        freedom = equations - n * n - P
         for i in range(row.size):
             row[i] = math.nan
-        row[EQUATIONS], row[EXCITATION] = equations, moved[lane]
-        if moved[lane] < MIN_EXCITATION or free < 1.0:
+        row[EQUATIONS], row[EXCITATION] = equations, excitation[lane]
+        if excitation[lane] < MIN_EXCITATION or freedom < 1.0:
             continue
-        scatter = math.sqrt(rest[lane] / free)
+        scatter = math.sqrt(residuals[lane] / freedom)
         row[SCATTER] = scatter
-        weak = 1.0 + FEW * min(1.0, PIVOTED * UNIT * covariance[P * P, lane])
-        noise[lane] = weak * math.sqrt(equations) * (trust * scatter + floor[lane]) if trust > 0.0 else scatter
-    tell(as_lanes(M), as_lanes(X0), runs, n, covariance, noise, bend, spacing, lanes, raw)
+        weak = 1.0 + WEAK_FACTOR * min(1.0, WEAK_PIVOT * UNIT * covariance[P * P, lane])
+        noise[lane] = weak * math.sqrt(equations) * (factor * scatter + floor[lane]) if factor > 0.0 else scatter
+    write_results(as_lanes(M), as_lanes(X0), runs, n, covariance, noise, matrix_error, spacing, lanes, raw)

@@ -56,5 +56,5 @@ def test_logarithms_are_scipys_whatever_the_series_needs(n):
     A *= (np.linspace(0.3, 1.4, 32) / np.abs(np.linalg.eigvals(A)).max(1))[:, None, None]
     M = np.array([linalg.expm(a) for a in A]).reshape(32, -1).T.copy()
     Y, *room = (np.empty((n * n, 32)) for _ in range(4))
-    invariants._logarithms(M, n, Y, (*room, np.empty(32)))
+    invariants._matrix_logarithms(M, n, Y, (*room, np.empty(32)))
     np.testing.assert_allclose(Y.T.reshape(A.shape), A, atol=2e-14 * max(1.0, np.linalg.norm(A, axis=(1, 2)).max()))

@@ -85,7 +85,7 @@ def motions(A, count, runs, seed=2):
 def ordered(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
-    dense.order(re, im, len(A), codes.MIN_IMAG_GAP / SPACING)
+    dense.sort_eigenvalues(re, im, len(A), codes.MIN_IMAG_GAP / SPACING)
     return re + 1j * im
 
 
@@ -161,7 +161,7 @@ def test_invariants_are_smooth_through_a_collision(gap):
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
-    dense.order(re, im, 4, codes.MIN_IMAG_GAP / SPACING)
+    dense.sort_eigenvalues(re, im, 4, codes.MIN_IMAG_GAP / SPACING)
     off = np.abs(found.invariants - [S, D, S * S - 4 * D])
     assert (np.median(off, axis=0) < 1e-11).all()
     assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
