@@ -1,10 +1,10 @@
-r"""The variational flow over one period by collocation at Gauss's points, W points side by side.
+r"""The variational flow over one period by collocation at Gauss's points, W points in parallel.
 
 With the time in units of a step, a perturbation obeys :math:`u'' = k(t)\,u + c(t)\,u'` (coordinates; k and c are the
 slopes of the accelerations, times the step's square and the step) or :math:`u' = c(t)\,u` (states). The unknowns of a
-step are the highest derivatives at its points, of which u and u' are integrals: of coordinates half as many as there
-are states. They are found at once, by elimination without exchange of rows: in a step that is short enough to be exact,
-k and c are at most a few in size, and the matrix is near 1. The order is twice STAGES.
+step are the highest derivatives at its points, and u and u' are their integrals: for coordinates half as many as there
+are states. They are solved for by elimination without exchange of rows: in a step that is short enough to be accurate,
+k and c are of order 1, and the matrix is near 1. The order is twice STAGES.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7 and II.14 (Nystrom methods).
 """
@@ -18,10 +18,10 @@ import numpy as np
 from kernels.blocks import LANES, W, rows_of, scratch
 from kernels.dense import solve_in_lanes
 from kernels.jit import OPTIONS, PASSED, float64, int64, njit, whole_vectors
-from kernels.monodromy import CALLED, FUNCTION, STATES, compose, load, store, work_of, zeros_of
+from kernels.monodromy import FUNCTION, STATES, STEP_TYPE, compose, load, store, work_of, zeros_of
 from kernels.straight import lines
 
-WRITTEN_OUT = 2  # unknowns at each point up to which a step's elimination is written out
+MAX_UNROLLED = 2  # largest number of unknowns at each point with elimination in unrolled lines of code
 
 GAUSS = (  # the roots of the Legendre polynomial P_8 that are > 0, and their weights: Abramowitz and Stegun, table 25.4
     (0.1834346424956498049394761, 0.3626837833783619829651505),
@@ -31,12 +31,12 @@ GAUSS = (  # the roots of the Legendre polynomial P_8 that are > 0, and their we
 )
 
 
-def collocation():
+def collocation_weights():
     """Return Gauss's points in (0, 1), the weights of integrals up to each point, and of the whole.
 
     The polynomial through values f_j at the points x_j of (-1, 1) is the sum of w_j f_j (k + 1/2) P_k(x_j) P_k(x) over
-    j and k, and (2k + 1) times the integral of P_k from -1 is P_{k+1} - P_{k-1}. No sum is left to a library whose
-    order is another one on another processor.
+    j and k, and (2k + 1) times the integral of P_k from -1 is P_{k+1} - P_{k-1}. Sums are written out, as a library's
+    order of summation depends on the processor.
     """
     x, w = np.transpose([(-root, weight) for root, weight in reversed(GAUSS)] + list(GAUSS))
     P = [np.ones_like(x), x]
@@ -47,21 +47,24 @@ def collocation():
     return 0.5 * (x + 1.0), 0.25 * inner, 0.5 * w
 
 
-def _twice(weights, inner):
+def _double_weights(weights, inner):
     """Return the weights of integrals of integrals."""
     return sum(np.multiply.outer(weights[..., k], inner[k]) for k in range(STAGES))
 
 
-POINTS, INNER, WHOLE = collocation()
+POINTS, INNER, WHOLE = collocation_weights()
 STAGES = POINTS.size
-TWICE, WHOLE_TWICE = _twice(INNER, INNER), _twice(WHOLE, INNER)
+TWICE, WHOLE_TWICE = _double_weights(INNER, INNER), _double_weights(WHOLE, INNER)
 
 
-def terms(m, n, entries):
-    """Yield row, column, weight and number of the slope of each term of the equations of a step's unknowns, but for 1.
+def equation_terms(m, n, entries):
+    """Yield row, column, weight and slope's number of each term of the equations of a step, except the unit matrix.
 
-    Of m unknowns at each point and n states: columns are the unknowns, the highest derivatives at POINTS, and after
-    them the states of the start. Each entry (i, j) is the slope of the unknown i by the state j.
+    Args:
+        m (int): Number of unknowns at each point.
+        n (int): Number of states.
+        entries (sequence of (int, int)): Each (i, j) is the slope of the unknown i by the state j. Columns are the
+            unknowns, the highest derivatives at POINTS, and after them the states at the start.
     """
     size = STAGES * m
     for (e, (i, j)), stage in product(enumerate(entries), range(STAGES)):
@@ -73,22 +76,25 @@ def terms(m, n, entries):
             yield row, size + j + m, POINTS[stage], slope
 
 
-def written(m, n, entries):
-    """Return lines that write the matrix of a step: S holds the slopes of each stage, then the matrix.
+def elimination_lines(m, n, entries):
+    """Yield lines that write the matrix of a step: the rows of S are the slopes of each stage, then the matrix.
 
     Rows are column → text: the equations of the unknowns, then the states at the end. Once the unknowns are eliminated,
-    what is left of the last n rows is the matrix.
+    the last n rows are the matrix.
+
+    Args:
+        m, n, entries: As in :func:`equation_terms`.
     """
     size, count = STAGES * m, STAGES * len(entries)
     yield from (f"s_{k} = S[{k * W} + lane]" for k in range(count))
     rows = [{row: "1.0"} for row in range(size)]
-    for row, column, weight, slope in terms(m, n, entries):
+    for row, column, weight, slope in equation_terms(m, n, entries):
         text = f"{float(weight)!r} * s_{slope}"
         rows[row][column] = f"{rows[row][column]} + {text}" if column in rows[row] else text
     for i in range(n):
         weights = WHOLE_TWICE if i < n - m else WHOLE
-        last = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
-        rows.append(last | ({size + i + m: "1.0"} if i < n - m else {}))
+        equation = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
+        rows.append(equation | ({size + i + m: "1.0"} if i < n - m else {}))
     for r, row in enumerate(rows):
         if r < size:
             yield from (f"a_{r}_{q} = {text}" for q, text in row.items())
@@ -106,28 +112,30 @@ def written(m, n, entries):
 
 
 @cache
-def step_of(m, n, entries):
-    """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``: see :func:`written`.
+def compile_step(m, n, entries):
+    """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``.
 
-    Of m unknowns at each point (coordinates, or states) and n states; entries are (i, j) of each slope that does not
-    vanish.
+    Args:
+        m (int): Number of unknowns at each point (coordinates, or states).
+        n (int): Number of states.
+        entries (sequence of (int, int)): Each slope that does not vanish; see :func:`equation_terms`.
     """
     name = f"step_{m}_{n}_" + "".join(map(str, np.ravel(entries)))
-    if m <= WRITTEN_OUT:
-        step = lines("\n".join(written(m, n, entries)))
+    if m <= MAX_UNROLLED:
+        step = lines("\n".join(elimination_lines(m, n, entries)))
 
-        @njit(CALLED, name=name, **PASSED)
+        @njit(STEP_TYPE, name=name, **PASSED)
         def by_lines(S, nothing, number):
             whole_vectors()
             step(S)
 
         return by_lines
     size, count = STAGES * m, STAGES * len(entries)
-    rows, columns, weights, slopes = np.reshape([*terms(m, n, entries)], (-1, 4)).T
+    rows, columns, weights, slopes = np.reshape([*equation_terms(m, n, entries)], (-1, 4)).T
     places = W * np.where(columns < size, rows * size + columns, columns * size + rows)
     pairs = np.stack([places, W * slopes], axis=1).astype(np.uint64)  # unsigned: no index is from the end
 
-    @njit(CALLED, name=name, **PASSED)
+    @njit(STEP_TYPE, name=name, **PASSED)
     def by_loops(S, nothing, number):
         whole_vectors()
         s, A, f = S.reshape(S.size // W, W), rows_of((size + n) * size), rows_of(1)[0]
@@ -141,7 +149,7 @@ def step_of(m, n, entries):
                 flat[to + np.uint64(lane)] += weight * S[slope + np.uint64(lane)]
         solve_in_lanes(A, B, size, n, False, -math.inf, f)
         for i in range(n):
-            whole = WHOLE_TWICE if i < n - m else WHOLE
+            weights_of_row = WHOLE_TWICE if i < n - m else WHOLE
             for j in range(n):
                 row, unit = s[count + i * n + j], 1.0 if i == j or (n > m and i + m == j) else 0.0
                 for lane in range(W):
@@ -149,38 +157,34 @@ def step_of(m, n, entries):
                 for k in range(STAGES):
                     rates = B[j * size + k * m + i % m]
                     for lane in range(W):
-                        row[lane] += whole[k] * rates[lane]
+                        row[lane] += weights_of_row[k] * rates[lane]
 
     return by_loops
 
 
-@njit(
-    float64[:, ::1](FUNCTION, STATES, LANES, float64[:, :, ::1], LANES, int64),
-    nogil=True,
-    **OPTIONS,
-)
-def flow(step, joined, factors, slopes, lengths, steps):
-    """Return the matrix of the period of each point, and what it is known by.
+@njit(float64[:, ::1](FUNCTION, STATES, LANES, float64[:, :, ::1], LANES, int64), nogil=True, **OPTIONS)
+def integrate_flow(step, coupled, factors, slopes, lengths, steps):
+    """Return the matrix of the period of each point, and its error.
 
     Args:
-        step (function): Of :func:`step_of`.
-        joined (numpy.ndarray, shape (n, n)): Whether states act on each other.
-        factors (numpy.ndarray, shape (times, parts)): Of the slopes at POINTS of each step; or of no parts.
-        slopes (numpy.ndarray, shape (parts or times, entries, points)): Parts of the slopes, of which factors make the
-            sum; or the slopes at all times. In units of a step.
-        lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. Where
-            half a period is followed, the masses in the states' sizes come after these, and their inverse.
+        step (function): Returned by :func:`compile_step`.
+        coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
+        factors (numpy.ndarray, shape (times, terms)): Factors of the slopes' terms at POINTS of each step; or no terms.
+        slopes (numpy.ndarray, shape (terms or times, entries, points)): Terms of the slopes, which are summed with
+            factors; or the slopes at all times. In units of a step.
+        lengths (numpy.ndarray, shape (n, points)): The states' sizes, of velocities times the length of a step. If half
+            a period is integrated, the masses in the states' sizes follow, and their inverse.
         steps (int): Steps in a period.
 
     Returns:
         numpy.ndarray, shape (3 n n + 3, points): As of :func:`kernels.monodromy.compose`, in the states' sizes.
     """
     whole_vectors()
-    n, (_, count, points), parts = len(joined), slopes.shape, factors.shape[1]
-    size, S, H = n * n, scratch(STAGES * count + n * n), scratch(parts * count)
+    n, (_, count, points), num_parts = len(coupled), slopes.shape, factors.shape[1]
+    size, S, H = n * n, scratch(STAGES * count + n * n), scratch(num_parts * count)
     length, ratio, inverse, masses = rows_of(n), rows_of(size), scratch(1), rows_of(len(lengths) - n)
-    followed, s, out = steps // 2 if len(lengths) > n else steps, S.reshape(-1, W), np.empty((3 * size + 3, points))
-    matrices, off, work = zeros_of(followed, n), rows_of(followed), work_of(followed, n)
+    num_followed, s, out = steps // 2 if len(lengths) > n else steps, S.reshape(-1, W), np.empty((3 * size + 3, points))
+    matrices, errors, work = zeros_of(num_followed, n), rows_of(num_followed), work_of(num_followed, n)
     factor = ratio.reshape(size * W)
     for first in range(0, points, W):
         load(lengths[:n], first, length)
@@ -191,24 +195,24 @@ def flow(step, joined, factors, slopes, lengths, steps):
             for j in range(n):
                 for lane in range(W):
                     ratio[i * n + j, lane] = length[j, lane] * inverse[lane]
-        for r in range(parts):
-            load(slopes[r], first, H.reshape(parts * count, W)[r * count :])
-        for k in range(followed):
+        for r in range(num_parts):
+            load(slopes[r], first, H.reshape(num_parts * count, W)[r * count :])
+        for k in range(num_followed):
             for stage in range(STAGES):
                 at = k * STAGES + stage
-                if parts == 0:
+                if num_parts == 0:
                     load(slopes[at], first, s[stage * count :])
                 else:
                     rows = S[stage * count * W :]
                     for x in range(count * W):
                         rows[x] = factors[at, 0] * H[x]
-                    for r in range(1, parts):
-                        part = H[r * count * W :]
+                    for r in range(1, num_parts):
+                        summand = H[r * count * W :]
                         for x in range(count * W):
-                            rows[x] += factors[at, r] * part[x]
-            step(S, off, 0)
-            there, whole = matrices[k].reshape(size * W), S[STAGES * count * W :]
+                            rows[x] += factors[at, r] * summand[x]
+            step(S, errors, 0)
+            matrix, result = matrices[k].reshape(size * W), S[STAGES * count * W :]
             for x in range(size * W):
-                there[x] = whole[x] * factor[x]
-        store(compose(matrices, off, masses, steps, joined, work), first, out)
+                matrix[x] = result[x] * factor[x]
+        store(compose(matrices, errors, masses, steps, coupled, work), first, out)
     return out

@@ -37,7 +37,7 @@ from itertools import pairwise
 import numpy as np
 
 from kernels.codes import POLE, UNIT
-from kernels.matrices import by_matrix
+from kernels.matrices import apply_by_matrix
 
 STEPS = 8  # steps of the path from the defaults to a point
 STEP_SHIFT = 0.381966  # steps end this much before round fractions of the path, at which roots often meet
@@ -272,7 +272,7 @@ def _advance_roots(slopes, x, guess, p, q, width):
         at = np.concatenate([y, q], axis=1)
         values = slopes(at, at)[0][:, :, : 1 + n].mean(axis=-1)
         values[~np.isfinite(values).all(axis=(1, 2))] = np.nan
-        step = by_matrix(np.linalg.solve, values[:, :, 1:], values[:, :, :1])[..., 0]  # NaN if J is singular
+        step = apply_by_matrix(np.linalg.solve, values[:, :, 1:], values[:, :, :1])[..., 0]  # NaN if J is singular
         y = y - step
         if not (np.abs(step) > NEWTON_TOLERANCE * width).any():
             break

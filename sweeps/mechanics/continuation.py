@@ -26,7 +26,7 @@ chapter 3 (the differentiation matrix).
 import numpy as np
 
 from kernels import statuses
-from kernels.matrices import by_matrix
+from kernels.matrices import apply_by_matrix
 
 PHASE_COUNTS = 31, 63, 127, 255  # numbers of collocation phases; odd, so that every harmonic has a derivative
 MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the state sizes
@@ -122,7 +122,7 @@ def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     force, s = np.array(rates) / sizes.T[:m, None], sizes.T
     mean = force.mean(axis=1)
     J = np.array([[slopes[a][b].mean(axis=0) * s[b] / s[a] for b in range(m)] for a in range(m)])
-    shift = np.abs(by_matrix(np.linalg.solve, np.moveaxis(J, 2, 0), mean.T[..., None])[..., 0]).max(axis=1)
+    shift = np.abs(apply_by_matrix(np.linalg.solve, np.moveaxis(J, 2, 0), mean.T[..., None])[..., 0]).max(axis=1)
     largest_varying = np.abs(force - mean[:, None]).max(axis=(0, 1))
     return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * largest_varying)
 
@@ -243,7 +243,7 @@ def _solve_bordered(A, column, row, right, last=0.0):
     M[:, :n, :n], M[:, :n, n], M[:, n] = A, column, row
     M[~np.isfinite(M).all(axis=(1, 2))] = np.nan
     b = np.concatenate([right, np.full((len(A), 1), last)], axis=1)
-    return by_matrix(np.linalg.solve, M, b[..., None])[..., 0]
+    return apply_by_matrix(np.linalg.solve, M, b[..., None])[..., 0]
 
 
 def _tangent(A, G0, last, weight):

@@ -22,7 +22,7 @@ Source: Landau and Lifshitz, Mechanics, section 23.
 
 import numpy as np
 
-from kernels.matrices import by_matrix
+from kernels.matrices import apply_by_matrix
 
 MAX_TERM_GROWTH = 4.0  # growth of the terms of V″ within a perturbation of relative size one
 MAX_HALVINGS = 100  # halvings of a distance until V″ is finite within it
@@ -47,7 +47,7 @@ def normal_modes(hessian, a):
     rows = np.flatnonzero(np.isfinite(hessian).all(axis=(1, 2)) & is_positive_definite(a))
     unit = 1.0 / np.sqrt(np.einsum("pii->pi", a[rows]))
     pair = unit[:, :, None] * unit[:, None, :]
-    inverse = by_matrix(lambda a: np.linalg.inv(np.linalg.cholesky(a)), a[rows] * pair)
+    inverse = apply_by_matrix(lambda a: np.linalg.inv(np.linalg.cholesky(a)), a[rows] * pair)
     is_regular = np.isfinite(inverse).all(axis=(1, 2))
     rows, unit, inverse = rows[is_regular], unit[is_regular], inverse[is_regular]
     transposed = np.swapaxes(inverse, 1, 2)

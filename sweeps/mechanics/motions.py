@@ -45,21 +45,21 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np
     """
     x = np.column_stack([start, times[:, 0]])
     count, expand = times.shape[1], code.module().expand
-    states = np.empty((*start.shape, count + paths.TOGETHER))
+    states = np.empty((*start.shape, count + paths.NUM_TOGETHER))
     states[:, :, 0] = start
     low, size, step = np.zeros((len(x), code.states)), np.zeros(x.shape), (times[:, -1] - times[:, 0]) / count
     step[step == 0.0] = 1.0
     due = np.stack([np.arange(len(x)), np.ones(len(x), dtype=np.int64)])
     status = np.full(len(x), TOO_MANY_STEPS, np.int8)
     begin, span = times[:, 0], np.ptp(times, axis=1)
-    times = np.pad(times, ((0, 0), (0, paths.TOGETHER)), constant_values=np.inf)
+    times = np.pad(times, ((0, 0), (0, paths.NUM_TOGETHER)), constant_values=np.inf)
     for segment in range(MAX_SEGMENTS):
         if not due.size:
             break
         table = code.table([p[due[0]] for p in parameters], x, low[:, : code.n], step)
         low[:, code.n :] = 0.0
         path = paths.Path(table, low, size, due)
-        paths.follow(expand, path, times, tolerance, SEGMENT_STEPS, states)
+        paths.follow_runs(expand, path, times, tolerance, SEGMENT_STEPS, states)
         is_over = due[1] == count
         status[due[0, is_over]] = OK
         if segment >= STIFF_SEGMENTS:

@@ -36,7 +36,7 @@ import numpy as np
 import sympy as sp
 
 from kernels import floquet, jacobians, jit, monodromy, statuses, variational
-from kernels.matrices import joined
+from kernels.matrices import find_coupled
 from sweeps.mechanics import continuation, motions
 from sweeps.mechanics.equations import Equations, factors
 from sweeps.mechanics.graph import lambdified
@@ -118,11 +118,11 @@ class Variation:
         self.is_odd = all(sp.expand(e + sign * e.subs(mirror)) == 0 for e, sign in with_sign)
 
     def kernels(self, still):
-        """Return the compiled function of `kernels.variational.flow`, and which states are coupled."""
+        """Return the compiled function of `kernels.variational.integrate_flow`, and which states are coupled."""
         if still not in self._kernels:
             m, n, entries = self.unknowns, self.equations.n, self.entries[still]
             couplings = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
-            self._kernels[still] = jit.passed(variational.step_of(m, n, entries)), joined(n, couplings)
+            self._kernels[still] = jit.passed(variational.compile_step(m, n, entries)), find_coupled(n, couplings)
         return self._kernels[still]
 
     def prove_symmetries(self, parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -365,8 +365,8 @@ class BaseMotions:
         terms = terms + np.eye(terms.shape[-1]) / self.period[:, None, None]
         sizes = self.model.landscape.sizes(self.parameters, list(places.T))
         if self.model.equations.v:
-            sizes = jacobians.with_velocities(terms, sizes)
-        self.scale, self.sizes = jacobians.scales(terms, sizes)
+            sizes = jacobians.add_velocity_sizes(terms, sizes)
+        self.scale, self.sizes = jacobians.rate_bounds(terms, sizes)
         return (rates <= MAX_RATE_AT_REST * np.einsum("pij,pj->pi", terms, self.sizes)).all(axis=1)
 
     def _close(self, which):
@@ -557,7 +557,7 @@ class BaseMotions:
     def integrate_variation(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
         """Return the variational flow over a period from the phase `begin`, in an even number of steps.
 
-        Also return the matrix of the period that begins at `kernels.monodromy.ELSEWHERE`, and the trace's integral.
+        Also return the matrix of the period that begins at `kernels.monodromy.SECOND_PHASE`, and the trace's integral.
         """
         variation, still, n = self.model.variation, bool(self.is_still.all()), self.sizes.shape[1]
         is_half, first_velocity, step = self.is_even[0] and begin == 0.0, n - variation.unknowns, self.period / steps
@@ -573,7 +573,7 @@ class BaseMotions:
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first_velocity):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
-        rows = variational.flow(*variation.kernels(still), factors, slopes, lengths, steps)
+        rows = variational.integrate_flow(*variation.kernels(still), factors, slopes, lengths, steps)
         matrices, later = unpack_matrices(rows, n, FLOW_ROUNDING)
         return matrices, np.moveaxis(later.reshape(n, n, -1), 2, 0), trace
 
@@ -596,7 +596,7 @@ class BaseMotions:
         numbers.append(code.base["E", 0])
         inverses = np.array([*1.0 / sizes, n * self.error / epsilon, *self.masses])
         advance = jit.passed(code.module().advance)
-        result = monodromy.measure(advance, rows, columns, inverses, owner, np.array(numbers))
+        result = monodromy.measure_matrices(advance, rows, columns, inverses, owner, np.array(numbers))
         return unpack_matrices(result, n, monodromy.NOISE * np.sqrt(steps / FIRST_STEPS))
 
     def measure(self, epsilon: np.ndarray, tolerance: float, steps: int = FIRST_STEPS) -> tuple:
@@ -609,7 +609,7 @@ class BaseMotions:
         open_points = np.flatnonzero(is_unresolved)
         if open_points.size and 2 * steps * int(self.num_segments[0]) <= MAX_STEPS:
             finer, *finer_flags = self.select(open_points).measure(epsilon[open_points], tolerance, 2 * steps)
-            matrices.put(open_points, finer)
+            matrices.set_points(open_points, finer)
             is_too_large[open_points], is_unresolved[open_points] = finer_flags
         return matrices, is_too_large, is_unresolved
 
@@ -623,19 +623,22 @@ class BaseMotions:
             steps += -steps % (5 * int(self.num_pieces[0]))
         flow, later, trace = self.integrate_variation(steps)
         coarser, *_ = self.integrate_variation(
-            4 * steps // 5, 0.0 if has_jumps else round(monodromy.ELSEWHERE * steps) / steps
+            4 * steps // 5, 0.0 if has_jumps else round(monodromy.SECOND_PHASE * steps) / steps
         )
         later = flow.matrix if has_jumps else later
-        gap, noise = COARSE_ERROR_SHARE * floquet.largest(later - coarser.matrix), floquet.largest(flow.error)
+        gap, noise = (
+            COARSE_ERROR_SHARE * floquet.largest_entry(later - coarser.matrix),
+            floquet.largest_entry(flow.error),
+        )
         trace_gap, determinant = np.abs(np.einsum("nii->n", flow.matrix - coarser.matrix)), np.exp(trace)
         flow.error[:] += gap[:, None, None]
         second = np.abs(flow.second[0] - coarser.second[0])
         flow.second[1] += np.nan_to_num(second)  # NaN if no entry is large there
-        is_rounding = (gap >= MIN_REDUCTION * last) & (gap <= MAX_ROUNDING * floquet.largest(flow.matrix))
+        is_rounding = (gap >= MIN_REDUCTION * last) & (gap <= MAX_ROUNDING * floquet.largest_entry(flow.matrix))
         open_points = np.flatnonzero(~(gap <= noise) & ~is_rounding)
         if open_points.size and 3 * steps // 4 * 2 <= MAX_STEPS:
             finer, *finer_values = self.select(open_points).certify(3 * steps // 4 * 2, gap[open_points])
-            flow.put(open_points, finer)
+            flow.set_points(open_points, finer)
             trace_gap[open_points], determinant[open_points] = finer_values
         return flow, trace_gap, determinant
 
@@ -741,12 +744,12 @@ def _columns(base, epsilon, tolerance):
     if base.num_segments[0]:
         measured, is_too_large, is_unresolved = base.measure(epsilon, tolerance)
         certified, trace_gap, determinant = base.certify()
-        certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest(certified.matrix)] = np.nan
+        certified.matrix[trace_gap > MAX_TRACE_DIFFERENCE * floquet.largest_entry(certified.matrix)] = np.nan
         measured.matrix[is_too_large] = np.nan
-    columns, agrees = floquet.compared(
+    columns, agrees = floquet.compare_flows(
         measured, certified, trace_gap, base.period, reciprocal, determinant, base.coupling
     )
-    is_sound = np.isfinite(floquet.largest(measured.matrix + measured.error))
+    is_sound = np.isfinite(floquet.largest_entry(measured.matrix + measured.error))
     is_missing = ~(base.residual <= MAX_RESIDUAL)
     cases = {
         statuses.NON_FINITE: ~base.is_finite,

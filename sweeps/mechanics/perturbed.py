@@ -30,7 +30,7 @@ import sympy as sp
 
 from kernels.blocks import W
 from kernels.codes import FAR_ORDER as ORDER
-from kernels.matrices import joined
+from kernels.matrices import find_coupled
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, X
 from sweeps.mechanics.series import Series, sum_text
 
@@ -104,7 +104,7 @@ class PerturbedCode(Series):
         n = self.time
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        same = joined(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
+        same = find_coupled(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
         within = np.tril(same, -1).sum(axis=1)
         return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
 

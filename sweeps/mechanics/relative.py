@@ -57,7 +57,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     with np.errstate(all="ignore"):
         slopes, terms = landscape.slopes(parameters, x)
         J, bound, sizes = _jacobian(model, parameters, x, slopes, terms)
-        S, sizes = jacobians.scales(bound, sizes)
+        S, sizes = jacobians.rate_bounds(bound, sizes)
         gradients = landscape.conserved_slopes(parameters, x, sizes)
         basis = _level_set_basis(gradients[0], model.n)
         scaled_jacobian = J * sizes[:, None, :] / sizes[:, :, None]
@@ -83,13 +83,13 @@ def _jacobian(model, parameters, x, slopes, terms):
     if not model.equations.v:
         return slopes, terms, sizes
     m, a = model.equations.m, model.landscape.a(parameters, x)
-    inverse = matrices.by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN if singular
+    inverse = matrices.apply_by_matrix(np.linalg.inv, np.where(np.isfinite(a), a, np.nan))  # NaN if singular
     J, bound = (np.zeros((len(sizes), model.equations.n, model.equations.n)) for _ in range(2))
     J[:, range(m), range(m, 2 * m)] = bound[:, range(m), range(m, 2 * m)] = 1.0
     J[:, m:] = inverse @ slopes
     bound[:, m:] = np.abs(inverse) @ terms
-    all_sizes = jacobians.with_velocities(bound, sizes)
-    root = jacobians.roots(bound * all_sizes[:, None, :] / all_sizes[:, :, None])
+    all_sizes = jacobians.add_velocity_sizes(bound, sizes)
+    root = jacobians.perron_roots(bound * all_sizes[:, None, :] / all_sizes[:, :, None])
     return J, bound, np.concatenate([sizes, sizes * root[:, None]], axis=1)
 
 
@@ -110,7 +110,7 @@ def _jacobian_change(model, theory, J):
     with np.errstate(all="ignore"):
         error = model.landscape.place_error(row_parameters, place[rows], theory["place_uncertainty"][rows])
         change = matrix_change(jacobian_at, J[rows], place[rows], error) * ratio
-        change_norms[rows] = matrices.length(change) / S[rows]
+        change_norms[rows] = matrices.frobenius_norm(change) / S[rows]
     return np.where(change_norms > THEORY_ROUNDING, change_norms, 0.0)
 
 
@@ -239,7 +239,7 @@ def _quantity_scales(model, parameters, x, sizes, terms, conserved):
     if model.equations.conservative:
         m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
         energies = (terms[:, :, :m], sizes[:, :m]), (a, sizes[:, m:])
-        return [(0.5 * sum(matrices.total(A * s[:, :, None] * s[:, None]) for A, s in energies), 2)]
+        return [(0.5 * sum(matrices.sum_entries(A * s[:, :, None] * s[:, None]) for A, s in energies), 2)]
     if not model.quantities:
         return []
     first, second = np.abs(conserved[0]).sum(2), conserved[1]
@@ -412,7 +412,7 @@ def _level_set_basis(gradients, n):
 def _eigen_columns(matrix, S):
     """Return ordered eigenvalues, their condition numbers, and the joint one of the eigenvectors."""
     values, _ = _order_eigenvalues(matrices.eigenvalues(matrix), S)
-    condition = jacobians.conditions(matrix, values, S)
+    condition = jacobians.condition_numbers(matrix, values, S)
     joint, rows = (np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION)))
     joint[rows] = matrices.eigenvector_conditions(matrix[rows])
     return {"eigenvalues": values, "condition": condition, "joint_condition": joint}
@@ -420,12 +420,12 @@ def _eigen_columns(matrix, S):
 
 def _order_eigenvalues(values, S):
     """Return ordered eigenvalues, and the index of each among the unordered."""
-    return matrices.ordered(values, 2.0 * codes.MIN_IMAG_GAP * np.nan_to_num(S))
+    return matrices.sort_eigenvalues(values, 2.0 * codes.MIN_IMAG_GAP * np.nan_to_num(S))
 
 
 def _quartic_invariants(matrix):
     """Return S, D and S² - 4D of 4 x 4 matrices."""
-    S = 0.5 * matrices.total(matrix * np.swapaxes(matrix, 1, 2))
+    S = 0.5 * matrices.sum_entries(matrix * np.swapaxes(matrix, 1, 2))
     with np.errstate(invalid="ignore"):
         D = np.linalg.det(matrix)
     return S, D, S * S - 4.0 * D

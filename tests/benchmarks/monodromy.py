@@ -50,7 +50,7 @@ def error(model, values, matrices) -> float:
     for which, part in alike(model, {name: x[:COMPARED] for name, x in values.items()}):
         exact = part.integrate_variation(3 * steps(part))[0].matrix
         found = matrices(which, part)
-        errors[which] = floquet.largest(found - exact) / floquet.largest(exact)
+        errors[which] = floquet.largest_entry(found - exact) / floquet.largest_entry(exact)
     return float(np.quantile(errors, 0.99))
 
 

@@ -55,7 +55,7 @@ def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime
         mus = [[complex(m) for m in mpmath.eig(one)[0]] for one in exact]
     M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
     error = np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]
-    found = floquet.columns(floquet.Matrices(M, error), np.full(8, 2.0))
+    found = floquet.multiplier_columns(floquet.Matrices(M, error), np.full(8, 2.0))
     assert (found["regime"] == NAMES[regime]).all()
     for k, expected in enumerate(mus):
         ours = found["multiplier_real"][k] + 1j * found["multiplier_imag"][k]
@@ -67,7 +67,7 @@ def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime
             <= found["growth_per_period_error"][k] + 1e-14
         )
         assert (np.diff(np.abs(ours)) <= 1e-9 * np.abs(ours[:-1])).all()
-    residuals = floquet.residuals(M)
+    residuals = floquet.matrix_residuals(M)
     assert max(r.max() for r in residuals) < 1e-14
 
 
@@ -79,7 +79,7 @@ def test_a_multiplier_of_1e13_decides_alone(kind, regime, other):
     with mpmath.workdps(60):
         exact = [planted(rng, [(kind, 1e13, 0), other]) for _ in range(8)]
     M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
-    found = floquet.columns(
+    found = floquet.multiplier_columns(
         floquet.Matrices(M, np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]), np.ones(8)
     )
     assert (found["regime"] == NAMES[regime]).all()
@@ -89,7 +89,7 @@ def test_a_multiplier_of_1e13_decides_alone(kind, regime, other):
 def test_the_fourth_condition_is_needed():
     """Real pairs of one sign have both determinants and D positive: only |a| > 4 tells them."""
     M = np.diag([2.0, 1.5, 0.5, 1 / 1.5])[None]
-    found = floquet.columns(floquet.Matrices(M, np.full(M.shape, 1e-15)), np.ones(1))
+    found = floquet.multiplier_columns(floquet.Matrices(M, np.full(M.shape, 1e-15)), np.ones(1))
     assert all(found[name][0] > 0 for name in ("krein_discriminant", "det_minus_identity", "det_plus_identity"))
     assert found["regime"] == NAMES["unstable"]
 
@@ -102,8 +102,8 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
         S = rng.normal(size=(200, d, d)) * 0.6
         M = expm(J @ (S + S.swapaxes(1, 2)))
         error = 10.0 ** rng.uniform(-12, -3, (200, 1, 1)) * np.ones((d, d))
-        found, names = floquet.invariants(M, error), codes.INVARIANTS if d == 4 else ("trace", "determinant")
-        moved = floquet.invariants(M + error * rng.uniform(-1, 1, M.shape), error)
+        found, names = floquet.smooth_invariants(M, error), codes.INVARIANTS if d == 4 else ("trace", "determinant")
+        moved = floquet.smooth_invariants(M + error * rng.uniform(-1, 1, M.shape), error)
         for name in names:
             assert (np.abs(moved[name] - found[name]) <= found[f"{name}_error"] + 1e-12 * np.abs(found[name])).all(), (
                 name
@@ -125,7 +125,7 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
 def test_regimes_with_damping(entries, regime):
     M = np.array([entries])
     known = (floquet.Matrices(M, np.full(M.shape, error)) for error in (0.0, 1e-14))
-    exact, found = (floquet.columns(matrices, np.ones(1), reciprocal=False) for matrices in known)
+    exact, found = (floquet.multiplier_columns(matrices, np.ones(1), reciprocal=False) for matrices in known)
     assert exact["regime"] == found["regime"] == NAMES[regime]
     if regime != "undetermined":
         expected = np.sort_complex(np.linalg.eigvals(M[0]))
@@ -137,7 +137,7 @@ def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
     for angle in (0.3, 2.9, 3.3, 6.0, 6.5, -0.4, -3.5, 20.0):
         c, s = np.cos(angle), np.sin(angle)
         M = np.array([[[c, -s], [s, c]]])
-        found = floquet.columns(
+        found = floquet.multiplier_columns(
             floquet.Matrices(M, np.full(M.shape, 1e-15), np.floor([angle / np.pi])), np.full(1, 2.0)
         )
         np.testing.assert_allclose(np.abs(found["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
@@ -152,8 +152,8 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
     M = rng.normal(size=(300, d, d))
     M[::3] = np.where(np.eye(d, k=1), 1.0, np.eye(d)) * 0.9 + 1e-7 * M[::3]  # a Jordan block, split
     error = 10.0 ** rng.uniform(-13, -6, (300, 1, 1)) * np.ones((d, d))
-    given = floquet.columns(floquet.Matrices(M, error), np.ones(300), reciprocal=False)
-    changed = floquet.columns(
+    given = floquet.multiplier_columns(floquet.Matrices(M, error), np.ones(300), reciprocal=False)
+    changed = floquet.multiplier_columns(
         floquet.Matrices(M + error * rng.uniform(-1, 1, M.shape), error), np.ones(300), reciprocal=False
     )
     for name in ("growth_rate", "growth_per_period", "trace"):
@@ -169,7 +169,7 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
 def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between():
     for trace in (2.336, -2.336, 2.0, 0.3):
         M, error = np.array([[[trace, -1.0], [1.0, 0.0]]]), np.array([[[6.0, 0.0], [0.0, 0.0]]])
-        found = floquet.columns(floquet.Matrices(M, error, np.zeros(1)), np.ones(1))
+        found = floquet.multiplier_columns(floquet.Matrices(M, error, np.zeros(1)), np.ones(1))
         assert found["regime"][0] == NAMES["marginal"]
         # of trace 0 the multipliers are ±i, as far from the real ones as any
         furthest = 1.0 - np.abs(found["multiplier_imag"][0]).min()
@@ -182,8 +182,8 @@ def test_no_bit_depends_on_how_many_matrices_there_are(d, reciprocal, by_point):
     rng = np.random.default_rng(8)
     M = rng.normal(size=(60, d, d)) if by_point else np.moveaxis(rng.normal(size=(d, d, 60)), 2, 0)
     error, period = 1e-12 * np.abs(rng.normal(size=M.shape)), rng.uniform(1.0, 2.0, 60)
-    together = floquet.columns(floquet.Matrices(M, error), period, reciprocal)
+    together = floquet.multiplier_columns(floquet.Matrices(M, error), period, reciprocal)
     for count in (1, 3):
         for some in (slice(i, i + count) for i in range(0, 60, count)):
-            alone = floquet.columns(floquet.Matrices(M[some], error[some]), period[some], reciprocal)
+            alone = floquet.multiplier_columns(floquet.Matrices(M[some], error[some]), period[some], reciprocal)
             assert [name for name in alone if alone[name].tobytes() != together[name][some].tobytes()] == []

@@ -13,13 +13,13 @@ def _matrices(n, count=70):
 @pytest.mark.parametrize("n", [1, 3, 4, 7])
 def test_roots_are_the_spectral_radius_to_some_per_cent(n):
     G = np.abs(_matrices(n))
-    ratio = jacobians.roots(G) / np.abs(np.linalg.eigvals(G)).max(1)
+    ratio = jacobians.perron_roots(G) / np.abs(np.linalg.eigvals(G)).max(1)
     assert (np.abs(ratio - 1.0) < 0.05).all()  # the 64th root of what a power's largest element is over the root's
 
 
 def test_roots_of_what_has_none_are_not_a_number():
     G = np.array([np.zeros((2, 2)), np.full((2, 2), np.nan), [[1.0, np.nan], [2.0, 3.0]], np.eye(2), np.ones((2, 2))])
-    found = jacobians.roots(G)
+    found = jacobians.perron_roots(G)
     np.testing.assert_array_equal(np.isnan(found), [True, True, True, False, False])
     assert found[3] == 1.0
 
@@ -27,14 +27,14 @@ def test_roots_of_what_has_none_are_not_a_number():
 @pytest.mark.parametrize("n", [2, 4, 5])
 def test_scales_bound_every_rate_whatever_the_units(n):
     terms, sizes = np.abs(_matrices(n)), np.exp(0.3 * _matrices(n)[:, 0])
-    S, scaled = jacobians.scales(terms, sizes)
+    S, scaled = jacobians.rate_bounds(terms, sizes)
     greatest = np.abs(np.linalg.eigvals(terms)).max(1)
     assert (greatest <= S).all()  # so of any matrix with terms of these sizes
     each = (terms * scaled[:, None, :] / scaled[:, :, None]).sum(2)
     assert (each < S[:, None]).all()  # each state's rate, in its own size
     assert (1.1 * greatest > S).all()  # a hundredth, coupled to every other in sizes that hardly differ
     units = 2.0 ** np.arange(n)  # powers of two: every bit stays
-    again, others = jacobians.scales(terms * units[:, None] / units, sizes * units)
+    again, others = jacobians.rate_bounds(terms * units[:, None] / units, sizes * units)
     np.testing.assert_array_equal(again, S)
     np.testing.assert_array_equal(others, scaled * units)
 
@@ -46,20 +46,20 @@ def test_condition_numbers_are_those_of_lapacks_vectors(n):
     left = np.conj(np.swapaxes(np.linalg.inv(right), 1, 2))
     expected = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
     scale = np.abs(values).max(1)
-    found = jacobians.conditions(A, values, scale)
+    found = jacobians.condition_numbers(A, values, scale)
     np.testing.assert_allclose(found, expected, rtol=1e-8)  # differences of eigenvalues, of which some are near
-    np.testing.assert_array_equal(jacobians.conditions(A * 2.0**300, values * 2.0**300, scale * 2.0**300), found)
+    np.testing.assert_array_equal(jacobians.condition_numbers(A * 2.0**300, values * 2.0**300, scale * 2.0**300), found)
 
 
 def test_where_two_eigenvalues_are_one_the_condition_is_infinite():
     A, values = np.array([[[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]]]), np.array([[1.0, 1.0, 2.0]]) + 0j
-    np.testing.assert_allclose(jacobians.conditions(A, values, np.array([2.0])), [[np.inf, np.inf, 1.0]])
+    np.testing.assert_allclose(jacobians.condition_numbers(A, values, np.array([2.0])), [[np.inf, np.inf, 1.0]])
 
 
 @pytest.mark.parametrize("n", [2, 4, 9])
 def test_no_bit_depends_on_how_many_matrices_there_are(n):
     A = _matrices(n)
     values, scale = np.linalg.eigvals(A), np.ones(len(A))
-    together = jacobians.conditions(A, values, scale)
-    alone = [jacobians.conditions(A[i : i + 1], values[i : i + 1], scale[:1]) for i in range(len(A))]
+    together = jacobians.condition_numbers(A, values, scale)
+    alone = [jacobians.condition_numbers(A[i : i + 1], values[i : i + 1], scale[:1]) for i in range(len(A))]
     np.testing.assert_array_equal(np.concatenate(alone), together)

@@ -38,7 +38,7 @@ def exact(S, n):
     S = [*S, *(turned * one**-1 * turned for one in reversed(S) if len(S) < STEPS)]
     M = other = mpmath.eye(n)
     for s in range(STEPS):
-        M, other = S[s] * M, S[(s + round(monodromy.ELSEWHERE * STEPS)) % STEPS] * other
+        M, other = S[s] * M, S[(s + round(monodromy.SECOND_PHASE * STEPS)) % STEPS] * other
     second = (sum(M[i, i] for i in range(n)) ** 2 - sum((M * M)[i, i] for i in range(n))) / 2
     return *(np.array(x.tolist(), dtype=float) for x in (M, other)), float(second)
 
@@ -57,7 +57,7 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
         # of the other cycle no error is told: relative to its entries it may be some times as large
         limit = monodromy.NOISE * noise.max() * max(1.0, np.abs(other).max() / np.abs(M).max())
         assert np.abs(later - other).max() <= 30.0 * limit
-        is_large = np.abs(M).max() > monodromy.LARGE
+        is_large = np.abs(M).max() > monodromy.LARGE_ENTRY
         large += is_large
         assert np.isfinite(minors) == is_large
         assert not is_large or abs(minors - second) <= 2.0 * monodromy.NOISE * minors_noise
@@ -67,6 +67,6 @@ def test_products_and_second_compounds_are_those_of_forty_digits(n, half):
 def test_states_apart_have_products_of_their_own():
     """Two states that do not act on each other: no entry and no turn but of each alone; 1e-15: some roundings."""
     factors = np.random.default_rng(5).uniform(0.8, 1.2, (STEPS, 2))
-    told = composed([[[x, 0.0, 0.0, y] for x, y in factors]], np.empty((0, 0)), matrices.joined(2, []))[:, 0]
+    told = composed([[[x, 0.0, 0.0, y] for x, y in factors]], np.empty((0, 0)), matrices.find_coupled(2, []))[:, 0]
     np.testing.assert_allclose(told[[0, 3]], factors.prod(axis=0), rtol=1e-15)
     assert not told[[1, 2, 5, 6, 8]].any()

@@ -12,7 +12,7 @@ def test_weights_of_collocation_are_those_of_exact_integrals():
     """Against SymPy's rule, and integrals of Lagrange's polynomials in 30 digits; 1e-15: roundings of eight terms."""
     x = symbols("x")
     roots, weights = gauss_legendre(8, 30)
-    points, inner, whole = variational.collocation()
+    points, inner, whole = variational.collocation_weights()
     assert points == pytest.approx(np.array([(root + 1) / 2 for root in roots], dtype=float), rel=3e-16)
     assert whole == pytest.approx(np.array(weights, dtype=float) / 2, rel=3e-16)
     for j, own in enumerate(roots):
@@ -33,7 +33,7 @@ def test_a_step_of_constant_slopes_is_the_exponential(m, n):
     S = scratch(variational.STAGES * len(entries) + n * n)
     rows = S.reshape(-1, W)
     rows[: -n * n] = np.tile(values, (variational.STAGES, 1))
-    variational.step_of(m, n, entries)(S, rows, 0)
+    variational.compile_step(m, n, entries)(S, rows, 0)
     for lane in range(0, W, 8):
         A = np.eye(n, k=m) if n > m else np.zeros((n, n))
         for value, (i, j) in zip(values[:, lane], entries, strict=True):
