@@ -141,7 +141,7 @@ def _of_system(args, is_film: bool):
 
     from sweeps.maps import motion
     from sweeps.mechanics import motions
-    from sweeps.schema.variables import amount
+    from sweeps.schema.variables import parse_amount
     from sweeps.systems import trajectories
     from sweeps.systems.motion import LEAST_SAMPLES, MotionError
     from sweeps.systems.presentation import animation
@@ -151,7 +151,7 @@ def _of_system(args, is_film: bool):
     for name in OF_BODIES:
         if getattr(args, name) is not None:
             raise DefinitionError(f"--{name}: is of a body, and {args.name} is a described system; allowed: {allowed}")
-    duration = amount("--duration", args.duration, "s")
+    duration = parse_amount("--duration", args.duration, "s")
     motion.check_length(duration, args.samples)
     times = np.linspace(0.0, duration, args.samples or LEAST_SAMPLES + 1)
     times = animation.timing(duration)[0] if is_film else times

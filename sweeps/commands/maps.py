@@ -8,7 +8,7 @@ from pathlib import Path
 from sweeps.commands import parser
 from sweeps.figure import colors, printing
 from sweeps.process import progress
-from sweeps.schema.refusals import RefusedError, shortened
+from sweeps.schema.refusals import RefusedError, cut_text
 
 SHOW = """\
 A grid is also drawn in characters, at the middle of the dimensions that the drawing does not show, or at
@@ -256,7 +256,7 @@ def _sheet(text: str | None):
     if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
         allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {LEAST_MM} to {MOST_MM} mm"
         allowed += " (160, 160x100mm, 15cm, 6x4in)"
-        raise RefusedError(f"--size: {shortened(repr(text))} is not a size; allowed: {allowed}")
+        raise RefusedError(f"--size: {cut_text(repr(text))} is not a size; allowed: {allowed}")
     return style.Sheet(*sides)
 
 

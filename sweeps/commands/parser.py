@@ -3,7 +3,7 @@
 import argparse
 import re
 
-from sweeps.schema.refusals import DefinitionError, hint, shortened
+from sweeps.schema.refusals import DefinitionError, cut_text, hint
 
 _NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\s\d-]?.*")
 
@@ -33,13 +33,13 @@ class Parser(argparse.ArgumentParser):
         if rest:
             options = getattr(namespace, "options", self._option_string_actions)
             near = hint(rest[0].strip().partition("=")[0], options)
-            self.error(f"{shortened(rest[0].strip())} is an unknown option{near}; allowed: {', '.join(options)}")
+            self.error(f"{cut_text(rest[0].strip())} is an unknown option{near}; allowed: {', '.join(options)}")
         return namespace
 
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
-        what = f"{shortened(repr(value))} is unknown{hint(value, action.choices)}"
+        what = f"{cut_text(repr(value))} is unknown{hint(value, action.choices)}"
         raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:

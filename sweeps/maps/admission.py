@@ -18,8 +18,17 @@ from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, r
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
-from sweeps.schema.refusals import MapError, display, shortened
-from sweeps.schema.variables import CONTRACT_VERSION, POINT, POINT_NAME, Layout, Variable, extremes, is_readable, wrong
+from sweeps.schema.refusals import MapError, cut_text, display
+from sweeps.schema.variables import (
+    CONTRACT_VERSION,
+    POINT,
+    POINT_NAME,
+    Layout,
+    Variable,
+    allowed_values,
+    extremes,
+    is_readable,
+)
 
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
 WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
@@ -105,7 +114,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
     for name, value in attributes.items():
         text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
         if not name.startswith("_"):  # the netCDF library's own
-            texts[name] = shortened(text, MAX_FILE_BYTES if name in WHOLE else MOST_TEXT)
+            texts[name] = cut_text(text, MAX_FILE_BYTES if name in WHOLE else MOST_TEXT)
     version = texts.get("contract_version", "")
     if not is_readable(version):
         stated = _shown(version) or "missing"
@@ -126,7 +135,7 @@ def _layout(attributes: Mapping[str, str], variables: Mapping[str, StoredVariabl
     try:
         layout = systems.of_contents(attributes, variables).layout()
     except KeyError:
-        name = shortened(repr(attributes["system"]))
+        name = cut_text(repr(attributes["system"]))
         raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
     has_names = POINT_NAME.name in variables and variables[POINT_NAME.name].dims[:1] == (POINT.name,)
     ours = (POINT, POINT_NAME) if has_names else (POINT,)
@@ -194,7 +203,7 @@ def _check_dimensions(parts: _Parts) -> None:
         raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(order)} in this order")
     for dim in (*dims, *parts.further):
         if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
-            value = shortened(repr(dim)) if dim else "(one without a name)"
+            value = cut_text(repr(dim)) if dim else "(one without a name)"
             value += " has no coordinate" + (" of type float64" if parts.layout.is_open else "")
             raise _UnlikeError(f"dimensions: {value}; allowed: those of this system's maps")
     for name in parts.coordinates:
@@ -246,7 +255,7 @@ def _check_type(name: str, held: StoredVariable, spec: Variable) -> None:
 
 
 def _shown(value: Any) -> str:
-    return shortened("".join(c if c.isprintable() else "?" for c in _said(value)[:200]))
+    return cut_text("".join(c if c.isprintable() else "?" for c in _said(value)[:200]))
 
 
 def _flag_values(spec: Variable) -> list[int]:
@@ -348,7 +357,7 @@ def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
     if not np.isfinite(values).all():
         raise _UnlikeError(f"{name}: holds a value that is not finite; allowed: finite numbers")
     for value in extremes(values):
-        if allowed := wrong(parts.layout.values.get(name), value):
+        if allowed := allowed_values(parts.layout.values.get(name), value):
             raise _UnlikeError(f"{name}: holds {value!r}; allowed: {allowed}")
     spec = parts.specs[name]
     if spec.flags and not {*np.unique(values).tolist()} <= {*_flag_values(spec)}:

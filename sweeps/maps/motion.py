@@ -11,7 +11,7 @@ import xarray as xr
 from sweeps import systems
 from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.variables import amount
+from sweeps.schema.variables import parse_amount
 from sweeps.shards.mapfile import write_part
 from sweeps.systems.motion import MotionError, check_finite
 
@@ -43,7 +43,7 @@ def check_length(duration: float | None, samples: int | None) -> None:
 def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:
     """Return the motion at a point of a map over a duration (s), with the map's provenance."""
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
-    duration = None if duration is None else amount("duration", duration, "s")
+    duration = None if duration is None else parse_amount("duration", duration, "s")
     moved = of(systems.of_map(row), point, duration, samples, tolerance)
     provenance = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
     return moved.assign_attrs(provenance | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})

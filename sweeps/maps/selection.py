@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema import units as in_units
-from sweeps.schema.boxes import dimensions, nearest_by, placing
-from sweeps.schema.refusals import MapError, hint, listed, named, shortened
+from sweeps.schema.boxes import dimensions, id_coordinates, nearest_by
+from sweeps.schema.refusals import MapError, cut_text, hint, list_names, match_name
 from sweeps.schema.variables import POINT, POINT_NAME
 
 if TYPE_CHECKING:
@@ -63,16 +63,16 @@ def nearest(ds: "xr.Dataset", chosen: Mapping[str, str], prefix: str = "") -> di
     sizes = dimensions(ds)
     if (text := chosen.get(POINT_NAME.name)) and POINT_NAME.name in ds.coords and POINT.name not in chosen:
         names = [str(name) for name in np.atleast_1d(ds[POINT_NAME.name].values)]
-        number = names.index(named(text, names, f"{prefix}{POINT_NAME.name}", SelectionError)) + 1
+        number = names.index(match_name(text, names, f"{prefix}{POINT_NAME.name}", SelectionError)) + 1
         chosen = {key: value for key, value in chosen.items() if key != POINT_NAME.name} | {POINT.name: str(number)}
-    scattered = {n: text for n, text in chosen.items() if n in placing(ds) and not {*ds[n].dims} <= {*chosen}}
+    scattered = {n: text for n, text in chosen.items() if n in id_coordinates(ds) and not {*ds[n].dims} <= {*chosen}}
     chosen = {name: text for name, text in chosen.items() if name not in scattered}
     for name in (name for name in chosen if name not in sizes):
         wrong, allowed = "is no dimension of this map", ", ".join(f"{prefix}{dim}" for dim in sizes)
         if name in ds.coords:
-            beside = "which is chosen already" if name in placing(ds) else "not a dimension"
+            beside = "which is chosen already" if name in id_coordinates(ds) else "not a dimension"
             wrong = f"is a coordinate along {' and '.join(ds[name].dims or ('no dimension',))}, {beside}"
-        raise SelectionError(f"{prefix}{shortened(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
+        raise SelectionError(f"{prefix}{cut_text(name)}: {wrong}{hint(name, sizes)}; allowed: {allowed}")
     places = {
         dim: _place(ds, dim, chosen.get(dim), prefix) for dim, size in sizes.items() if size == 1 or dim in chosen
     }
@@ -98,7 +98,7 @@ def assigned(text: str) -> tuple[str, str]:
     """Return dimension and value of "I3=0.0175"."""
     name, _, value = text.partition("=")
     if not name or not value:
-        raise SelectionError(f"--at: {shortened(repr(text))} names no place; allowed: DIMENSION=VALUE, as in I3=0.0175")
+        raise SelectionError(f"--at: {cut_text(repr(text))} names no place; allowed: DIMENSION=VALUE, as in I3=0.0175")
     return name.strip(), value.strip()
 
 
@@ -108,7 +108,7 @@ def _place(ds: "xr.Dataset", dim: str, text: str | None, prefix: str) -> Place:
         return Place(dim, 0, values[0].item() if values.dtype.kind != "O" else str(values[0]), None, units)
     if values.dtype.kind in "OU":
         names = [str(value) for value in values]
-        index = names.index(named(text, names, f"{prefix}{dim}", SelectionError))
+        index = names.index(match_name(text, names, f"{prefix}{dim}", SelectionError))
         return Place(dim, index, names[index], names[index], "")
     requested = _number(prefix + dim, text, values, units)
     index = int(np.abs(values.astype(float) - requested).argmin())
@@ -123,7 +123,7 @@ def _number(where: str, text: str, values: np.ndarray, unit: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise SelectionError(f"{where}: {shortened(repr(text))} is no number; allowed: {allowed}")
+        raise SelectionError(f"{where}: {cut_text(repr(text))} is no number; allowed: {allowed}")
     if values.dtype.kind in "iu" and number not in values:
         raise SelectionError(f"{where}: {text} is not in this map; allowed: {allowed}")
     return number
@@ -133,7 +133,7 @@ def span(values: np.ndarray) -> str:
     """Return the range of a coordinate's values in a few words."""
     values = np.ravel(values)
     if values.dtype.kind in "OU":
-        return listed([*map(str, values)])
+        return list_names([*map(str, values)])
     if values.size <= _LISTED:
         return ", ".join(in_words(value.item()) for value in values)
     low, high = in_words(values.min().item()), in_words(values.max().item())
@@ -177,7 +177,7 @@ def how_to_choose(ds: "xr.Dataset", dims: list[str], prefix: str = "") -> str:
     """Return the possible values of some dimensions: "I1=0.5 to 1.5 (24 values), …", in a shell "--I1 0.5 to …"."""
     sign = " " if prefix else "="
     alternatives = dict.fromkeys(dims, "")
-    for name in placing(ds):
+    for name in id_coordinates(ds):
         first = next((dim for dim in ds[name].dims if dim in alternatives), None)
         alternatives |= (
             {first: f"{alternatives[first]}, or {prefix}{name}{sign}{span(ds[name].values)}"} if first else {}

@@ -6,7 +6,7 @@ import numpy as np
 
 from sweeps import systems
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.refusals import RefusedError, shortened
+from sweeps.schema.refusals import RefusedError, cut_text
 from sweeps.schema.variables import POINT, POINT_NAME, Layout, is_readable
 
 if TYPE_CHECKING:
@@ -21,12 +21,12 @@ def check_is_map(ds: Any) -> None:
         raise RefusedError(f"ds: is of type {type(ds).__name__}; allowed: {ALLOWED}")
     version = str(ds.attrs.get("contract_version", ""))
     if not is_readable(version):
-        wrong = f"is {shortened(version)!r}" if version else "is missing"
+        wrong = f"is {cut_text(version)!r}" if version else "is missing"
         raise RefusedError(f"ds: its attribute contract_version {wrong}; allowed: {ALLOWED}")
     try:
         systems.of_map(ds)
     except KeyError:
-        name = shortened(repr(ds.attrs["system"]))
+        name = cut_text(repr(ds.attrs["system"]))
         raise RefusedError(f"ds: its system {name} is not available; allowed: {', '.join(systems.names())}") from None
     if not ds.data_vars:
         raise RefusedError(f"ds: holds no variable; allowed: {ALLOWED}")

@@ -30,7 +30,7 @@ from sweeps.reading.hdf5 import read_structure
 from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.boxes import runs
 from sweeps.schema.definition import DEFAULT_NAME, Definition
-from sweeps.schema.refusals import DefinitionError, UnreadableError, shortened
+from sweeps.schema.refusals import DefinitionError, UnreadableError, cut_text
 from sweeps.schema.variables import Role, of_role
 from sweeps.shards import content, contract
 from sweeps.systems.system import Reference
@@ -112,7 +112,7 @@ def _definition(ds: xr.Dataset, against: Sweep | None) -> tuple[Sweep | None, Ch
             return None, Check(name, covers, skipped=elsewhere)
         sweep = read_sweep(values, against.name if against else DEFAULT_NAME)
     except (DefinitionError, UnreadableError) as error:
-        return None, Check(name, covers, (f"definition: cannot be used ({shortened(str(error))!r})",))
+        return None, Check(name, covers, (f"definition: cannot be used ({cut_text(str(error))!r})",))
     findings, definition = [], sweep.definition
     if definition.system != str(ds.attrs.get("system", DEFAULT_SYSTEM)):
         findings.append(f"system: the file says {ds.attrs.get('system')!r}, its definition {definition.system!r}")
@@ -163,7 +163,7 @@ def _grid(ds: xr.Dataset, sweep: Sweep) -> Check:
     sizes = dict(zip(grid.dims, grid.shape, strict=True)) | {dim: v.size for dim, v in grid.extra_dimensions.items()}
     if dict(ds.sizes) != sizes:
         held, wanted = (
-            " × ".join(f"{size:,} {shortened(str(dim))}" for dim, size in of.items()) or "none"
+            " × ".join(f"{size:,} {cut_text(str(dim))}" for dim, size in of.items()) or "none"
             for of in (ds.sizes, sizes)
         )
         return Check("grid", covers, (f"dimensions: {held}, by the definition {wanted}",))
@@ -186,7 +186,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
-        yield f"{shortened(repr(name))}: is no variable of this map"
+        yield f"{cut_text(repr(name))}: is no variable of this map"
 
 
 def _attributes(path: str | Path, sweep: Sweep) -> Check:
@@ -222,11 +222,11 @@ def _as_text(value: object) -> str:
 
 def _difference(key: str, expected: Mapping[str, str], stored: Mapping[str, str]) -> str:
     if key not in stored:
-        return f"{shortened(key)} is missing"
+        return f"{cut_text(key)} is missing"
     allowed = (
-        f"by the definition {shortened(repr(expected[key]))}" if key in expected else "by the definition there is none"
+        f"by the definition {cut_text(repr(expected[key]))}" if key in expected else "by the definition there is none"
     )
-    return f"{shortened(key)} is {shortened(repr(stored[key]))}, {allowed}"
+    return f"{cut_text(key)} is {cut_text(repr(stored[key]))}, {allowed}"
 
 
 def _values(ds: xr.Dataset, sweep: Sweep) -> Check:

@@ -15,7 +15,7 @@ from snakemake.cli import get_argument_parser
 
 from sweeps.points import compile
 from sweeps.points.catalogue import Plan
-from sweeps.schema.refusals import DefinitionError, shortened
+from sweeps.schema.refusals import DefinitionError, cut_text
 
 # options of Snakemake that make none of the workflow's files
 LOOKING = (
@@ -85,7 +85,7 @@ def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]
         near = difflib.get_close_matches(file, files, n=1)
         meant = f" (did you mean results/{name}/{near[0]}?)" if near else ""
         made = [f"results/{sweep}/{file}" for sweep in ([name] if name in sweeps else sweeps) for file in files]
-        what = f"target: {shortened(repr(target))} is made by no rule{meant}"
+        what = f"target: {cut_text(repr(target))} is made by no rule{meant}"
         raise DefinitionError(f"{what}; allowed: {', '.join(made)}")
 
 

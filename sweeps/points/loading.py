@@ -22,11 +22,11 @@ from sweeps.schema.refusals import (
     Problem,
     RefusedError,
     UnreadableError,
+    cut_text,
     description_of,
     display,
     hint,
     message,
-    shortened,
     validation_problems,
 )
 
@@ -169,5 +169,5 @@ def _model_of_system(name: str) -> type[BaseModel]:
         return systems.resolve(name).model
     except KeyError:
         names = systems.names()
-        problem = f"{shortened(repr(name))} is not a system{hint(name, names)}"
+        problem = f"{cut_text(repr(name))} is not a system{hint(name, names)}"
         raise RefusedError(f"SYSTEM: {problem}; allowed: {', '.join(names)}, or path/to/file.py") from None

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.definition import Definition, Sample, ends_alone
+from sweeps.schema.definition import Definition, Sample, add_num_to_ranges
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.refusals import UnreadableError, display
 
@@ -96,7 +96,7 @@ def complete_values(values: Mapping, model: type[Definition], folder: str) -> "t
         model: the model of its system's definitions.
         folder: the definition's folder, to which the table's path is relative.
     """
-    values, file = ends_alone(values), values.get("table")
+    values, file = add_num_to_ranges(values), values.get("table")
     grid = values.get("grid", {})
     grid_model = model.model_fields["grid"].annotation
     derived = getattr(grid_model, "derived", None)

@@ -25,7 +25,7 @@ from sweeps.reading.tables import refusal
 from sweeps.schema import units
 from sweeps.schema.parameters import GridOf, Parameter
 from sweeps.schema.refusals import MapError, display, hint
-from sweeps.schema.variables import extremes, wrong
+from sweeps.schema.variables import allowed_values, extremes
 
 BLOCK_ROWS = 2**14  # rows of the cache that share a checksum
 ROWS, NAMES = "rows", "names"  # datasets of the cache: the numbers, and the texts of the column `name`
@@ -150,7 +150,7 @@ def _match_columns(
             raise refusal(name, value, "is a column of the table and given in grid too", "one of these")
         factor = units.factor(unit, stored_unit := by_name[name].quantity.units)
         if factor is None:
-            raise refusal(name, display(unit), "is a unit that is not known", units.allowed(stored_unit))
+            raise refusal(name, display(unit), "is a unit that is not known", units.unit_list(stored_unit))
         columns[name] = ColumnOf(place, by_name[name], factor)
     if not columns:
         raise refusal("", display(source.name), "has no column of a parameter", f"the columns {column_list}")
@@ -208,7 +208,7 @@ def _check_column(column: ColumnOf, values: np.ndarray, before: int) -> None:
         row = int(np.argmin(np.isfinite(values)))
         raise refusal(column.parameter.name, f"row {before + row + 1:,}", "is missing, or no finite number", allowed)
     item = column.parameter.quantity.item
-    if any(wrong(item, end) for end in extremes(values)):
-        row, allowed_values = next((k, w) for k, v in enumerate(values.tolist()) if (w := wrong(item, v)))
+    if any(allowed_values(item, end) for end in extremes(values)):
+        row, bounds = next((k, w) for k, v in enumerate(values.tolist()) if (w := allowed_values(item, v)))
         value = f"row {before + row + 1:,} ({float(values[row])!r})"
-        raise refusal(column.parameter.name, value, "is out of range", allowed_values)
+        raise refusal(column.parameter.name, value, "is out of range", bounds)

@@ -17,7 +17,7 @@ import numpy as np
 from sweeps.reading import hdf5, sandbox
 from sweeps.reading.files import FileBytes
 from sweeps.reading.stored_values import StoredValues
-from sweeps.schema.refusals import MapError, UnreadableError, display, shortened
+from sweeps.schema.refusals import MapError, UnreadableError, cut_text, display
 
 PART_ROWS = 2**17  # of a file that are in memory at once
 BLOCK_BYTES = 2**22  # of a CSV file that are looked at at once
@@ -134,7 +134,7 @@ def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
 
 
 def _printable(value: object) -> str:
-    return shortened("".join(c if c.isprintable() else " " for c in str(value)[:200]))
+    return cut_text("".join(c if c.isprintable() else " " for c in str(value)[:200]))
 
 
 # -- CSV

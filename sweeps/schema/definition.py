@@ -1,7 +1,7 @@
 """A sweep's definition: the frozen models that those of every system of equations build on.
 
-The models here and in `sweeps.systems` are the only truth about what a definition may hold: each key's meaning, unit
-and allowed values stand in its `key`, and a refusal quotes them. `sweeps.points.loading` reads them.
+The models here and in `sweeps.systems` are the only description of valid definitions: each key's meaning, unit and
+allowed values are in its `key`, and a refusal quotes them. `sweeps.points.loading` reads them.
 """
 
 import hashlib
@@ -16,14 +16,14 @@ from pydantic import BeforeValidator, PrivateAttr, model_validator
 from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.schema.parameters import Range, Strict, key, mapping
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import TOLERANCE, Positive, Tolerance, choice, line_of_text, whole
+from sweeps.schema.values import TOLERANCE, Positive, Tolerance, choice, integer, line_of_text
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}"
 DEFAULT_NAME = "sweep"
 MAX_SHARDS = 10_000
 MAX_SAMPLES = 10**9
 METHODS = ("sobol", "latin", "random")
-MOST_DRAWN, MOST_SOBOL = 2**40, 2**30  # SciPy's Sobol points have 30 binary digits
+MAX_SAMPLED, MAX_SOBOL = 2**40, 2**30  # numbers of sampled points; SciPy's Sobol points have 30 binary digits
 
 
 class Sample(Strict):
@@ -32,19 +32,19 @@ class Sample(Strict):
     method: Annotated[str, choice(METHODS)] = key(
         "sobol (scrambled; most even, best with num a power of two), latin (Latin hypercube) or random", "sobol"
     )
-    num: Annotated[int, whole(1, MOST_DRAWN, f"a whole number from 1 to {MOST_DRAWN:,}; sobol: {MOST_SOBOL:,}")] = key(
-        "number of points: a whole number ≥ 1", ...
+    num: Annotated[int, integer(1, MAX_SAMPLED, f"a whole number from 1 to {MAX_SAMPLED:,}; sobol: {MAX_SOBOL:,}")] = (
+        key("number of points: a whole number ≥ 1", ...)
     )
-    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number ≥ 0")] = key(
+    seed: Annotated[int, integer(0, 2**63 - 1, "a whole number ≥ 0")] = key(
         "seed: a whole number ≥ 0; equal seeds give equal points", 0
     )
 
 
 class Integration(Strict):
-    """How each run is made: its length, its samples, its accuracy."""
+    """Settings of each run: its length, its samples, its accuracy."""
 
     rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 4.0)
-    samples_per_rotation: Annotated[int, whole(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")] = key(
+    samples_per_rotation: Annotated[int, integer(4, MAX_SAMPLES, f"a whole number from 4 to {MAX_SAMPLES:,}")] = key(
         "samples in a rotation: whole, ≥ 4; rotations × samples_per_rotation from 8 to 1e9", 16
     )
     tolerance: Tolerance = key(f"relative error allowed on the perturbation, {TOLERANCE}", 1e-10)
@@ -58,9 +58,9 @@ class Integration(Strict):
     def _check_samples(self) -> "Integration":
         samples = self.rotations * self.samples_per_rotation
         if not (math.isfinite(samples) and 8 <= round(samples) <= MAX_SAMPLES):
-            wrong = f"makes {samples:.4g} samples with samples_per_rotation {self.samples_per_rotation}"
+            reason = f"makes {samples:.4g} samples with samples_per_rotation {self.samples_per_rotation}"
             allowed = f"rotations × samples_per_rotation from 8 to {MAX_SAMPLES:,}"
-            raise refusals([Problem(("rotations",), display(self.rotations), wrong, allowed)])
+            raise refusals([Problem(("rotations",), display(self.rotations), reason, allowed)])
         return self
 
 
@@ -76,7 +76,7 @@ def _file_count(value: Any) -> int | str:
     return value
 
 
-def _place(value: Any) -> tuple[tuple[str, float | str], ...]:
+def _freeze_mapping(value: Any) -> tuple[tuple[str, float | str], ...]:
     """Return a mapping from names of coordinates to numbers or words as pairs, which can be hashed."""
     allowed = "a mapping from coordinates of the map to finite numbers or words"
     if not isinstance(value, Mapping) or not all(isinstance(name, str) and len(name) <= 200 for name in value):
@@ -89,10 +89,10 @@ def _place(value: Any) -> tuple[tuple[str, float | str], ...]:
 
 
 class Definition(Strict):
-    """A sweep of any system: what is varied, how each run is made, into how many files it is cut.
+    """A sweep of any system: its varied parameters, the settings of its runs, its number of files.
 
-    Each system's own model adds its `grid`, and what else it asks for. `name` and `text` are no keys of the file: the
-    file's stem, and the YAML as run.
+    Each system's own model adds its `grid` and further keys. `name` and `text` are no keys of the file: the file's
+    stem, and the YAML as run.
     """
 
     title: Annotated[str, line_of_text(200)] = key(
@@ -112,7 +112,7 @@ class Definition(Strict):
         "definition's, its columns named as the keys of grid"
     )
     start_at: Annotated[
-        tuple[tuple[str, Any], ...], BeforeValidator(_place, json_schema_input_type=dict[str, float | str])
+        tuple[tuple[str, Any], ...], BeforeValidator(_freeze_mapping, json_schema_input_type=dict[str, float | str])
     ] = key(
         "where the report opens: a mapping from coordinates of the map to values; the nearest grid values "
         "are used; changes no result"
@@ -120,9 +120,9 @@ class Definition(Strict):
     shards: Annotated[int | str, BeforeValidator(_file_count)] = key(
         f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
-    outlines: ClassVar[str] = ""  #: what pictures need of the files that the definition names
-    follows_attitude: ClassVar[bool] = False  #: whether the map holds the attitude: quaternions are verified too
-    differing_bits: ClassVar[str] = ""  #: why a point measured alone has other bits than in a map; "" where it has not
+    outlines: ClassVar[str] = ""  #: outlines of bodies for pictures, from files that the definition names
+    follows_attitude: ClassVar[bool] = False  #: whether the map contains the attitude: quaternions are verified too
+    differing_bits: ClassVar[str] = ""  #: reason why a point measured alone has other bits; "" if it has the same
     remarks: ClassVar[Sequence[tuple[str, str]]] = ()  #: further lines of `check`: (heading or "", line)
     facts: ClassVar[Mapping] = {}  #: further facts of `check --json`
     _name: str = PrivateAttr(DEFAULT_NAME)
@@ -132,11 +132,11 @@ class Definition(Strict):
     _rows: Any = PrivateAttr(None)
     name = property(attrgetter("_name"), doc="The sweep's name: its file's stem.")
     text = property(attrgetter("_text"), doc="The YAML as run: the file's own text, or the mapping written as YAML.")
-    folder = property(attrgetter("_folder"), doc="Where paths in it start: its file's folder.")
+    folder = property(attrgetter("_folder"), doc="Its file's folder: paths in the definition are relative to it.")
     rows = property(attrgetter("_rows"), doc="The rows of its table (see `sweeps.points.tables`); None without one.")
 
     def keep_source(self, text: str, name: str, folder: str, rows: Any, reader: Callable) -> None:
-        """Keep text, name, folder, the rows of its table, and the function that reads it again in another process."""
+        """Store `text`, `name`, `folder`, the `rows` of its table, and the `reader` of the text in another process."""
         self._text, self._name, self._folder, self._rows, self._reader = text, name, folder, rows, reader
 
     @property
@@ -151,7 +151,7 @@ class Definition(Strict):
 
     @classmethod
     def needs_files(cls, values: Mapping) -> str:
-        """Return why a definition (plain values) needs files that it names; "" where it does not."""
+        """Return the reason why a definition (plain values) needs files that it names; "" if it needs none."""
         return ""
 
     @property
@@ -175,22 +175,22 @@ class Definition(Strict):
         if self.sample is None:
             return self
         if getattr(self, "bodies", ()):
-            wrong, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
+            reason, allowed = "is given beside bodies", "sample over ranges in grid, or bodies"
         elif not self.sampled_ranges:
-            wrong, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
-        elif self.sample.method == "sobol" and self.sample.num > MOST_SOBOL:
-            wrong = "requests more points than exist"
-            allowed = f"at most {MOST_SOBOL:,} points with sobol; or latin or random"
+            reason, allowed = "has no range to sample", "a range {start, stop} in grid, with two ends that differ"
+        elif self.sample.method == "sobol" and self.sample.num > MAX_SOBOL:
+            reason = "requests more points than exist"
+            allowed = f"at most {MAX_SOBOL:,} points with sobol; or latin or random"
         else:
             return self
-        raise refusals([Problem(("sample",), display(self.sample), wrong, allowed)])
+        raise refusals([Problem(("sample",), display(self.sample), reason, allowed)])
 
     def __reduce__(self):
         """Pickle a definition as its text: the models of a system need not be importable by name."""
         return self._reader, (self._text, self._name, self._folder)
 
 
-def ends_alone(values: Mapping) -> dict:
+def add_num_to_ranges(values: Mapping) -> dict:
     """Return the plain values of a definition with `num` added to the ranges of its grid that lack it."""
     grid = values.get("grid")
     if "sample" not in values or not isinstance(grid, dict):

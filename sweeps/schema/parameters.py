@@ -13,16 +13,16 @@ from sweeps.schema.variables import Parameter, Quantity
 
 
 class Strict(BaseModel):
-    """A frozen model that converts nothing and knows no other keys than its own; made ready when it is first used.
+    """A frozen model that converts nothing and refuses unknown keys; it is built when it is first used.
 
-    A default that is a model is given by `model_construct`, which uses none: see `mapping`.
+    A default that is a model is made by `model_construct`, which builds none: see `mapping`.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, defer_build=True)
 
 
 def key(description: str, default: Any = None) -> Any:
-    """Return the field of a key, with what a refusal says of it; `...` in place of a default makes it required."""
+    """Return the field of a key, with its description for refusals; `...` in place of a default makes it required."""
     return Field(default, description=description)
 
 
@@ -32,14 +32,14 @@ def switch(words: str) -> Any:
 
 
 def mapping(words: str, model: type[Strict], required: bool = False) -> Any:
-    """Return the field of a mapping, whose description lists the keys; left out, it has the model's defaults."""
+    """Return the field of a mapping, a `model`, described by `words` and its keys; optional if not `required`."""
     default = ... if required else model.model_construct()
     return key(f"{words}: a mapping with {keys_of(model)}", default)
 
 
 # -- ranges
 
-# Up to here a range is spelled out to see that its values differ; beyond, a bound on the step must do.
+# Number of values up to which all values of a range are compared; for longer ranges a bound on the step is checked.
 SPELLED_OUT = 2**16
 
 
@@ -70,14 +70,14 @@ class Range(Strict):
         index = np.asarray(index)
         if self.num == 1:
             return np.full(index.shape, self.start)
-        spaced = self._logarithmic if self.spacing == "log" else self._linear
-        return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spaced(index)))
+        spacing_values = self._logarithmic if self.spacing == "log" else self._linear
+        return np.where(index == 0, self.start, np.where(index == self.num - 1, self.stop, spacing_values(index)))
 
     def at_shares(self, share: np.ndarray) -> np.ndarray:
         """Return the values at fractions 0 ≤ share < 1 between the ends, of the logarithm where spacing is log."""
         if self.spacing == "log":
             e_folds = math.log(abs(self.stop)) - math.log(abs(self.start))
-            # one by one: NumPy's exp may round a number otherwise alone than in an array
+            # math.exp, not NumPy's exp, which may round a number alone differently from the same in an array
             values = self.start * np.array([math.exp(x) for x in (share * e_folds).tolist()])
         else:
             values = self.start + share * (self.stop - self.start)
@@ -107,14 +107,14 @@ class Range(Strict):
             raise refusal("has values that coincide once rounded", "a smaller num, or ends farther apart")
         return self
 
-    def _comes_near_zero(self, least: float) -> bool:
+    def _comes_near_zero(self, min_magnitude: float) -> bool:
         """Return whether a value between ends of both signs, ends apart, is 0, but for rounding, or below `least`."""
         if self.num <= 2 or self.start * math.copysign(1.0, self.stop) > 0:
             return False
         step = (self.stop - self.start) / (self.num - 1)
         nearest = np.clip(round(-self.start / step) + np.arange(-1, 2), 1, self.num - 2)
         # What should be zero can come out as a few 1e-17 of a step: no value anybody meant.
-        return bool(np.min(np.abs(self.values(nearest))) < max(least, 1e-9 * abs(step)))
+        return bool(np.min(np.abs(self.values(nearest))) < max(min_magnitude, 1e-9 * abs(step)))
 
     def _values_differ(self) -> bool:
         """Return whether the values run strictly from end to end: then all are allowed where the ends are."""
@@ -130,13 +130,13 @@ class Range(Strict):
         return width / (self.num - 1) > 2 * math.ulp(max(abs(self.start), abs(self.stop), width))
 
 
-def _monotonic(values: tuple[float, ...]) -> tuple[float, ...]:
+def _sort_mixed_list(values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort a list that goes up and down: CF coordinate variables are monotonic."""
-    ascending = tuple(sorted(values))
-    return values if values in (ascending, ascending[::-1]) else ascending
+    sorted_values = tuple(sorted(values))
+    return values if values in (sorted_values, sorted_values[::-1]) else sorted_values
 
 
-def _kind(value: Any) -> str:
+def _entry_tag(value: Any) -> str:
     if isinstance(value, Mapping | Range):
         return TAGS[2]
     return TAGS[1] if isinstance(value, tuple | list) else TAGS[0]
@@ -145,10 +145,10 @@ def _kind(value: Any) -> str:
 FORMS = "a number, a list, or {start, stop, num, spacing: linear|log}"
 
 
-def entry(item: Any, spaced: type[Range]) -> Any:
+def entry_type(item: Any, ranges: type[Range]) -> Any:
     """Return the type of an entry of a grid: a number, a list of numbers, or a range."""
-    number, listed = Annotated[item, Tag(TAGS[0])], Annotated[list_of_different(item, _monotonic), Tag(TAGS[1])]
-    return Annotated[number | listed | Annotated[spaced, Tag(TAGS[2])], Discriminator(_kind)]
+    number, numbers = Annotated[item, Tag(TAGS[0])], Annotated[list_of_different(item, _sort_mixed_list), Tag(TAGS[1])]
+    return Annotated[number | numbers | Annotated[ranges, Tag(TAGS[2])], Discriminator(_entry_tag)]
 
 
 # -- a table of parameters
@@ -173,19 +173,19 @@ def grid_model(name: str, parameters: Iterable[Parameter], module: str, derived:
         if quantity.noun not in ranges:
             ranges[quantity.noun] = range_model(quantity)
         default = ... if parameter.required else parameter.default
-        of_entry = entry(in_unit(quantity.units, quantity.item), ranges[quantity.noun])
-        fields[parameter.name] = of_entry, key(_description(parameter), default)
+        of_entry = entry_type(in_unit(quantity.units, quantity.item), ranges[quantity.noun])
+        fields[parameter.name] = of_entry, key(_describe_parameter(parameter), default)
     doc = "What a sweep varies. A list that is not monotonic is sorted ascending, as CF coordinates must be."
     namespace = {"parameters": parameters, "derived": derived, "__module__": module}
     if derived:
         fields[derived.key] = derived.model, key(derived.description)
-        needed = [name for name, (_, field) in fields.items() if field.is_required() and name not in derived.names]
-        namespace["model_config"] = {"json_schema_extra": {"required": needed}}
+        mandatory = [name for name, (_, field) in fields.items() if field.is_required() and name not in derived.names]
+        namespace["model_config"] = {"json_schema_extra": {"required": mandatory}}
     base = type(name, (GridOf,), namespace)
     return create_model(name, __base__=base, __module__=module, __doc__=doc, **fields)
 
 
-def _description(parameter: Parameter) -> str:
+def _describe_parameter(parameter: Parameter) -> str:
     quantity = parameter.quantity
     units = "" if quantity.units == "1" else f", {quantity.units}"
     return (parameter.description or f"{parameter.long_name}{units}, {quantity.bounds}") + f": {FORMS}"
@@ -197,15 +197,15 @@ def range_model(quantity: Quantity) -> type[Range]:
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
     item = in_unit(quantity.units, quantity.item)
     fields = {end: (item, key(f"{text}: {quantity.bounds}", ...)) for end, text in ends.items()}
-    base = Range if quantity.least is None else _nonzero(quantity)
+    base = Range if quantity.least is None else _nonzero_model(quantity)
     return create_model("".join(map(str.capitalize, quantity.noun.split())) + "Range", __base__=base, **fields)
 
 
-def _nonzero(quantity: Quantity) -> type[Range]:
+def _nonzero_model(quantity: Quantity) -> type[Range]:
     class Nonzero(Range):
         def at_shares(self, share: np.ndarray) -> np.ndarray:
             values = super().at_shares(share)
-            # one of 2^30 shares may land on 0: it is moved by a quarter of the distance between shares
+            # a share of 2^30 may be 0: it is moved by a quarter of the distance between shares
             return np.where(np.abs(values) < quantity.least, 2.0**-32 * (self.stop - self.start), values)
 
         @model_validator(mode="after")

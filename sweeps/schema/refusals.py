@@ -1,6 +1,6 @@
-"""What is wrong with a definition, in words: each refusal names a key's path, the value there and what is allowed.
+"""Messages about invalid input: each refusal names a key's path, the value there and the allowed values.
 
-pydantic is loaded where a model is at hand, and not for the words alone: every command has refusals.
+pydantic is loaded with the models, not with this module: every command has refusals.
 """
 
 import json
@@ -18,12 +18,12 @@ TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is o
 
 _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
-_MOST_LISTED = 100  # names
-WORD = 4  # letters of the shortest word of a name that is compared with what was typed
+_MAX_LISTED_NAMES = 100  # number of names in a message, so that it stays readable
+MIN_WORD = 4  # letters of the shortest word of a name that a hint compares with the input
 
 
 class RefusedError(ValueError):
-    """What is wrong with what a person gave; `str()` is the whole message."""
+    """Invalid input; `str()` is the whole message."""
 
 
 class DefinitionError(RefusedError):
@@ -68,18 +68,18 @@ class Problem:
 
 
 class UnreadableError(Exception):
-    """Carries the one problem that keeps a source from being read at all."""
+    """Carries the problem because of which a source cannot be read at all."""
 
-    def __init__(self, where: tuple, shown: str, wrong: str, allowed: str):
-        super().__init__(wrong)
-        self.problem = Problem(where, shown, wrong, allowed)
+    def __init__(self, where: tuple, value_text: str, reason: str, allowed: str):
+        super().__init__(reason)
+        self.problem = Problem(where, value_text, reason, allowed)
 
 
-def refusal(wrong: str, allowed: str) -> "PydanticCustomError":
+def refusal(reason: str, allowed: str) -> "PydanticCustomError":
     """Return the error that a validator raises about its value."""
     from pydantic_core import PydanticCustomError
 
-    return PydanticCustomError("refused", "{wrong}; allowed: {allowed}", {"wrong": wrong, "allowed": allowed})
+    return PydanticCustomError("refused", "{wrong}; allowed: {allowed}", {"wrong": reason, "allowed": allowed})
 
 
 def refusals(problems: list[Problem]) -> "PydanticCustomError":
@@ -92,32 +92,32 @@ def refusals(problems: list[Problem]) -> "PydanticCustomError":
 
 def key_path(where: tuple) -> str:
     """Return the path of a key as in grid.I1[2]."""
-    parts = (f"[{part}]" if isinstance(part, int) else f".{_plain_or_quoted(part)}" for part in where)
-    return "".join(parts).removeprefix(".") or "(top level)"
+    steps = (f"[{step}]" if isinstance(step, int) else f".{_plain_or_quoted(step)}" for step in where)
+    return "".join(steps).removeprefix(".") or "(top level)"
 
 
 def _plain_or_quoted(text: str) -> str:
-    return text if re.fullmatch(r"[\w ().,/~+-]{1,120}", text) else shortened(repr(text))
+    return text if re.fullmatch(r"[\w ().,/~+-]{1,120}", text) else cut_text(repr(text))
 
 
-def shortened(text: str, most: int = _SHOWN_CHARACTERS) -> str:
+def cut_text(text: str, max_length: int = _SHOWN_CHARACTERS) -> str:
     """Return text of at most so many characters; by default as many as a message shows."""
-    return text if len(text) <= most else text[: most - 1] + "…"
+    return text if len(text) <= max_length else text[: max_length - 1] + "…"
 
 
 def display(value: Any) -> str:
     """Return the value as YAML flow text, shortened, without control characters; never raise."""
-    return shortened(_flow(value))
+    return cut_text(_flow_text(value))
 
 
-def _flow(value: Any) -> str:
+def _flow_text(value: Any) -> str:
     if hasattr(value, "model_fields_set"):
         value = {key: item for key, item in value if key in value.model_fields_set}
     if isinstance(value, dict):
         first = islice(value.items(), _SHOWN_CHARACTERS)
-        return "{" + ", ".join(f"{_plain_or_quoted(str(key))}: {_flow(item)}" for key, item in first) + "}"
+        return "{" + ", ".join(f"{_plain_or_quoted(str(key))}: {_flow_text(item)}" for key, item in first) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_flow, islice(value, _SHOWN_CHARACTERS))) + "]"
+        return "[" + ", ".join(map(_flow_text, islice(value, _SHOWN_CHARACTERS))) + "]"
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, int) and value.bit_length() > 1024:  # str() refuses beyond 4,300 digits
@@ -139,34 +139,43 @@ def message(label: str, problems: list[Problem]) -> str:
 
 
 def hint(key: Any, options: Any) -> str:
-    """Return " (did you mean …?)" for the nearest option, "" where none is near."""
+    """Return " (did you mean …?)" for the nearest option, "" if none is near."""
     if not isinstance(key, str) or len(key) > 100:
         return ""
     import difflib
 
     options = list(islice(options, 1000))
-    words = {word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= WORD}
+    words = {
+        word.lower(): option for option in options for word in re.split(r"[\s_-]+", option) if len(word) >= MIN_WORD
+    }
     words |= {option.lower(): option for option in options}
     near = difflib.get_close_matches(key.strip().lower(), words, n=1)  # the name, or one word of it
     return f" (did you mean {words[near[0]]}?)" if near else ""
 
 
-def listed(names: list[str]) -> str:
-    """Return names separated by commas; of many, the first ones and their number."""
-    more = f", … ({len(names):,} names)" if len(names) > _MOST_LISTED else ""
-    return ", ".join(names[:_MOST_LISTED]) + more
+def list_names(names: list[str]) -> str:
+    """Return names separated by commas; of more than 100, the first hundred and their number."""
+    more = f", … ({len(names):,} names)" if len(names) > _MAX_LISTED_NAMES else ""
+    return ", ".join(names[:_MAX_LISTED_NAMES]) + more
 
 
-def named(text: str, names: list[str], where: str, error: type[RefusedError]) -> str:
-    """Return the one name that matches a text: the name itself, in any case, or a unique part of it; else raise."""
+def match_name(text: str, names: list[str], where: str, error: type[RefusedError]) -> str:
+    """Return the name that matches a text: the name itself, in any case, or a unique part of it; else raise.
+
+    Args:
+        text: the text.
+        names: the allowed names.
+        where: the option or key, for the message.
+        error: the class of the error.
+    """
     low = text.strip().lower()
     matches = [name for name in names if name.lower() == low] or [name for name in names if low and low in name.lower()]
     if len(matches) == 1:
         return matches[0]
     if matches:
-        raise error(f"{where}: {shortened(repr(text))} may be several; allowed: {listed(matches)}")
-    wrong = f"{shortened(repr(text))} is not among the names{hint(text, names)}"
-    raise error(f"{where}: {wrong}; allowed: {listed(names)}")
+        raise error(f"{where}: {cut_text(repr(text))} may be several; allowed: {list_names(matches)}")
+    problem = f"{cut_text(repr(text))} is not among the names{hint(text, names)}"
+    raise error(f"{where}: {problem}; allowed: {list_names(names)}")
 
 
 def keys_of(model: "type[BaseModel]") -> str:
@@ -184,7 +193,7 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
     """Return pydantic's findings about a value for the model `root` as problems."""
     problems = []
     for item in error.errors(include_url=False):
-        where = tuple(part for part in item["loc"] if part not in TAGS)
+        where = tuple(step for step in item["loc"] if step not in TAGS)
         context = item.get("ctx", {})
         if "problems" in context:
             problems += [Problem(where + p.where, p.shown, p.wrong, p.allowed) for p in context["problems"]]
@@ -197,18 +206,18 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
     model, key = root, ""  # the innermost model on the path, and the key in it
-    for part in (part for part in where if not isinstance(part, int)):
+    for step in (step for step in where if not isinstance(step, int)):
         if key:
             model = next(models_in(model.model_fields[key].annotation), model)
-        key = part
+        key = step
     if item["type"] == "extra_forbidden":
-        wrong = "is an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
-        return Problem(where, "", wrong, "the keys " + keys_of(model))
+        reason = "is an unknown key" + (hint(where[-1], model.model_fields) if with_hint else "")
+        return Problem(where, "", reason, "the keys " + keys_of(model))
     allowed = description_of(model, key)
     if item["type"] == "missing":
         return Problem(where, "", "is missing", allowed)
-    wrong = _WORDS.get(item["type"], f"is refused ({item['msg']})")
-    return Problem(where, display(item["input"]), wrong, allowed)
+    reason = _WORDS.get(item["type"], f"is refused ({item['msg']})")
+    return Problem(where, display(item["input"]), reason, allowed)
 
 
 def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
@@ -217,8 +226,8 @@ def models_in(annotation: Any) -> "Iterator[type[BaseModel]]":
 
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
-    for part in get_args(annotation):
-        yield from models_in(part)
+    for argument in get_args(annotation):
+        yield from models_in(argument)
 
 
 def description_of(model: "type[BaseModel]", key: str) -> str:

@@ -38,15 +38,15 @@ class _Unit(NamedTuple):
     powers: dict[str, int]
 
 
-def factor(unit: str, wanted: str) -> float | None:
+def factor(unit: str, target: str) -> float | None:
     """Return the factor that converts a number from one unit to another; None for an unknown or another kind of unit.
 
-    The unit is as written, "" for the wanted one, which is UDUNITS text.
+    The unit is as written, "" for the target, which is UDUNITS text.
     """
-    return _times(Fraction(1), unit, wanted)
+    return _convert_amount(Fraction(1), unit, target)
 
 
-def number(text: object, wanted: str) -> object:
+def number(text: object, target: str) -> object:
     """Return a number from text with a unit, "30 rpm"; everything else as it is, numbers too.
 
     Raises:
@@ -56,34 +56,34 @@ def number(text: object, wanted: str) -> object:
     if match is None:
         return text
     unit = match[2] or match[3]
-    amount = _times(Fraction(match[1].replace("−", "-")), unit, wanted)
+    amount = _convert_amount(Fraction(match[1].replace("−", "-")), unit, target)
     if amount is None:
         raise ValueError(unit)
     return amount
 
 
-def read(value: object, wanted: str) -> object:
-    """Return `number`, and text in an unknown unit as it is: whoever checks the value refuses it."""
+def read_number(value: object, target: str) -> object:
+    """Return `number`, and text in an unknown unit as it is: the check of the value refuses it."""
     try:
-        return number(value, wanted)
+        return number(value, target)
     except ValueError:
         return value
 
 
-def allowed(wanted: str) -> str:
-    """Return the common units that can stand for a parameter's own, in words."""
-    return ", ".join(dict.fromkeys([wanted, *(unit for unit in _COMMON if factor(unit, wanted) is not None)]))
+def unit_list(target: str) -> str:
+    """Return the common units that can replace a parameter's own, in words."""
+    return ", ".join(dict.fromkeys([target, *(unit for unit in _COMMON if factor(unit, target) is not None)]))
 
 
-def _times(amount: Fraction, unit: str, wanted: str) -> float | None:
-    same = not unit or unit.strip() == wanted  # of a unit that is not known here, too
-    given, target = (_unit("1"),) * 2 if same else (_unit(unit), _unit(wanted))
-    if given is None or target is None:
+def _convert_amount(amount: Fraction, unit: str, target: str) -> float | None:
+    is_target = not unit or unit.strip() == target  # of a unit that is not known here, too
+    source, target_unit = (_parse_unit("1"),) * 2 if is_target else (_parse_unit(unit), _parse_unit(target))
+    if source is None or target_unit is None:
         return None
-    without = {k: n for k, n in target.powers.items() if k != "rad"}
-    if given.powers != target.powers and (given.powers != without or given.factor != 1):
+    without = {k: n for k, n in target_unit.powers.items() if k != "rad"}
+    if source.powers != target_unit.powers and (source.powers != without or source.factor != 1):
         return None  # of rad s-1, s-1 is another name; 1/min may mean radians or turns
-    ratio, pi = given.factor / target.factor, given.pi - target.pi
+    ratio, pi = source.factor / target_unit.factor, source.pi - target_unit.pi
     try:
         if pi == 0:
             return float(amount * ratio)
@@ -92,7 +92,7 @@ def _times(amount: Fraction, unit: str, wanted: str) -> float | None:
         return math.inf if amount > 0 else -math.inf
 
 
-def _unit(text: str) -> _Unit | None:
+def _parse_unit(text: str) -> _Unit | None:
     """Parse a unit, however it is written: "kg·m²", "kg*m^2" and "kg m2" are one, so are "rad/s" and "rad s-1"."""
     if text.strip() in ("-", ""):
         text = "1"

@@ -14,8 +14,8 @@ MAX_SPIN_RATE, MIN_SPIN_RATE = 1e150, 1e-150
 
 
 def finite(value: Any, allowed: str, unit: str = "") -> float:
-    """Return a finite double; refuse booleans and text, but for numbers with a unit where `unit` (UDUNITS) is given."""
-    value = converted(value, unit) if unit else value
+    """Return `value` as a finite double, text in `unit` (UDUNITS; "" for none) too; a refusal quotes `allowed`."""
+    value = convert_unit(value, unit) if unit else value
     if isinstance(value, str):
         raise refusal("is text, not a number", allowed)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -29,38 +29,38 @@ def finite(value: Any, allowed: str, unit: str = "") -> float:
     return number
 
 
-def number(holds: Callable[[float], bool], allowed: str) -> BeforeValidator:
-    """Return a validator of finite numbers for which `holds` is true."""
+def number(is_allowed: Callable[[float], bool], allowed: str) -> BeforeValidator:
+    """Return a validator of finite numbers for which `is_allowed` is true."""
 
     def check(value: Any) -> float:
         number = finite(value, allowed)
-        if not holds(number):
+        if not is_allowed(number):
             raise refusal("is out of range", allowed)
         return number
 
     return BeforeValidator(check)
 
 
-def converted(value: Any, unit: str) -> Any:
+def convert_unit(value: Any, unit: str) -> Any:
     """Return text with a unit, "30 rpm", as a number in `unit` (UDUNITS text); everything else as it is."""
     try:
         return units.number(value, unit)
     except ValueError as unknown:
-        raise refusal(f"has the unit {str(unknown)!r}", units.allowed(unit)) from None
+        raise refusal(f"has the unit {str(unknown)!r}", units.unit_list(unit)) from None
 
 
 def in_unit(unit: str, item: Any) -> Any:
     """Return the type of numbers in a unit, which may also be given as text with another unit."""
-    return Annotated[item, BeforeValidator(lambda value: converted(value, unit), json_schema_input_type=float | str)]
+    return Annotated[item, BeforeValidator(lambda value: convert_unit(value, unit), json_schema_input_type=float | str)]
 
 
-def whole(least: int, most: int, allowed: str) -> BeforeValidator:
-    """Return a validator of whole numbers from `least` to `most`."""
+def integer(minimum: int, maximum: int, allowed: str) -> BeforeValidator:
+    """Return a validator of whole numbers from `minimum` to `maximum`, refusing others with `allowed`."""
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise refusal("is not a whole number", allowed)
-        if not least <= value <= most:
+        if not minimum <= value <= maximum:
             raise refusal("is out of range", allowed)
         return value
 
@@ -68,7 +68,7 @@ def whole(least: int, most: int, allowed: str) -> BeforeValidator:
 
 
 def choice(options: tuple[str, ...]) -> BeforeValidator:
-    """Return a validator of one of several words."""
+    """Return a validator of a word among some options."""
 
     def check(value: Any) -> str:
         if value in options:
@@ -78,20 +78,20 @@ def choice(options: tuple[str, ...]) -> BeforeValidator:
     return BeforeValidator(check, json_schema_input_type=Literal[options])
 
 
-def printable(most: int, allowed: str, also: str = "") -> AfterValidator:
-    """Return a validator of text that is not empty: printable, but for the characters `also`."""
+def printable(max_length: int, allowed: str, also: str = "") -> AfterValidator:
+    """Return a validator of text of 1 to `max_length` printable characters or those of `also`; it quotes `allowed`."""
 
     def check(text: str) -> str:
-        if not text.strip() or len(text) > most or not all(c.isprintable() or c in also for c in text):
+        if not text.strip() or len(text) > max_length or not all(c.isprintable() or c in also for c in text):
             raise refusal("is empty, too long or not printable", allowed)
         return text
 
     return AfterValidator(check)
 
 
-def line_of_text(most: int) -> AfterValidator:
+def line_of_text(max_length: int) -> AfterValidator:
     """Return a validator of one line of printable text."""
-    return printable(most, f"one line of printable text, 1 to {most} characters")
+    return printable(max_length, f"one line of printable text, 1 to {max_length} characters")
 
 
 def not_empty(values: tuple) -> tuple:
@@ -101,19 +101,19 @@ def not_empty(values: tuple) -> tuple:
     return values
 
 
-def different(values: tuple) -> tuple:
+def all_different(values: tuple) -> tuple:
     """Return a list, refused if a value occurs twice."""
-    seen = set()
+    earlier_values = set()
     for value in values:
-        if value in seen:
+        if value in earlier_values:
             raise refusal(f"holds {display(value)} twice", "values that all differ")
-        seen.add(value)
+        earlier_values.add(value)
     return values
 
 
 def list_of_different(item: Any, *checks: Callable) -> Any:
     """Return the type of a list of values of a type, at least one, which all differ."""
-    return Annotated[(tuple[item, ...], *map(AfterValidator, (not_empty, different, *checks)))]
+    return Annotated[(tuple[item, ...], *map(AfterValidator, (not_empty, all_different, *checks)))]
 
 
 def spin_rate(name: str) -> Any:
@@ -129,5 +129,5 @@ Positive = Annotated[float, number(lambda x: x > 0, "a finite number > 0")]
 Tolerance = Annotated[float, number(lambda x: 1e-13 <= x <= 1e-3, "a number from 1e-13 to 1e-3")]
 TOLERANCE = "1e-13 to 1e-3: below 1e-13 rounding dominates, above 1e-3 the error hides the measured effect"
 Prose = Annotated[str, AfterValidator(str.strip), printable(4000, "printable text, 1 to 4000 characters", also="\n\t")]
-Axis = Annotated[int, whole(1, 3, "1, 2 or 3")]
-Count = Annotated[int, whole(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]
+Axis = Annotated[int, integer(1, 3, "1, 2 or 3")]
+Count = Annotated[int, integer(1, 2**53, "a whole number ≥ 1 (and ≤ 2^53)")]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Annotated
 
 from kernels import statuses
-from sweeps.schema.values import Epsilon, whole
+from sweeps.schema.values import Epsilon, integer
 from sweeps.schema.variables import Layout, Parameter, Quantity, Role, Variable, coordinates_of, table
 
 SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
@@ -120,7 +120,7 @@ def layout(
     `nudge` are the parameters of the perturbation; the coordinate `last` numbers modes or eigenvalues, at most `most`;
     every map has the variables that are `needed`.
     """
-    numbers = Annotated[int, whole(1, most, f"whole numbers from 1 to {most}")]
+    numbers = Annotated[int, integer(1, most, f"whole numbers from 1 to {most}")]
     return Layout(
         coordinates_of(nudge) | table(Variable("equilibrium", None, "equilibrium", "str"), last),
         variables,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema.boxes import Dataset
-from sweeps.schema.refusals import DefinitionError, display, hint, shortened
-from sweeps.schema.variables import Variable, amount
+from sweeps.schema.refusals import DefinitionError, cut_text, display, hint
+from sweeps.schema.variables import Variable, parse_amount
 from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: 
         if not all(map(model.system.parameters[name].allows, np.ravel(values))):
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
     if np.ndim(times) == 0:
-        times = np.linspace(0.0, amount("times", times, "s"), LEAST_SAMPLES + 1)
+        times = np.linspace(0.0, parse_amount("times", times, "s"), LEAST_SAMPLES + 1)
     times = ascending(times)
     try:
         shape = np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
@@ -111,12 +111,12 @@ def _given(where, values, defaults, unit_of):
     unknown = sorted(map(str, set(values) - set(defaults)))
     missing = [name for name, default in defaults.items() if default is None and name not in values]
     if unknown or missing:
-        problems = [f"{shortened(name)} is unknown{hint(name, defaults)}" for name in unknown]
+        problems = [f"{cut_text(name)} is unknown{hint(name, defaults)}" for name in unknown]
         problems += [f"{', '.join(missing)} {'are' if missing[1:] else 'is'} missing"] if missing else []
         raise DefinitionError(f"{where}: {'; '.join(problems)}; allowed: {_names_with_units(defaults, unit_of)}")
     arrays = {}
     for name, default in defaults.items():
-        value, read = values.get(name, default), partial(amount, f"{where}: {name}", unit=unit_of[name])
+        value, read = values.get(name, default), partial(parse_amount, f"{where}: {name}", unit=unit_of[name])
         is_list = isinstance(value, list | tuple) or np.ndim(value) > 0
         arrays[name] = np.array([read(v) for v in value] if is_list else read(value))
     return arrays

@@ -21,7 +21,7 @@ from sweeps.maps.summary import read
 from sweeps.process import startup
 from sweeps.process.files import replace_output
 from sweeps.schema.boxes import blocks
-from sweeps.schema.refusals import RefusedError, hint, shortened
+from sweeps.schema.refusals import RefusedError, cut_text, hint
 from sweeps.views import films
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ def _refusing_what_cannot_be_drawn(ds: "xr.Dataset", picture: str) -> Iterator[N
                 sizes = np.abs(read(ds, name, box), dtype=np.float64)
                 beyond = sizes[(sizes > LARGEST) | ((sizes > 0.0) & (sizes < 1.0 / LARGEST))]
                 if beyond.size:
-                    wrong = f"{picture} cannot be drawn: {shortened(repr(name))} holds {beyond[0]:g}"
+                    wrong = f"{picture} cannot be drawn: {cut_text(repr(name))} holds {beyond[0]:g}"
                     allowed = f"0, and sizes from {1.0 / LARGEST:g} to {LARGEST:g}"
                     raise RefusedError(f"{wrong}; allowed: {allowed}, or other figures (--only)") from None
         raise
@@ -167,14 +167,14 @@ def _named(names: Sequence[str], only: Sequence[str]) -> list[str]:
     """Return those of some names that begin with one of `only`; all where there is none."""
     for start in only:
         if not any(name.startswith(start) for name in names):
-            what = f"{shortened(repr(start))} is not a figure of this map{hint(start, names)}"
+            what = f"{cut_text(repr(start))} is not a figure of this map{hint(start, names)}"
             raise RefusedError(f"--only: {what}; allowed: {', '.join(names)}")
     return [name for name in names if not only or name.startswith(tuple(only))]
 
 
 def literal(ds: "xr.Dataset") -> "xr.Dataset":
     """Return the map with dollar signs escaped, so that Matplotlib draws its text literally."""
-    title = _plain(shortened(" ".join(str(ds.attrs.get("title", "")).split()), MAX_TITLE))  # on one line
+    title = _plain(cut_text(" ".join(str(ds.attrs.get("title", "")).split()), MAX_TITLE))  # on one line
     names = {name: c.copy(data=[_plain(v) for v in c.values]) for name, c in ds.coords.items() if _is_named(c)}
     ds = ds.assign_coords(names).assign_attrs(title=title)
     for variable in ds.variables.values():

@@ -12,7 +12,7 @@ from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import Deviation, Summary, rule, share
 from sweeps.schema.boxes import along
-from sweeps.schema.refusals import shortened
+from sweeps.schema.refusals import cut_text
 from sweeps.schema.variables import POINT
 from sweeps.systems.presentation.look import Look
 
@@ -201,4 +201,4 @@ def _few(size: int, most: int) -> list[int]:
 
 def _short(value) -> str:
     value = value.item() if hasattr(value, "item") else value
-    return shortened(f"{value:.4g}" if isinstance(value, float) else str(value), 16)
+    return cut_text(f"{value:.4g}" if isinstance(value, float) else str(value), 16)

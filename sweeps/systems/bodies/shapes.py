@@ -23,7 +23,7 @@ import numpy as np
 
 from kernels.triangle import triangle_margin
 from sweeps.schema import units
-from sweeps.schema.parameters import Quantity, Range, Strict, entry, key, range_model
+from sweeps.schema.parameters import Quantity, Range, Strict, entry_type, key, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display
 from sweeps.systems.bodies.variables import LEAST, OF_I2, RATIO, SHAPE_OVER, THICKNESS, Ratio, Thickness
 
@@ -49,10 +49,10 @@ def refuse_impossible(where: str, moments: Sequence[float]) -> None:
 class Shapes(Strict):
     """Shapes of physically possible bodies whose greatest moment is I3."""
 
-    I1_over_I3: entry(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = key(
+    I1_over_I3: entry_type(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = key(
         f"I1/I3: {RATIO}, a list, or a range", ...
     )
-    thickness: entry(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = key(
+    thickness: entry_type(Thickness, range_model(Quantity("thickness", "1", THICKNESS, Thickness))) = key(
         f"relative thickness, {OF_I2}: {THICKNESS}, a list, or a range", ...
     )
 
@@ -106,7 +106,7 @@ def _ends(entry: object, most: float, else_: tuple[float, float], unit: str = "1
     if isinstance(entry, dict):
         entry = (entry.get("start"), entry.get("stop"))
     entry = entry if isinstance(entry, tuple) else (entry,)
-    entry = [units.read(value, unit) for value in entry]
+    entry = [units.read_number(value, unit) for value in entry]
     allowed = [v for v in entry if isinstance(v, int | float) and not isinstance(v, bool) and 0 <= v <= most]
     return (float(min(allowed)), float(max(allowed))) if allowed else else_
 

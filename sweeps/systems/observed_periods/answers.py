@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels import tumbling
 from sweeps.schema.refusals import DefinitionError, display
-from sweeps.schema.variables import amount
+from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.observed_periods.system import MAX_EXCLUSION, MAX_PERIOD, MIN_PERIOD, PERIODS, SYSTEM, Nothing
@@ -34,7 +34,7 @@ class TwoPeriods:
         if self.unit not in list(UNITS):
             raise DefinitionError(f"unit: {self.unit!r} is not available; allowed: {', '.join(UNITS)}")
         for name in PERIODS:
-            value = amount(name, given := getattr(self, name), self.unit)
+            value = parse_amount(name, given := getattr(self, name), self.unit)
             least = 0.0 if "sigma" in name else MIN_PERIOD
             if not least <= value * UNITS[self.unit] <= MAX_PERIOD:
                 raise DefinitionError(

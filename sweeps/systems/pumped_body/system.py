@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from sweeps.schema.parameters import Range, grid_model, mapping, spread
-from sweeps.schema.values import Phase, choice, number, whole
+from sweeps.schema.values import Phase, choice, integer, number
 from sweeps.schema.variables import Parameter, Quantity, table
 from sweeps.systems import described
 from sweeps.systems.bodies import variables as bodies
@@ -76,7 +76,7 @@ LAYOUT = replace(
     _FREE,
     coordinates=_FREE.coordinates | table(MULTIPLIER),
     spare=(*_FREE.spare, MULTIPLIER.name),
-    values=_FREE.values | {"multiplier": Annotated[int, whole(1, 2, "1 or 2")]},
+    values=_FREE.values | {"multiplier": Annotated[int, integer(1, 2, "1 or 2")]},
 )
 COORDINATES = LAYOUT.coordinates
 

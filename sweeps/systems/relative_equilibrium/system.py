@@ -16,7 +16,7 @@ from pydantic import BeforeValidator
 from sweeps.process.machine import cores
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import key, mapping
-from sweeps.schema.values import Positive, Tolerance, whole
+from sweeps.schema.values import Positive, Tolerance, integer
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
 from sweeps.systems.reintegration import rates_of
@@ -76,7 +76,7 @@ COORDINATES = LAYOUT.coordinates  # beside the parameters
 
 
 MAX_RUNS = 4
-NUMBER = whole(1, MAX_RUNS, f"a whole number from 1 to {MAX_RUNS}")
+NUMBER = integer(1, MAX_RUNS, f"a whole number from 1 to {MAX_RUNS}")
 
 
 class FlowIntegration(Integration):

@@ -8,7 +8,7 @@ import numpy as np
 
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, display
-from sweeps.schema.variables import amount
+from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, time
@@ -50,7 +50,7 @@ def from_start(
     moments, omega = np.array(body.moments), _omega(body, spun, start)
     rotation = 2 * math.pi / float(np.abs(omega).max())
     if times is None or np.ndim(times) == 0:
-        duration = span_of(moments, omega, rotation) if times is None else amount("times", times, "s")
+        duration = span_of(moments, omega, rotation) if times is None else parse_amount("times", times, "s")
         if not (math.isfinite(duration) and duration > 0):
             raise DefinitionError(f"times: {display(times)}; allowed: instants, or a duration > 0, in s")
         at = instants(duration, samples, rotation)
@@ -67,7 +67,7 @@ def from_start(
 def _omega(body: SpunBody, spun: Mapping[str, float], given: Any) -> np.ndarray:
     given, spinning = _given(given), spin_of(given)
     if given and not spinning:
-        omega = np.array([amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])
+        omega = np.array([parse_amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])
         if not omega.any():
             raise DefinitionError("start: the body is at rest; allowed: an angular velocity other than 0")
         return omega

@@ -15,7 +15,7 @@ import numpy as np
 
 from kernels import exact, linear, tumbling, twist
 from sweeps.schema.definition import Definition
-from sweeps.schema.refusals import DefinitionError, display, named
+from sweeps.schema.refusals import DefinitionError, display, match_name
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import principal_axes
@@ -188,7 +188,7 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     """
     if isinstance(body, str):
         listed = bodies(load(source), source)
-        chosen = listed[named(body, list(listed), "body", DefinitionError)]
+        chosen = listed[match_name(body, list(listed), "body", DefinitionError)]
         requested = checked({"name": chosen.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
     else:
         chosen = requested = checked({"name": "your body"} | body_entry(body), spin, load)

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, model_validator
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import Strict, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, keys_of, refusal, refusals
-from sweeps.schema.values import Positive, choice, finite, whole
+from sweeps.schema.values import Positive, choice, finite, integer
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
@@ -208,7 +208,7 @@ GivenUncertainty = Annotated[
         json_schema_input_type=Uncertainty | float | str,
     ),
 ]
-Draws = Annotated[int, whole(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
+Draws = Annotated[int, integer(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
 
 
 class UncertainBody(SpunBody):
@@ -233,7 +233,7 @@ class UncertainDefinition(NearAxisDefinition):
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
     uncertainty: GivenUncertainty = key(f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = key("least number of draws of each body", 10_000)
-    seed: Annotated[int, whole(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
+    seed: Annotated[int, integer(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
     method: Annotated[str, choice(designs.METHODS)] = key(
         "sampling of the draws: " + ", ".join(designs.METHODS), "sobol"
     )

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.refusals import shortened
+from sweeps.schema.refusals import cut_text
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
 from sweeps.systems.rigid_body.presentation.look import LINES, cut_at, moments_over
@@ -136,7 +136,7 @@ def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
         ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_look(i, lit))
-        ax.text(0.085, i, shortened(str(fits["body"].values[i]), LETTERS), va="center", fontsize=8.0)
+        ax.text(0.085, i, cut_text(str(fits["body"].values[i]), LETTERS), va="center", fontsize=8.0)
         for j, x in enumerate(columns):
             text, color = _cell(fits.isel(body=i, axis=j))
             ax.text(x, i, text, ha="center", va="center", fontsize=8.5, color=color)
