@@ -28,8 +28,8 @@ def product_in_lanes(A, B, C, n):
     """Write A B into C, lane by lane.
 
     Args:
-        A, B, C (numpy.ndarray, shape (n n, lanes)): Matrices; element (i, j) is row i n + j.
-        n (int): Order of the matrices.
+        `A`, `B`, `C` (numpy.ndarray, shape (n n, lanes)): Matrices; element (i, j) is row i n + j.
+        `n` (int): Order of the matrices.
     """
     whole_vectors()
     lanes = A.shape[1]
@@ -53,7 +53,7 @@ def add_inner(out, row, A, a, a_step, B, b, b_step, n, count):
         out, row: Flat array of lanes, and the first row that is added to.
         A, a, a_step: Flat array, first row, and the increment of a for each following row of out.
         B, b, b_step: Likewise.
-        n (int): Number of rows in a sum.
+        `n` (int): Number of rows in a sum.
         count (int): Number of rows of out.
     """
     whole_vectors()
@@ -96,12 +96,12 @@ def solve_in_lanes(A, B, n, m, exchanges, min_pivot, f):
     """Overwrite the columns of B by A⁻¹ times them, lane by lane.
 
     Args:
-        A (numpy.ndarray, shape (n n, lanes)): Overwritten.
-        B (numpy.ndarray, shape (m n, lanes)): Column c is rows c n + j.
-        n, m (int): Order of A, and number of columns.
+        `A` (numpy.ndarray, shape (n n, lanes)): Overwritten.
+        `B` (numpy.ndarray, shape (m n, lanes)): Column c is rows c n + j.
+        `n`, `m` (int): Order of A, and number of columns.
         exchanges (bool): Whether rows are exchanged for the largest pivot; else A is definite.
         min_pivot (float): Lower bound of the pivots of a definite A.
-        f (numpy.ndarray, shape (lanes,)): Scratch.
+        `f` (numpy.ndarray, shape (lanes,)): Scratch.
     """
     whole_vectors()
     lanes, flat_A, flat_B = f.size, A.reshape(A.size), B.reshape(B.size)
@@ -252,9 +252,9 @@ def eigenvalues(A, n, re, im):
     """Write the eigenvalues of A; return True if the iteration converged.
 
     Args:
-        A (numpy.ndarray, shape (n or more, n or more)): The matrix, which is not changed.
-        n (int): Its order.
-        re, im (numpy.ndarray, shape (n,)): Written: conjugate pairs are exactly conjugate.
+        `A` (numpy.ndarray, shape (n or more, n or more)): The matrix, which is not changed.
+        `n` (int): Its order.
+        `re`, `im` (numpy.ndarray, shape (n,)): Written: conjugate pairs are exactly conjugate.
     """
     H = A[:n, :n].copy()
     _reduce_to_hessenberg(H, n, re)
@@ -292,8 +292,8 @@ def sort_eigenvalues(re, im, n, min_gap):
     """Sort eigenvalues by imaginary, then real part.
 
     Args:
-        re, im (numpy.ndarray): Real and imaginary parts, sorted in place.
-        n (int): Their number.
+        `re`, `im` (numpy.ndarray): Real and imaginary parts, sorted in place.
+        `n` (int): Their number.
         min_gap (float): Neighbouring imaginary parts that differ by at most this count as equal.
     """
     for i in range(1, n):

@@ -305,9 +305,9 @@ def enclose(F, low, high, count, R, values):
     r"""Enclose functions of several variables in one box, with their first ``count`` partial derivatives.
 
     Args:
-        F (kernels.codes.Formulas): The functions, with the constants of one point.
+        `F` (kernels.codes.Formulas): The functions, with the constants of one point.
         low, high (numpy.ndarray, shape (variables,)): Ends of the box.
-        R (numpy.ndarray, shape (operations, 2 + 2 count or more)): Scratch.
+        `R` (numpy.ndarray, shape (operations, 2 + 2 count or more)): Scratch.
         values (numpy.ndarray, shape (functions, 1 + count or more, 2)): Written: ends of f and of each ∂f/∂x_i.
 
     Returns:
@@ -361,7 +361,7 @@ def enclose_boxes(F, point_index, low, high, values, states):
     """Enclose functions in many boxes, each with the constants of one of many points.
 
     Args:
-        F (kernels.codes.Formulas): The functions, with the constants of all points.
+        `F` (kernels.codes.Formulas): The functions, with the constants of all points.
         point_index (numpy.ndarray, shape (boxes,)): Point of each box.
         low, high (numpy.ndarray, shape (boxes, variables)): Ends of the boxes.
         values (numpy.ndarray, shape (boxes, functions, 1 + count, 2)): Written, as by :func:`enclose`.

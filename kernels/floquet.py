@@ -91,8 +91,8 @@ def multiplier_columns(matrices, period, reciprocal=True, with_errors=True, coup
             regime = _combine_blocks(
                 [_block_columns(Matrices(*block), period[points], reciprocal) for block in block_matrices]
             )
-            is_known = result["regime"][points] != UNDETERMINED
-            result["regime"][points] = np.where(is_known, regime, UNDETERMINED)
+            has_regime = result["regime"][points] != UNDETERMINED
+            result["regime"][points] = np.where(has_regime, regime, UNDETERMINED)
     return result
 
 
@@ -234,15 +234,18 @@ def smooth_invariants(M, error, better=None):
     else:
         set_invariant("first_invariant", trace, np.broadcast_to(identity, M.shape), 0.0)
         second = 0.5 * (trace**2 - sum_entries(M * M.swapaxes(1, 2)))
-        leading = trace[:, None, None] * identity
-        set_invariant("second_invariant", second, leading - M.swapaxes(1, 2), 2.0 * size**2)
+        trace_matrix = trace[:, None, None] * identity
+        set_invariant("second_invariant", second, trace_matrix - M.swapaxes(1, 2), 2.0 * size**2)
         set_invariant(
-            "krein_discriminant", trace**2 - 4.0 * second + 8.0, 4.0 * M.swapaxes(1, 2) - 2.0 * leading, 8.0 * size**2
+            "krein_discriminant",
+            trace**2 - 4.0 * second + 8.0,
+            4.0 * M.swapaxes(1, 2) - 2.0 * trace_matrix,
+            8.0 * size**2,
         )
         for name, sign in (("det_minus_identity", -1.0), ("det_plus_identity", 1.0)):
-            shifted = M + sign * identity
-            squares = 6.0 * size**2 * (frobenius_norm(shifted) + size) ** 2
-            set_invariant(name, np.linalg.det(shifted), _cofactors(shifted), squares)
+            sum_matrix = M + sign * identity
+            squares = 6.0 * size**2 * (frobenius_norm(sum_matrix) + size) ** 2
+            set_invariant(name, np.linalg.det(sum_matrix), _cofactors(sum_matrix), squares)
         signs = {"second_invariant": 0.0, "det_minus_identity": -2.0, "det_plus_identity": 2.0}
     for name, sign in signs.items() if better is not None else ():
         spread = better[1] + np.abs(sign) * trace_error

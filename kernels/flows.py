@@ -68,7 +68,11 @@ SCALE, START, LARGEST, SIZE, DISTANCE, OPEN, ONCE_SQUARES, WHOLE_SQUARES, QUANTI
 
 @njit(TAKE_TYPE, **PASSED)
 def take_sample(D, P, Q, numbers, direction, k):
-    """Store one sample of every lane, extrapolated to zero amplitude; return whether any lane's window is open."""
+    """Store one sample of every lane, extrapolated to zero amplitude; return whether any lane's window is open.
+
+    `D`, `P`, `Q`, numbers, direction, `k`: samples, rows of the first motion, block, numbers, run and sample, as in
+    :data:`kernels.runs.TAKE_TYPE`.
+    """
     whole_vectors()
     count, states, n, quantities, runs, lanes = numbers[0], numbers[1], numbers[2], numbers[4], numbers[5], Q.shape[1]
     weight = np.uint64(QUANTITY + 2 * quantities + direction * count + k)
@@ -160,8 +164,10 @@ def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
                     window += weight[r * count + k, lane]
                 shortest[lane], total[lane] = min(shortest[lane], window), total[lane] + window
             num_steps, largest = steps[order[first + min(lane, lanes - 1)]], Q[LARGEST, lane]
-            remainder, whole = math.sqrt(Q[ONCE_SQUARES, lane]), math.sqrt(Q[WHOLE_SQUARES, lane])
-            remainder *= BASE_FACTOR + DECAY_FACTOR * (min(15.0 * remainder / whole, MAX_DECAY) if whole > 0.0 else 0.0)
+            remainder, change = math.sqrt(Q[ONCE_SQUARES, lane]), math.sqrt(Q[WHOLE_SQUARES, lane])
+            remainder *= BASE_FACTOR + DECAY_FACTOR * (
+                min(15.0 * remainder / change, MAX_DECAY) if change > 0.0 else 0.0
+            )
             Q[ONCE_SQUARES, lane] = remainder / largest
             rounding = 4.0 * codes.UNIT * math.sqrt(num_steps) * largest
             walk = WALK_FACTOR * codes.UNIT * math.sqrt(num_steps) * (total[lane] / runs) * largest
@@ -182,7 +188,7 @@ def _fit_blocks(steps, order, bounds, numbers, blocks, raw):
 
 
 def count_rows(runs, quantities, n, intervals):
-    """Return the number of rows of a block."""
+    """Return the number of rows of a block, from the numbers of runs, quantities, states `n` and sample intervals."""
     return QUANTITY + 2 * quantities + runs * (intervals + 1) * (1 + n)
 
 
@@ -249,7 +255,7 @@ def is_too_wide(raw, quantities, n, scale, has_pairs):
 
     Args:
         raw (numpy.ndarray): As returned by :func:`measure_points`.
-        quantities, n (int): Numbers of conserved quantities and of channels.
+        `quantities`, `n` (int): Numbers of conserved quantities and of channels.
         scale (numpy.ndarray, shape (points,)): Bound on every rate, s-1.
         has_pairs (numpy.ndarray of bool, shape (points,)): Whether eigenvalues come in pairs ±μ.
     """

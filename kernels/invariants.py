@@ -31,7 +31,7 @@ from kernels.codes import HEAD, MIN_IMAG_GAP, UNIT
 from kernels.dense import add_inner, copy_rows, eigenvalues, product_in_lanes, solve_in_lanes, sort_eigenvalues
 from kernels.jit import INNER, OPTIONS, boolean, complex128, float64, int64, njit, types, void, whole_vectors
 
-ROUNDINGS = 8.0  # roundings of the logarithm and of what follows from it, relative to the largest eigenvalue
+ROUNDINGS = 8.0  # roundings of the logarithm and of the results from it, relative to the largest eigenvalue
 LOGARITHM_FACTOR = 3.0  # multiple of the motion's own error: its coefficients' error, and twice that by the logarithm
 ARTANH_TERMS, MAX_TERMS = 20, 200  # terms of artanh's series: enough while |Z| ≤ tan π/8; maximum for larger Z
 MAX_EIGHTH = 2e-6  # square of the size of Z to the eighth, up to which the remainder of ARTANH_TERMS is below rounding
@@ -214,9 +214,9 @@ def _eigenvalue_error(p, point, gap, largest, move, work):
     """Return the errors of an eigenvalue's real and imaginary part; ``gap`` is the distance to the nearest other one.
 
     ``largest``: the largest eigenvalue, to which rounding is relative; ``move``: as of :func:`_find_moves`; work:
-    coefficients (5, n + 1) and shifted (n + 1), scratch.
+    coefficients (5, n + 1) and taylor (n + 1), scratch.
     """
-    rows, shifted = work
+    rows, taylor = work
     n, (a, b, u, v, roundings) = (len(p.K), (rows[0], rows[1], rows[2], rows[3], rows[4]))
     size, (slope, slope_error) = math.hypot(point.real, point.imag), _polynomial_slope(p, point)
     rounding, height = 0.0, 1.0
@@ -237,18 +237,18 @@ def _eigenvalue_error(p, point, gap, largest, move, work):
         return real, imaginary
     power = complex(1.0, 0.0)
     for k in range(n + 1):
-        shifted[k], roundings[k] = p.c[k], p.rounding[k]
+        taylor[k], roundings[k] = p.c[k], p.rounding[k]
         u[k], v[k] = power.real, power.imag
         power *= point
     for i in range(n):  # coefficients of p about the eigenvalue, and bounds on their rounding
         for k in range(n - 1, i - 1, -1):
-            shifted[k] += point * shifted[k + 1]
+            taylor[k] += point * taylor[k + 1]
             roundings[k] += size * roundings[k + 1]
     error = p.noise * math.hypot(_form_error(p, u), _form_error(p, v)) + rounding + roundings[0]
     radius, binomial = math.inf, 1.0
     for k in range(1, n + 1):
         binomial *= (n - k + 1.0) / k
-        size = abs(shifted[k]) - roundings[k]
+        size = abs(taylor[k]) - roundings[k]
         if size > 0.0:
             radius = min(radius, (binomial * error / size) ** (1.0 / k))
     return radius, radius
@@ -325,7 +325,7 @@ def write_results(M, X0, runs, n, covariance, noise, matrix_error, spacing, lane
     _characteristic_polynomials(Y, n, N, c, T)
     _coefficient_covariances(LinearMotions(M, X0, runs, n, covariance), N, K, T, f)
     y, k, rows = np.empty((n, n)), np.empty((n, n)), np.empty((5, n + 1))
-    re, im, polynomial, shifted = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
+    re, im, polynomial, taylor = np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n + 1, dtype=np.complex128)
     change, roundings, moves = np.zeros(n + 1), np.zeros(n + 1), np.empty(n)
     for lane in range(lanes):
         if math.isnan(noise[lane]):
@@ -354,4 +354,4 @@ def write_results(M, X0, runs, n, covariance, noise, matrix_error, spacing, lane
                     im,
                     moves,
                 )
-            _write_lane(p, re, im, moves, spacing[lane], (rows, shifted), raw[lane])
+            _write_lane(p, re, im, moves, spacing[lane], (rows, taylor), raw[lane])

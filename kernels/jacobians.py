@@ -88,7 +88,7 @@ def condition_numbers(A, values, scale):
     """Return the condition numbers of eigenvalues, (points, n); infinite if two are equal, NaN if one is NaN.
 
     Args:
-        A (numpy.ndarray, shape (points, n, n)): Matrices.
+        `A` (numpy.ndarray, shape (points, n, n)): Matrices.
         values (numpy.ndarray, shape (points, n)): Their eigenvalues.
         scale (numpy.ndarray, shape (points,)): Bound on the eigenvalues, by which both are divided.
     """
@@ -101,12 +101,12 @@ def condition_numbers(A, values, scale):
     for e, (x, y) in enumerate(zip(values.real, values.imag, strict=True)):
         re, im = np.zeros(A.shape), np.zeros(A.shape)
         for term in N:
-            rotated = re * y
+            cross = re * y
             re *= x
             re -= im * y
             re += term
             im *= x
-            im += rotated
+            im += cross
         squares = (re * re + im * im).reshape(n * n, -1)
         size[e] = np.sqrt(sum(squares))  # in a fixed order: that of NumPy's sums depends on the number of points
     distance = np.abs(values[:, None] - values) + identity

@@ -53,7 +53,7 @@ def multiply_matrices(A, B, C, coupled):
     """Write A B into C.
 
     Args:
-        A, B, C (numpy.ndarray, shape (n n, lanes)): Matrices.
+        `A`, `B`, `C` (numpy.ndarray, shape (n n, lanes)): Matrices.
         coupled (numpy.ndarray, shape (n, n)): Whether states act on each other; entries of other pairs vanish.
     """
     whole_vectors()
@@ -81,7 +81,7 @@ def multiply_after(S, G, coupled, before, after, work):
     """Write the product of each matrix and all after it, and the variance of the product of all.
 
     Args:
-        S, G (numpy.ndarray): Matrices of the segments, and their errors.
+        `S`, `G` (numpy.ndarray): Matrices of the segments, and their errors.
         coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
         before (numpy.ndarray): Product of the matrices before each segment.
         after (numpy.ndarray): The last one is an input; written: product of each matrix and all after it.
@@ -91,7 +91,7 @@ def multiply_after(S, G, coupled, before, after, work):
     whole_vectors()
     K, size, lanes = S.shape
     entry, error = S.reshape(K, size * lanes), G.reshape(K, size * lanes)
-    left, right = after.reshape(K + 1, size * lanes), before.reshape(K + 1, size * lanes)
+    all_after, all_before = after.reshape(K + 1, size * lanes), before.reshape(K + 1, size * lanes)
     flat = work.reshape(len(work), size * lanes)
     total, left_squares, sum_squares, right_squares = flat[0], flat[1], flat[2], flat[3]
     for x in range(total.size):
@@ -99,9 +99,9 @@ def multiply_after(S, G, coupled, before, after, work):
     for s in range(K - 1, -1, -1):
         multiply_matrices(after[s + 1], S[s], after[s], coupled)
         for x in range(total.size):
-            left_squares[x] = left[s + 1, x] * left[s + 1, x]
+            left_squares[x] = all_after[s + 1, x] * all_after[s + 1, x]
             sum_squares[x] = error[s, x] * error[s, x] + entry[s, x] * entry[s, x]
-            right_squares[x] = right[s, x] * right[s, x]
+            right_squares[x] = all_before[s, x] * all_before[s, x]
         multiply_matrices(work[2], work[3], work[4], coupled)
         multiply_matrices(work[1], work[4], work[2], coupled)
         for x in range(total.size):
@@ -110,7 +110,7 @@ def multiply_after(S, G, coupled, before, after, work):
 
 @njit(void(LANES, LANES, ROWS), **OPTIONS)
 def find_sizes(A, sizes, largest):
-    """Write the sizes of the entries of A to sizes, and the largest of them to largest."""
+    """Write the absolute values of the entries of `A` to sizes, and the largest of them to largest."""
     whole_vectors()
     entries, flat = A.reshape(A.size), sizes.reshape(A.size)
     for x in range(A.size):
@@ -127,7 +127,7 @@ def write_errors(S, errors, coupled, common, G, work):
     """Write error bounds of matrices: roundings of terms, at most the largest entry, plus the given errors.
 
     Args:
-        S (numpy.ndarray): Matrices of the segments; the terms are estimated by those of S S.
+        `S` (numpy.ndarray): Matrices of the segments; the terms are estimated by those of S S.
         errors (numpy.ndarray, shape (segments, lanes)): Other errors of the entries.
         coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
         common (float): Error by the rounding of the length of a step, common to all entries, over the largest entry.
@@ -151,7 +151,7 @@ def mirror_half(S, masses, coupled, Q):
     """Write R S⁻¹ R into Q; or its effect on squares of errors S, with the squares of masses.
 
     Args:
-        S, Q (numpy.ndarray, shape (n n, lanes)): The matrix of the first half; written: that of the second.
+        `S`, `Q` (numpy.ndarray, shape (n n, lanes)): The matrix of the first half; written: that of the second.
         masses (numpy.ndarray, shape (2 m m, lanes)): Masses and their inverse, as in :func:`compose`.
         coupled (numpy.ndarray, shape (n, n)): Whether states act on each other.
     """
@@ -177,8 +177,8 @@ def write_minors(S, errors, C, G, n):
 
     Args:
         S, errors (numpy.ndarray): The matrix, and the errors of its entries over the largest one.
-        C, G (numpy.ndarray): Written: the compound, and its error bound.
-        n (int): Number of states.
+        `C`, `G` (numpy.ndarray): Written: the compound, and its error bound.
+        `n` (int): Number of states.
     """
     whole_vectors()
     lanes, d, work = errors.size, n * (n - 1) // 2, rows_of(n * n + 1)
@@ -225,7 +225,7 @@ def multiply_minors(S, errors, masses, coupled, result):
 
 @njit(void(ROWS, ROWS, ROWS, ROWS, ROWS), **OPTIONS)
 def count_turns(x, y, u, v, turns):
-    """Add to turns the half turns of vectors from (x, y) to (u, v)."""
+    """Add to turns the half turns of vectors from (`x`, `y`) to (`u`, `v`)."""
     whole_vectors()
     for lane in range(turns.size):
         sign = 1.0 if y[lane] * u[lane] > x[lane] * v[lane] else -1.0
@@ -269,7 +269,7 @@ def compose(S, errors, masses, steps, coupled, work):
     """Return the product of the matrices of a period's segments, and its error.
 
     Args:
-        S (numpy.ndarray, shape (segments, n n, W)): The matrices; if there are masses, those of the first half.
+        `S` (numpy.ndarray, shape (segments, n n, W)): The matrices; if there are masses, those of the first half.
         errors (numpy.ndarray, shape (segments, W)): Error of each in addition to rounding, in units of NOISE.
         masses (numpy.ndarray, shape (2 m m, W)): If half a period is integrated, the masses in the states' sizes and
             their inverse; else of no rows.
@@ -410,8 +410,8 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
     count, out = segments // 2 if len(inverses) > n + 1 else segments, np.empty((2 * n * n + 5, inverses.shape[1]))
     S, C = scratch(rows), scratch(len(columns) * motions).reshape(len(columns), motions * W)
     inverse, matrices, errors = rows_of(len(inverses)), zeros_of(count, n), rows_of(count)
-    both, work, products, coherent = rows_of(2), rows_of(4), work_of(count, n), math.sqrt(segments * n) / NOISE
-    truncation, effect, half, asymmetry = both[0], both[1], work[0], work[3]
+    summary, work, products, coherent = rows_of(2), rows_of(4), work_of(count, n), math.sqrt(segments * n) / NOISE
+    truncation, effect, half, asymmetry = summary[0], summary[1], work[0], work[3]
     for first in range(0, inverses.shape[1], W):
         load(inverses, first, inverse)
         for lane in range(W):
@@ -440,5 +440,5 @@ def measure_matrices(advance, base, columns, inverses, owner, numbers):
             for lane in range(W):
                 truncation[lane] += 0.0 * result[i, lane]  # NaN if an entry is
         store(result[: 2 * n * n + 3], first, out)
-        store(both, first, out[2 * n * n + 3 :])
+        store(summary, first, out[2 * n * n + 3 :])
     return out

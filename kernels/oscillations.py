@@ -271,8 +271,8 @@ def row_status(raw, intervals, tolerance, spacing):
     """
     n = raw[:, RAW.samples]
     is_short = (n < measure.LEAST_SAMPLES) | ((n - 1.0) * spacing < MIN_SPAN)
-    is_unmeasured = ~np.isfinite(raw[:, RAW.rate2]) & ~is_short | ~np.isfinite(raw[:, RAW.halving])
-    cases = [is_unmeasured, is_short, ~has_converged(raw, intervals, tolerance)]
+    has_no_rate = ~np.isfinite(raw[:, RAW.rate2]) & ~is_short | ~np.isfinite(raw[:, RAW.halving])
+    cases = [has_no_rate, is_short, ~has_converged(raw, intervals, tolerance)]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)
 
 
@@ -325,8 +325,8 @@ def find_errors(raw, scale, spacing, share=1.0):
         span = (n - 1.0) * spacing
         follow = 5.0 / span * np.sqrt(np.abs(square) + 1.0 / span**2) + 4.0 * np.maximum(-square, 0.0)
         integration = raw[:, RAW.halving] * (n - 1.0) * follow
-        shift, beyond = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
-        decay = np.minimum(15.0 * beyond / np.maximum(shift, np.finfo(float).tiny), 10.0)
+        shift, fourth = np.abs(raw[:, RAW.rate2] / S2 - square), raw[:, RAW.beyond] / S2
+        decay = np.minimum(15.0 * fourth / np.maximum(shift, np.finfo(float).tiny), 10.0)
         is_alone = np.asarray(share) > MIN_LONE_SHARE
         has_turn = (
             np.sqrt(np.maximum(square, 0.0)) * span >= 2.0 * math.pi
@@ -335,7 +335,7 @@ def find_errors(raw, scale, spacing, share=1.0):
         scatter = sixth * np.sqrt(n / np.maximum(n - 4.0, 0.25) / np.maximum(n - 3.0, 1.0))
         rounding = 8.0 * (np.abs(square) + 4.0) + 6.0 * np.sqrt(np.abs(square)) / spacing
         rounding = unit * (rounding + 0.4 / (spacing**2 * np.sqrt(np.maximum(n - 2.0, 1.0))))
-        remainder = beyond * (BASE_FACTOR + DECAY_FACTOR * decay) + SIXTH_FACTOR * sixth
+        remainder = fourth * (BASE_FACTOR + DECAY_FACTOR * decay) + SIXTH_FACTOR * sixth
         extra = np.where(has_turn, 0.0, np.where(is_alone, SHORT_FACTOR, 2.0 * SHORT_FACTOR))
         remainder += extra * np.maximum(sixth - MIN_RESIDUAL * rounding, 0.0)
         reduced = scatter + TWO_RUNS * (integration + rounding / share) + remainder

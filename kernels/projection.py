@@ -112,8 +112,8 @@ def step_lanes(M, X0, runs, n, by_x, squares, covariance, sum_squares, excitatio
     """Make one step of every lane that has not converged; return whether any lane goes on.
 
     Args:
-        M, X0 (numpy.ndarray): The matrix and the starts of the runs, overwritten.
-        runs, n (int): Numbers of runs and of states.
+        `M`, `X0` (numpy.ndarray): The matrix and the starts of the runs, overwritten.
+        `runs`, `n` (int): Numbers of runs and of states.
         by_x, squares (numpy.ndarray): As written by :func:`kernels.spectrum.sum_normal_equations`.
         covariance (numpy.ndarray): Written: inverse of the projected normal matrix; in its last row the least pivot's.
         sum_squares, excitation, change (numpy.ndarray): Sum of squared residuals, written; excitation, set to 0 if the

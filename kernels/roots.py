@@ -366,8 +366,8 @@ def _classify_box(F, box, at_min_width, only_excludes):
     outcome = _cut_by_operator(box)
     if abs(outcome) == 1:
         return -1 if outcome < 0 else UNIQUE_ZERO
-    is_limited = outcome == SHIFT_EXCEEDS_BOX if only_excludes else _is_rounding_limited(box)
-    return ROUNDING_LIMITED if is_limited else AT_MIN_WIDTH if at_min_width else -2
+    at_rounding = outcome == SHIFT_EXCEEDS_BOX if only_excludes else _is_rounding_limited(box)
+    return ROUNDING_LIMITED if at_rounding else AT_MIN_WIDTH if at_min_width else -2
 
 
 @njit(float64(BOX, float64[::1]), **INNER)
@@ -480,18 +480,18 @@ def search(functions, regions, limits, boxes_found):
     box = Box(np.empty((7, n)), values, at_point, linear, np.empty((n, 2)), inverse, rows, scratch)
     for point in range(progress[0], len(regions.bounds)):
         F, bounds = Formulas(functions.tape, functions.outputs, functions.constants[point]), regions.bounds[point]
-        begin, num_examined, num_undecided, num_narrow, top = count, 0, 0, 0, 0
+        begin, num_boxes, num_undecided, num_narrow, top = count, 0, 0, 0, 0
         for start in range(regions.ranges[point, 0], regions.ranges[point, 1]):
             for k in range(2):
                 _copy_vector(stack[top, k], regions.start_boxes[start, k])
             top += 1
         while top > 0:
-            top, num_examined = top - 1, num_examined + 1
+            top, num_boxes = top - 1, num_boxes + 1
             at_min_width = _start_box(box, stack[top], bounds, limits.min_width, min_widths)
             if _is_within(box.ends[A], box.ends[B], boxes_found, 0, begin, count):
                 continue
             if (
-                num_examined > limits.max_boxes
+                num_boxes > limits.max_boxes
                 or num_undecided > MAX_UNDECIDED
                 or num_narrow > limits.max_narrow
                 or top + 2 > stack_size
@@ -523,6 +523,6 @@ def search(functions, regions, limits, boxes_found):
                 _copy_vector(boxes[count, 1, k], box.ends[X + k] if kind == UNIQUE_ZERO else box.ends[A + k])
             records[count, 0], records[count, 1] = point, kind
             count += 1
-        progress[1] += num_examined
+        progress[1] += num_boxes
     progress[0] = len(regions.bounds)
     return count

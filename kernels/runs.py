@@ -63,7 +63,7 @@ class Sampling(NamedTuple):
 
     @classmethod
     def of(cls, cycles, samples_per_cycle, tolerance):
-        """Return the sampling of a run of so many cycles, 2π/S each."""
+        """Return the sampling of a run of cycles of 2π/S, with samples_per_cycle and the tolerance over the run."""
         return cls(round(cycles * samples_per_cycle), min(2.0 * np.pi / samples_per_cycle, 0.5), tolerance)
 
 
@@ -116,9 +116,9 @@ def steps_per_sample(epsilon, sampling):
 
 
 @njit(**INLINE)
-def zero_limit(whole, half, quarter):
-    """Return the limit of samples of SIZES at zero size, without their second and fourth order."""
-    return quarter + (19.0 * (quarter - half) + (whole - half)) / 45.0
+def zero_limit(full, half, quarter):
+    """Return the limit at zero size of samples of full, half and quarter size, without second and fourth order."""
+    return quarter + (19.0 * (quarter - half) + (full - half)) / 45.0
 
 
 @njit(void(LANES, LANES, int64, boolean, int64, LANES), **INNER)
@@ -141,17 +141,17 @@ def _project_motions(project, R, states, has_both, sizes, D):
 
 
 @njit(void(ADVANCE, LANES, ROWS, LANES, *3 * (int64,), LANES, ROWS), **INNER)
-def _measure_halving(advance, R, K, project, num_checked, states, steps, D, change):
+def _measure_halving(advance, R, K, project, num_compared, states, steps, D, change):
     """Integrate from each lane's largest state over an interval with steps and twice as many; write the change."""
     whole_vectors()
-    for halving in range(2):
+    for repeat in range(2):
         for i in range(states * W):
             R[0, i] = K[i]
-        advance(R[0], steps * (halving + 1))
-        _project_motions(project, R, states, False, 1, D[halving * project.shape[0] :])
+        advance(R[0], steps * (repeat + 1))
+        _project_motions(project, R, states, False, 1, D[repeat * project.shape[0] :])
         for lane in range(W):
             R[0, (states + 1) * W + lane] *= 0.5
-    for c in range(num_checked):
+    for c in range(num_compared):
         for lane in range(W):
             change[lane] = max(change[lane], abs(D[c, lane] - D[project.shape[0] + c, lane]))
 
@@ -174,7 +174,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
     whole_vectors()
     _, directions, motions, rows = runs.starts.shape
     _, channels, N = runs.project.shape
-    count, states, num_checked, num_single = numbers[0], numbers[1], numbers[2], numbers[3]
+    count, states, num_compared, num_single = numbers[0], numbers[1], numbers[2], numbers[3]
     R, K, D = scratch(6 * rows).reshape(6, rows * W), scratch(states), rows_of(3 * channels)
     project = scratch(channels * N).reshape(channels, N * W)
     for b in range(bounds.size - 1):
@@ -208,7 +208,7 @@ def run_blocks(advance, check, take, runs, steps, order, bounds, numbers, spacin
                         K[row + lane] = R[0, row + lane] if Q[LARGER, lane] > 0.0 else K[row + lane]
                 if not goes_on:
                     break
-        _measure_halving(advance, R, K, project, num_checked, states, number, D, Q[CHANGE])
+        _measure_halving(advance, R, K, project, num_compared, states, number, D, Q[CHANGE])
 
 
 def refine_steps(integrator, measurement, runs, sampling):

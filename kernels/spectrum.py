@@ -49,8 +49,8 @@ def add_products(V, P, n, by_x, squares):
     """Add up the products of FOUR samples: of every column's states with those of x, and of all columns except x.
 
     Args:
-        V (numpy.ndarray): Row (p n + i) FOUR + k: state i of column p at sample k. Columns: a residual, P slopes, x.
-        P, n (int): Numbers of slopes and of states.
+        `V` (numpy.ndarray): Row (p n + i) FOUR + k: state i of column p at sample k. Columns: a residual, P slopes, x.
+        `P`, `n` (int): Numbers of slopes and of states.
         by_x, squares (numpy.ndarray): Added to: products of states with those of x, and of columns with each other.
     """
     whole_vectors()
@@ -69,7 +69,7 @@ def sum_moments(Y, weight, runs, count, n, by_x, squares):
 
     Args:
         Y, weight (numpy.ndarray): Samples and their weights, as in :func:`fit_block`, flat.
-        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        `runs`, `count`, `n` (int): Numbers of runs, of samples of a run, and of states.
         by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
     """
     whole_vectors()
@@ -78,13 +78,13 @@ def sum_moments(Y, weight, runs, count, n, by_x, squares):
     for r in range(runs):
         for k in range(-(-count // FOUR) * FOUR):
             sample_row, weight_row = r * count + min(k, count - 2), np.uint64((r * count + min(k + 1, count - 1)) * W)
-            included = 1.0 if k < count - 1 else 0.0
+            share = 1.0 if k < count - 1 else 0.0
             for i in range(n):
                 at, d = np.uint64((sample_row * n + i) * W), np.uint64((i * FOUR + k % FOUR) * W)
                 for lane in range(W):
                     x, y = Y[at + np.uint64(lane)], Y[at + np.uint64(n * W + lane)]
                     V[d + np.uint64(lane)] = y - x
-                    V[d + np.uint64(n * FOUR * W + lane)] = included * weight[weight_row + np.uint64(lane)] * x
+                    V[d + np.uint64(n * FOUR * W + lane)] = share * weight[weight_row + np.uint64(lane)] * x
             if k % FOUR == FOUR - 1:
                 add_products(V, 0, n, by_x, squares)
 
@@ -134,17 +134,17 @@ def _singular_ratio(A, n, c, s, excitation):
 
 
 @njit(void(LANES, int64, LANES, ROWS), **OPTIONS)
-def find_start(sum_moments, n, M, excitation):
+def find_start(products, n, M, excitation):
     """Write M of the dynamic mode decomposition, and the samples' smallest singular value over their largest.
 
     Args:
-        moments (numpy.ndarray): The sums of :func:`sum_moments`.
-        n (int): Number of states.
+        products (numpy.ndarray): The sums of :func:`sum_moments`.
+        `n` (int): Number of states.
         M, excitation (numpy.ndarray): Written.
     """
     whole_vectors()
     A, f, g = rows_of(n * n), scratch(1), scratch(1)
-    XD, XX = sum_moments[: n * n], sum_moments[n * n : 2 * n * n]
+    XD, XX = products[: n * n], products[n * n : 2 * n * n]
     copy_rows(A, XX)
     _singular_ratio(A, n, f, g, excitation)
     copy_rows(A, XX)
@@ -200,8 +200,8 @@ def sum_normal_equations(Y, weight, M, X0, runs, count, n, by_x, squares):
 
     Args:
         Y, weight (numpy.ndarray): Samples and their weights, as in :func:`fit_block`, flat.
-        M, X0 (numpy.ndarray): The model's matrix, and the starts of its runs.
-        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        `M`, `X0` (numpy.ndarray): The model's matrix, and the starts of its runs.
+        `runs`, `count`, `n` (int): Numbers of runs, of samples of a run, and of states.
         by_x, squares (numpy.ndarray): Written, as by :func:`add_products`.
     """
     whole_vectors()
@@ -251,9 +251,9 @@ def fit_block(Y, weight, runs, count, n, spacing, floor, matrix_error, factor, l
     """Measure the lanes of a block.
 
     Args:
-        Y (numpy.ndarray, shape (runs count n, W)): Sample k of run r, state i in row (r count + k) n + i.
+        `Y` (numpy.ndarray, shape (runs count n, W)): Sample k of run r, state i in row (r count + k) n + i.
         weight (numpy.ndarray, shape (runs count, W)): 1 for the first samples of a run, which count; else 0, as is Y.
-        runs, count, n (int): Numbers of runs, of samples of a run, and of states.
+        `runs`, `count`, `n` (int): Numbers of runs, of samples of a run, and of states.
         spacing (numpy.ndarray, shape (W,)): Time between samples, s.
         floor (numpy.ndarray, shape (W,)): Error of a sample that does not show in the scatter.
         matrix_error (numpy.ndarray, shape (W,)): As in :func:`kernels.invariants.write_results`.

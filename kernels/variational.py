@@ -52,24 +52,24 @@ def _double_weights(weights, inner):
     return sum(np.multiply.outer(weights[..., k], inner[k]) for k in range(STAGES))
 
 
-POINTS, INNER, WHOLE = collocation_weights()
+POINTS, INNER, STEP_WEIGHTS = collocation_weights()
 STAGES = POINTS.size
-TWICE, WHOLE_TWICE = _double_weights(INNER, INNER), _double_weights(WHOLE, INNER)
+DOUBLE_WEIGHTS, DOUBLE_STEP_WEIGHTS = _double_weights(INNER, INNER), _double_weights(STEP_WEIGHTS, INNER)
 
 
 def equation_terms(m, n, entries):
     """Yield row, column, weight and slope's number of each term of the equations of a step, except the unit matrix.
 
     Args:
-        m (int): Number of unknowns at each point.
-        n (int): Number of states.
+        `m` (int): Number of unknowns at each point.
+        `n` (int): Number of states.
         entries (sequence of (int, int)): Each (i, j) is the slope of the unknown i by the state j. Columns are the
             unknowns, the highest derivatives at POINTS, and after them the states at the start.
     """
     size = STAGES * m
     for (e, (i, j)), stage in product(enumerate(entries), range(STAGES)):
         row, slope, is_twice = stage * m + i, stage * len(entries) + e, n > m > j
-        for k, weight in enumerate((TWICE if is_twice else INNER)[stage]):
+        for k, weight in enumerate((DOUBLE_WEIGHTS if is_twice else INNER)[stage]):
             yield row, k * m + j % m, -weight, slope
         yield row, size + j, 1.0, slope
         if is_twice:
@@ -92,7 +92,7 @@ def elimination_lines(m, n, entries):
         text = f"{float(weight)!r} * s_{slope}"
         rows[row][column] = f"{rows[row][column]} + {text}" if column in rows[row] else text
     for i in range(n):
-        weights = WHOLE_TWICE if i < n - m else WHOLE
+        weights = DOUBLE_STEP_WEIGHTS if i < n - m else STEP_WEIGHTS
         equation = {k * m + i % m: repr(-float(weights[k])) for k in range(STAGES)} | {size + i: "1.0"}
         rows.append(equation | ({size + i + m: "1.0"} if i < n - m else {}))
     for r, row in enumerate(rows):
@@ -116,8 +116,8 @@ def compile_step(m, n, entries):
     """Return the compiled function that writes the matrix of a step, ``step(S, nothing, 0)``.
 
     Args:
-        m (int): Number of unknowns at each point (coordinates, or states).
-        n (int): Number of states.
+        `m` (int): Number of unknowns at each point (coordinates, or states).
+        `n` (int): Number of states.
         entries (sequence of (int, int)): Each slope that does not vanish; see :func:`equation_terms`.
     """
     name = f"step_{m}_{n}_" + "".join(map(str, np.ravel(entries)))
@@ -149,7 +149,7 @@ def compile_step(m, n, entries):
                 flat[to + np.uint64(lane)] += weight * S[slope + np.uint64(lane)]
         solve_in_lanes(A, B, size, n, False, -math.inf, f)
         for i in range(n):
-            weights_of_row = WHOLE_TWICE if i < n - m else WHOLE
+            weights_of_row = DOUBLE_STEP_WEIGHTS if i < n - m else STEP_WEIGHTS
             for j in range(n):
                 row, unit = s[count + i * n + j], 1.0 if i == j or (n > m and i + m == j) else 0.0
                 for lane in range(W):
@@ -183,8 +183,8 @@ def integrate_flow(step, coupled, factors, slopes, lengths, steps):
     n, (_, count, points), num_parts = len(coupled), slopes.shape, factors.shape[1]
     size, S, H = n * n, scratch(STAGES * count + n * n), scratch(num_parts * count)
     length, ratio, inverse, masses = rows_of(n), rows_of(size), scratch(1), rows_of(len(lengths) - n)
-    num_followed, s, out = steps // 2 if len(lengths) > n else steps, S.reshape(-1, W), np.empty((3 * size + 3, points))
-    matrices, errors, work = zeros_of(num_followed, n), rows_of(num_followed), work_of(num_followed, n)
+    num_own, s, out = steps // 2 if len(lengths) > n else steps, S.reshape(-1, W), np.empty((3 * size + 3, points))
+    matrices, errors, work = zeros_of(num_own, n), rows_of(num_own), work_of(num_own, n)
     factor = ratio.reshape(size * W)
     for first in range(0, points, W):
         load(lengths[:n], first, length)
@@ -197,7 +197,7 @@ def integrate_flow(step, coupled, factors, slopes, lengths, steps):
                     ratio[i * n + j, lane] = length[j, lane] * inverse[lane]
         for r in range(num_parts):
             load(slopes[r], first, H.reshape(num_parts * count, W)[r * count :])
-        for k in range(num_followed):
+        for k in range(num_own):
             for stage in range(STAGES):
                 at = k * STAGES + stage
                 if num_parts == 0:

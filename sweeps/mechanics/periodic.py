@@ -569,7 +569,10 @@ class BaseMotions:
         lengths[first_velocity:n] *= step if first_velocity else 1.0
         for e, (_, j) in enumerate(variation.entries[still]):
             slopes[:, e] *= step * step if j < first_velocity else step
-        weights, trace = np.tile(variational.WHOLE, phases.size // variational.STAGES), np.zeros(self.period.size)
+        weights, trace = (
+            np.tile(variational.STEP_WEIGHTS, phases.size // variational.STAGES),
+            np.zeros(self.period.size),
+        )
         weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first_velocity):
             trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))

@@ -20,8 +20,8 @@ def test_weights_of_collocation_are_those_of_exact_integrals():
         integral = lagrange.integrate() * (1 / lagrange.eval(own) / 2)
         up_to = [float(integral.eval(root) - integral.eval(-1)) for root in roots]
         assert inner[:, j] == pytest.approx(up_to, abs=1e-15)
-    assert np.abs(variational.TWICE - inner @ inner).max() < 1e-15
-    assert np.abs(variational.WHOLE_TWICE - whole * (1 - points)).max() < 1e-15  # Nystrom's condition
+    assert np.abs(variational.DOUBLE_WEIGHTS - inner @ inner).max() < 1e-15
+    assert np.abs(variational.DOUBLE_STEP_WEIGHTS - whole * (1 - points)).max() < 1e-15  # Nystrom's condition
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 2), (2, 4), (2, 2), (3, 3), (3, 6)])
