@@ -30,7 +30,7 @@ import math
 import numpy as np
 
 from kernels.jit import INLINE, OPTIONS, njit
-from kernels.straight import formula, straight
+from kernels.straight import formula, parse_formula
 
 WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start
 DECAYED = 1e-6  # … or is below this part of it: squared, what it weighs in the sums is below the roundings of the start
@@ -105,7 +105,7 @@ _TURN = "\n".join(
         "return (value * D + TURNS[0]) * D, slope * D + TURNS[0]",
     ]
 )
-rate_squared_of_turn = straight("rate_squared_of_turn", ["D"], _TURN, {"TURNS": TURNS})
+rate_squared_of_turn = parse_formula("rate_squared_of_turn", ["D"], _TURN, {"TURNS": TURNS})
 
 
 @njit(**INLINE)

@@ -17,11 +17,11 @@ from kernels.blocks import W, rows_of, scratch
 from kernels.codes import FAR_ORDER as ORDER
 from kernels.jit import INNER, OPTIONS, float64, int64, njit, types, void, whole_vectors
 from kernels.runs import CHECK as EXPAND
-from kernels.straight import lines, straight
+from kernels.straight import lines, parse_formula
 
 BLOCK = ORDER + 1  # rows of a series: its terms, then a fraction of the step, which its sum up to there replaces
 NUM_TOGETHER = 16  # number of samples that are evaluated together: two vectors of eight
-_sum_series = straight(
+_sum_series = parse_formula(
     "sum_terms",
     ["s", "c"],
     f"q, x, y = s * s, c[{ORDER - 1}], c[{ORDER - 2}]\n"

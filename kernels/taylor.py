@@ -22,7 +22,7 @@ Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method.
 
 from collections.abc import Callable, Mapping, Sequence
 
-from kernels.straight import straight
+from kernels.straight import parse_formula
 
 Equations = Mapping[str, tuple[str, tuple[tuple[str, str, str], ...]]]
 
@@ -96,7 +96,7 @@ def step(name: str, equations: Equations, order: int, spin: tuple[int, int] | No
     """
     scales = dict.fromkeys(scale for scale, _ in equations.values())
     numbers = {f"R{n}": 1.0 / n for n in range(2, order + 1)}
-    return straight(name, [*(f"{x}0" for x in equations), *scales], lines(equations, order, spin), numbers)
+    return parse_formula(name, [*(f"{x}0" for x in equations), *scales], lines(equations, order, spin), numbers)
 
 
 # number → step of Euler's equations: 3 i + k has order ORDERS[i] and is whole (k = 0), near (1) or nearest (2)

@@ -10,7 +10,7 @@ from numba.core.errors import TypingError
 
 from kernels.blocks import W
 from kernels.jit import OPTIONS
-from kernels.straight import formula, lines, straight
+from kernels.straight import formula, lines, parse_formula
 
 TEXT = """
 a = S[0 + lane]
@@ -66,7 +66,7 @@ def fused_step(a, b, k):
 
 @pytest.mark.compiled
 def test_a_formula_rounds_products_and_sums_once_where_it_says_whoever_calls_it():
-    written, known = straight(*STEP, {"THIRD": THIRD}), formula(step)
+    written, known = parse_formula(*STEP, {"THIRD": THIRD}), formula(step)
 
     @njit(**OPTIONS)
     def run(given, out):
@@ -133,7 +133,7 @@ def test_what_a_formula_may_not_call_is_named():
 
 @pytest.mark.compiled
 def test_a_straight_function_is_called_with_its_own_arguments():
-    written = straight(*STEP, {"THIRD": THIRD})
+    written = parse_formula(*STEP, {"THIRD": THIRD})
     with pytest.raises(TypingError, match="missing a required argument"):
         njit(lambda a, b: written(a, b))(1.0, 2.0)
     with pytest.raises(TypingError, match="No implementation"):
