@@ -129,7 +129,7 @@ def _run(args):
     from sweeps.pipeline.run import run
     from sweeps.views import drawing
 
-    with progress.silenced() if args.quiet else nullcontext():
+    with progress.silence() if args.quiet else nullcontext():
         definition = catalogue.find_definition(args.definition)
         for file in run(definition, args.cores, args.again, args.output, drawing.worker, args.replace):
             print(file)

@@ -191,7 +191,7 @@ def _check_plane(path: str, ds, dims: list[str]) -> None:
 
 
 FORMATS = ("png", "svg", "pdf", "mp4", "webm")
-LEAST_MM, MOST_MM = 30, 2000
+MIN_SIDE, MAX_SIDE = 30, 2000  # mm, sides of a figure
 MILLIMETRES = {"": 1.0, "mm": 1.0, "cm": 10.0, "in": 25.4}
 FIGURES = """\
 Draws all figures, or those named by --only, at the values given by --at or --DIMENSION VALUE (the nearest grid value is
@@ -253,8 +253,8 @@ def _sheet(text: str | None):
     match = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
     *sides, unit = match.groups() if match else ("",)
     sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
-    if not sides or not all(LEAST_MM <= side <= MOST_MM for side in sides):
-        allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {LEAST_MM} to {MOST_MM} mm"
+    if not sides or not all(MIN_SIDE <= side <= MAX_SIDE for side in sides):
+        allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {MIN_SIDE} to {MAX_SIDE} mm"
         allowed += " (160, 160x100mm, 15cm, 6x4in)"
         raise RefusedError(f"--size: {cut_text(repr(text))} is not a size; allowed: {allowed}")
     return style.Sheet(*sides)

@@ -14,7 +14,7 @@ from xarray.core import indexing
 from sweeps import systems
 from sweeps.reading.definitions import definition_of
 from sweeps.reading.files import FileBytes
-from sweeps.reading.hdf5 import ALLOWED, MOST_TEXT, StoredVariable, Structure, read_structure
+from sweeps.reading.hdf5 import ALLOWED, MAX_TEXT, StoredVariable, Structure, read_structure
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.boxes import runs
@@ -114,7 +114,7 @@ def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
     for name, value in attributes.items():
         text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
         if not name.startswith("_"):  # the netCDF library's own
-            texts[name] = cut_text(text, MAX_FILE_BYTES if name in WHOLE else MOST_TEXT)
+            texts[name] = cut_text(text, MAX_FILE_BYTES if name in WHOLE else MAX_TEXT)
     version = texts.get("contract_version", "")
     if not is_readable(version):
         stated = _shown(version) or "missing"
@@ -318,7 +318,7 @@ def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable)
         for box in runs(held.shape, MOST_WHOLE):
             _check_values(parts, name, raw.read(box))
         return xr.Variable(dims, _lazy(raw), attributes, encoding)
-    values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.whole()
+    values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.read_all()
     _check_values(parts, name, values)
     return xr.Variable(dims, values, attributes, encoding)
 
@@ -334,7 +334,7 @@ def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
     """Return a coordinate's text, however it is stored: of any length, of one length, or character by character."""
     items, shape = held.texts, held.shape
     if held.dtype != "str":
-        values = np.ascontiguousarray(StoredValues(file, name, held).whole())
+        values = np.ascontiguousarray(StoredValues(file, name, held).read_all())
         if held.dtype == "|S1" and held.dims:
             values = values.view(f"S{shape[-1]}")[..., 0]
         items, shape = [item.decode("utf-8", "replace") for item in values.ravel().tolist()], values.shape

@@ -16,7 +16,7 @@ from sweeps.process.machine import cores
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.content import ContentHash, chunk_shape, hashed
+from sweeps.shards.content import ContentHash, chunk_shape, hash_content
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
@@ -41,9 +41,9 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
         if lazy.data_vars:
             _compute(lazy.unify_chunks(), temporary)
         elif all(variable.dtype.kind in AS_IT_IS for variable in ds.variables.values()):
-            return _sealed(temporary, hashed(ds))
+            return _sealed(temporary, hash_content(ds))
         with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
-            digest = hashed(written, 2**22)
+            digest = hash_content(written, 2**22)
         return _sealed(temporary, digest)
 
 

@@ -89,7 +89,7 @@ def _shown(findings: list[str]) -> tuple[str, ...]:
 
 def _content(ds: xr.Dataset) -> Check:
     """Return findings where a variable no longer holds the bytes that were written."""
-    digest = content.hashed(ds, BLOCK_POINTS)
+    digest = content.hash_content(ds, BLOCK_POINTS)
     promised = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
     differing = [n for n, actual in digest.digests().items() if promised[n] and promised[n] != actual]
     findings = [f"{name}: holds other values than were written" for name in differing]

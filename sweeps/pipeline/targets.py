@@ -1,6 +1,6 @@
-"""What a call of `snakemake` asks for, known before the workflow is built.
+"""Targets of a call of `snakemake`, read before the workflow is built.
 
-Snakemake tells a Snakefile its config but not its targets; its own parser reads them from the command line.
+Snakemake passes its config to a Snakefile but not its targets; its own parser reads them from the command line.
 """
 
 import difflib

@@ -112,7 +112,7 @@ def read_table(file: str, folder: str, model: type[GridOf], grid: Mapping[str, A
 def _read_open_file(file: str, open_file: FileBytes, model: type[GridOf], grid: Mapping[str, Any]) -> Table:
     """Read the table in an open file; see `read`. One state of the file gives digest, columns and rows."""
     path, digest = Path(open_file.path), hashlib.file_digest(open_file, "sha256").hexdigest()
-    source = tables.opened(open_file, path.suffix.lower())
+    source = tables.open_source(open_file, path.suffix.lower())
     columns, text_columns = _match_columns(source, model.parameters, grid)
     place = next((k for k in sorted(source.texts) if source.headings[k][0].lower() == "name"), None)
     layout = [(c.place, c.parameter.name, c.factor, c.parameter.quantity.bounds) for c in columns]

@@ -6,7 +6,7 @@ from array import array
 from contextlib import suppress
 
 KEPT_BYTES = 2**28
-TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt(3)
+TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt(3)
 
 
 def cores() -> int:

@@ -24,7 +24,7 @@ _is_silent: contextvars.ContextVar[bool] = contextvars.ContextVar("is_silent", d
 
 
 @contextmanager
-def silenced() -> Iterator[None]:
+def silence() -> Iterator[None]:
     """Report nothing within the block."""
     token = _is_silent.set(True)
     try:

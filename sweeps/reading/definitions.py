@@ -16,8 +16,8 @@ from sweeps.reading.limits import MAX_DEPTH, MAX_FILE_BYTES, Pairs, whole_number
 from sweeps.schema.refusals import DefinitionError, MapError, UnreadableError, display
 
 MAX_NODES = 200_000
-MAX_CHARACTERS = 4 * MAX_FILE_BYTES  # of texts and keys in all, aliases expanded
-MAX_EVENTS = 100_000  # of YAML, values and ends of lists and mappings: five seconds of its parser; JSON's is quick
+MAX_CHARACTERS = 4 * MAX_FILE_BYTES  # characters of all texts and keys, aliases expanded
+MAX_EVENTS = 100_000  # values and ends of collections in YAML: five seconds of its parser; JSON's is quick
 
 
 def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:

@@ -20,7 +20,7 @@ class FileBytes(io.FileIO):
 
     def __init__(self, path: str | Path):
         self.path = os.path.abspath(path)
-        super().__init__(self.path, opener=_opened)
+        super().__init__(self.path, opener=_open_regular)
         self.name = str(path)  #: the path as it was given, for messages; path: the same, absolute
         #: what tells it from what it was before: device, number, size, time of its last change
         self.state = self._state_now()
@@ -66,7 +66,7 @@ class FileBytes(io.FileIO):
             raise self._changed("since it was opened")
 
 
-def _opened(path: str, flags: int) -> int:
+def _open_regular(path: str, flags: int) -> int:
     handle = os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)

@@ -1,9 +1,9 @@
-"""What a file says of itself, found out where it can do no harm.
+"""Structure of HDF5 files, read in a child process of bounded time and memory.
 
-The library that reads HDF5 was not made for files that mean harm: damaged ones bring it down, or keep it busy for
-ever. So it reads in a child process, of bounded time and memory, whose death is a refusal. The child tells names,
-types, shapes, attributes as bounded text, and where in the file each value lies; values themselves are then read from
-those places (see `sweeps.reading.stored_values`), and the library never sees the file in this process.
+The library that reads HDF5 was not made for hostile or damaged files: these crash it, or keep it busy for ever. If the
+child process dies, the file is refused. The child returns names, types, shapes, attributes as bounded text, and the
+addresses of values in the file; the values are then read from these addresses (see `sweeps.reading.stored_values`), and
+the library never opens the file in this process.
 """
 
 import math
@@ -21,18 +21,18 @@ from sweeps.schema.refusals import MapError
 
 ALLOWED = "a netCDF-4 file that Polhode wrote"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-MOST_OBJECTS = 1000
-MOST_ATTRIBUTES = 200
-MOST_TEXT = 10_000  # characters of an attribute, but for the definition's
-MOST_NAMES = 100_000  # items of text along one dimension
-MOST_NAMES_BYTES = 2**24
-MOST_CHUNK_BYTES = 2**26
+MAX_OBJECTS = 1000  # number of objects in a file
+MAX_ATTRIBUTES = 200  # number of attributes of an object
+MAX_TEXT = 10_000  # characters of an attribute other than the definition
+MAX_NAMES = 100_000  # items of text along one dimension
+MAX_NAMES_BYTES = 2**24
+MAX_CHUNK_BYTES = 2**26
 DEFLATE, SHUFFLE, FLETCHER = h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32
 KEPT = ("CLASS", "NAME", "_Netcdf4Dimid", "_Netcdf4Coordinates", "long_name", "units", "comment")
-KEPT += ("flag_values", "flag_meanings", "sha256")  # attributes of a variable that matter, and of a table's columns:
+KEPT += ("flag_values", "flag_meanings", "sha256")  # attributes of variables that are read, and of a table's columns:
 KEPT += ("_FillValue", "missing_value", "scale_factor", "add_offset")
 KEPT += ("_Unsigned", "valid_min", "valid_max", "valid_range", "ancillary_variables", "standard_name")
-MOST_DEFLATED = 1040  # how many times deflated bytes can swell
+MAX_DEFLATE_RATIO = 1040  # inflated over deflated bytes: DEFLATE codes at most 258 bytes in two bits
 SUPERBLOCK_END = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}  # version → places of a size's length, and the end
 
 
@@ -53,39 +53,39 @@ class StoredVariable:
 
 @dataclass(frozen=True)
 class Structure:
-    """What a file holds: attributes, and name → variable."""
+    """Contents of a file: attributes, and name → variable."""
 
     attributes: dict[str, Any]
     variables: dict[str, StoredVariable]
 
 
 def read_structure(file: FileBytes) -> Structure:
-    """Return what a file holds, as it says itself, but for its numbers."""
+    """Return the structure of a file, without the values of its numbers."""
     _check_superblock(file)
     answer = sandbox.run_in_child(partial(_structure_or_refusal, file), file.size)
     if answer is None:
-        wrong = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
-        raise MapError(f"{file.name}: {wrong}; allowed: {ALLOWED}")
+        problem = "cannot be read as netCDF (it is damaged: reading it took too long or failed)"
+        raise MapError(f"{file.name}: {problem}; allowed: {ALLOWED}")
     if "refused" in answer:
         raise MapError(f"{file.name}: {answer['refused']}")
-    variables = {name: _stored(file, name, facts) for name, facts in answer["variables"].items()}
+    variables = {name: _to_variable(file, name, facts) for name, facts in answer["variables"].items()}
     return Structure(answer["attributes"], variables)
 
 
-def _stored(file: FileBytes, name: str, facts: dict) -> StoredVariable:
+def _to_variable(file: FileBytes, name: str, facts: dict) -> StoredVariable:
     facts = {key: tuple(value) if isinstance(value, list) else value for key, value in facts.items()}
     try:
         facts["places"] = np.array(facts["places"], dtype=np.int64)
     except OverflowError:
-        wrong = f"variable {name!r} lies where no file reaches (it is damaged)"
-        raise MapError(f"{file.name}: {wrong}; allowed: {ALLOWED}") from None
-    held = StoredVariable(**facts)
-    _check_places(file.name, name, held, file.size)
-    return held
+        problem = f"variable {name!r} lies where no file reaches (it is damaged)"
+        raise MapError(f"{file.name}: {problem}; allowed: {ALLOWED}") from None
+    variable = StoredVariable(**facts)
+    _check_places(file.name, name, variable, file.size)
+    return variable
 
 
 def _check_superblock(file: FileBytes) -> None:
-    """Refuse a file that does not begin as HDF5, or is shorter than it says."""
+    """Refuse a file that does not begin as HDF5, or is shorter than its superblock states."""
     head = file.read_at(0, min(64, file.size))
     unreadable = f"{file.name}: cannot be read as netCDF"
     if head[:3] == b"CDF":
@@ -93,32 +93,33 @@ def _check_superblock(file: FileBytes) -> None:
     if head[:8] != SIGNATURE or len(head) < 64 or head[8] not in SUPERBLOCK_END:
         raise MapError(f"{unreadable} (its first bytes are not those of netCDF-4); allowed: {ALLOWED}")
     width, end = SUPERBLOCK_END[head[8]]
-    stated = int.from_bytes(head[end : end + head[width]], "little")
-    if head[width] != 8 or stated > file.size:
-        raise MapError(f"{unreadable} (cut short: {file.size:,} of {stated:,} bytes); allowed: {ALLOWED}")
+    file_end = int.from_bytes(head[end : end + head[width]], "little")
+    if head[width] != 8 or file_end > file.size:
+        raise MapError(f"{unreadable} (cut short: {file.size:,} of {file_end:,} bytes); allowed: {ALLOWED}")
 
 
-def _check_places(path: str, name: str, held: StoredVariable, size: int) -> None:
+def _check_places(path: str, name: str, variable: StoredVariable, size: int) -> None:
     """Check that every value of a variable is there, inside the file, in chunks of the stated size."""
     where = f"{path}: {name}"
-    if not held.dtype or held.dtype == "str":
+    if not variable.dtype or variable.dtype == "str":
         return
-    points, width = math.prod(held.shape), np.dtype(held.dtype).itemsize
-    piece = math.prod(held.shape if held.chunk is None else held.chunk) * width
-    wanted = 1 if held.chunk is None else math.prod(-(-n // m) for n, m in zip(held.shape, held.chunk, strict=True))
-    if points and len(held.places) != wanted:
+    points, width = math.prod(variable.shape), np.dtype(variable.dtype).itemsize
+    shape, chunk = variable.shape, variable.shape if variable.chunk is None else variable.chunk
+    chunk_bytes = math.prod(chunk) * width
+    num_chunks = 1 if variable.chunk is None else math.prod(-(-n // m) for n, m in zip(shape, chunk, strict=True))
+    if points and len(variable.places) != num_chunks:
         raise MapError(f"{where}: declares {points:,} values and holds fewer; allowed: a whole map")
     if not points:
         return
-    address, length, mask = held.places[:, -2], held.places[:, -1], held.places[:, -3]
+    address, length, mask = variable.places[:, -2], variable.places[:, -1], variable.places[:, -3]
     if (address <= 0).any() or (length <= 0).any() or (length > size).any() or (address > size - length).any():
         raise MapError(f"{where}: lies outside of the file; allowed: {ALLOWED}")
     if mask.any():
         raise MapError(f"{where}: has chunks that went past its filters; allowed: {ALLOWED}")
-    deflated = DEFLATE in held.filters
-    extra = 4 * (FLETCHER in held.filters)
-    wrong = length > piece + piece // 100 + 1024 if deflated else length != piece + extra
-    if wrong.any() or (deflated and (length * MOST_DEFLATED < piece).any()):
+    is_deflated = DEFLATE in variable.filters
+    extra = 4 * (FLETCHER in variable.filters)
+    is_wrong_size = length > chunk_bytes + chunk_bytes // 100 + 1024 if is_deflated else length != chunk_bytes + extra
+    if is_wrong_size.any() or (is_deflated and (length * MAX_DEFLATE_RATIO < chunk_bytes).any()):
         raise MapError(f"{where}: has chunks of another size than it declares; allowed: {ALLOWED}")
 
 
@@ -126,37 +127,37 @@ def _check_places(path: str, name: str, held: StoredVariable, size: int) -> None
 
 
 class _RefusedError(Exception):
-    """Why a file is refused."""
+    """The reason for refusing a file."""
 
 
-def _structure_or_refusal(opened: FileBytes) -> dict:
+def _structure_or_refusal(open_file: FileBytes) -> dict:
     try:
-        with h5py.File(opened, "r") as file:
+        with h5py.File(open_file, "r") as file:
             return {"attributes": _attributes(file, ""), "variables": _variables(file)}
     except _RefusedError as refused:
         return {"refused": str(refused)}
     except Exception as error:
-        said = "".join(c if c.isprintable() else " " for c in str(error))[:200]
-        return {"refused": f"cannot be read as netCDF (it is damaged: {said}); allowed: {ALLOWED}"}
+        reason = "".join(c if c.isprintable() else " " for c in str(error))[:200]
+        return {"refused": f"cannot be read as netCDF (it is damaged: {reason}); allowed: {ALLOWED}"}
 
 
 def _variables(file: h5py.File) -> dict[str, dict]:
     links = file.id.links
-    if len(file.id) > MOST_OBJECTS:
-        raise _RefusedError(f"holds {len(file.id):,} objects; allowed: at most {MOST_OBJECTS:,}")
+    if len(file.id) > MAX_OBJECTS:
+        raise _RefusedError(f"holds {len(file.id):,} objects; allowed: at most {MAX_OBJECTS:,}")
     datasets = {}
-    for encoded in file.id:
-        name = _text(encoded)
+    for link in file.id:
+        name = _text(link)
         if not (name.isprintable() and 0 < len(name) <= 256):
             raise _RefusedError(f"{name[:60]!r}: is no name; allowed: printable text")
-        if links.get_info(encoded).type != h5py.h5l.TYPE_HARD:
+        if links.get_info(link).type != h5py.h5l.TYPE_HARD:
             raise _RefusedError(f"{name}: is a link to somewhere else; allowed: variables inside the file")
-        opened = h5py.h5o.open(file.id, encoded)
-        if isinstance(opened, h5py.h5d.DatasetID):
-            datasets[name] = h5py.Dataset(opened)
+        entry = h5py.h5o.open(file.id, link)
+        if isinstance(entry, h5py.h5d.DatasetID):
+            datasets[name] = h5py.Dataset(entry)
     attributes = {name: _attributes(dataset, f"{name}:") for name, dataset in datasets.items()}
     names = _dimensions(datasets, attributes)
-    return {name: _held(name, datasets[name], names, attributes[name]) for name in datasets}
+    return {name: _variable_facts(name, datasets[name], names, attributes[name]) for name in datasets}
 
 
 def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
@@ -170,13 +171,13 @@ def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
     return dimensions
 
 
-def _held(name: str, dataset: h5py.Dataset, numbered: dict, attributes: dict) -> dict:
+def _variable_facts(name: str, dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> dict:
     shape = dataset.shape
     if shape is None or dataset.id.rank > 32:
         raise _RefusedError(f"{name}: has no shape; allowed: {ALLOWED}")
     dtype = _type(dataset)
     facts = {"shape": shape, "dtype": dtype, "attributes": attributes, "texts": [], "places": []}
-    facts |= {"dims": _dims(dataset, numbered, attributes), "chunk": None, "filters": []}
+    facts |= {"dims": _dims(dataset, dim_numbers, attributes), "chunk": None, "filters": []}
     if str(attributes.get("NAME", "")).startswith("This is a netCDF dimension but not a netCDF variable"):
         return facts | {"dtype": ""}
     if dtype:
@@ -199,12 +200,12 @@ def _type(dataset: h5py.Dataset) -> str:
     return dtype.str if kind.get_size() == dtype.itemsize <= 8 and kind.get_offset() == 0 else ""
 
 
-def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
+def _dims(dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> list[str]:
     """Return names of a dataset's dimensions; "" for one that has none."""
     name = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
     numbers = attributes.get("_Netcdf4Coordinates")
     if isinstance(numbers, list) and len(numbers) == len(dataset.shape):
-        return [numbered.get(number, ("", 0))[0] for number in numbers]
+        return [dim_numbers.get(number, ("", 0))[0] for number in numbers]
     if attributes.get("CLASS") == "DIMENSION_SCALE" and len(dataset.shape) == 1:
         return [name]
     names = [""] * len(dataset.shape)
@@ -217,11 +218,11 @@ def _dims(dataset: h5py.Dataset, numbered: dict, attributes: dict) -> list[str]:
 
 def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
     size = math.prod(dataset.shape)
-    if size > MOST_NAMES:
-        raise _RefusedError(f"{name}: declares {size:,} texts; allowed: at most {MOST_NAMES:,}")
+    if size > MAX_NAMES:
+        raise _RefusedError(f"{name}: declares {size:,} texts; allowed: at most {MAX_NAMES:,}")
     values = [_text(value) for value in np.asarray(dataset[()], dtype=object).reshape(-1).tolist()]
-    if sum(map(len, values)) > MOST_NAMES_BYTES:
-        raise _RefusedError(f"{name}: holds too much text; allowed: at most {MOST_NAMES_BYTES:,} characters")
+    if sum(map(len, values)) > MAX_NAMES_BYTES:
+        raise _RefusedError(f"{name}: holds too much text; allowed: at most {MAX_NAMES_BYTES:,} characters")
     return values
 
 
@@ -237,12 +238,12 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
     if len(set(filters)) < len(filters) or not {DEFLATE, SHUFFLE, FLETCHER}.issuperset(filters):
         raise _RefusedError(f"{name}: is stored by filters {filters}; allowed: shuffle, deflate, fletcher32, once each")
     chunk = properties.get_chunk()
-    if math.prod(chunk) * dataset.dtype.itemsize > MOST_CHUNK_BYTES:
-        raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MOST_CHUNK_BYTES:,} bytes")
-    wanted = math.prod(-(-n // m) for n, m in zip(dataset.shape, chunk, strict=True))
+    if math.prod(chunk) * dataset.dtype.itemsize > MAX_CHUNK_BYTES:
+        raise _RefusedError(f"{name}: has chunks of {math.prod(chunk):,} values; allowed: {MAX_CHUNK_BYTES:,} bytes")
+    num_chunks = math.prod(-(-n // m) for n, m in zip(dataset.shape, chunk, strict=True))
     number = dataset.id.get_num_chunks() if dataset.id.get_storage_size() else 0
-    if number != wanted:
-        raise _RefusedError(f"{name}: declares {wanted:,} chunks and holds {number:,}; allowed: a whole map")
+    if number != num_chunks:
+        raise _RefusedError(f"{name}: declares {num_chunks:,} chunks and holds {number:,}; allowed: a whole map")
     places = []
     dataset.id.chunk_iter(lambda c: places.append([*c.chunk_offset, c.filter_mask, c.byte_offset, c.size]))
     return {"places": places, "chunk": chunk, "filters": filters}
@@ -253,8 +254,8 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
 
 def _attributes(holder: Any, where: str) -> dict[str, Any]:
     number = h5py.h5a.get_num_attrs(holder.id)
-    if number > MOST_ATTRIBUTES:
-        raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MOST_ATTRIBUTES}")
+    if number > MAX_ATTRIBUTES:
+        raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MAX_ATTRIBUTES}")
     values = {}
     for k in range(number):
         attribute = h5py.h5a.open(holder.id, index=k)
@@ -276,7 +277,7 @@ def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
         values = np.empty(shape, dtype=dtype)
         attribute.read(values)
         return " ".join(_text(value) for value in values.reshape(-1).tolist())
-    if not isinstance(kind, h5py.h5t.TypeIntegerID | h5py.h5t.TypeFloatID) or math.prod(shape) > MOST_TEXT:
+    if not isinstance(kind, h5py.h5t.TypeIntegerID | h5py.h5t.TypeFloatID) or math.prod(shape) > MAX_TEXT:
         return ""
     values = np.empty(shape, dtype=dtype)
     attribute.read(values)

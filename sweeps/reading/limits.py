@@ -1,9 +1,9 @@
-"""What is common to values read from JSON and from YAML: how deep they go, mappings as written, whole numbers."""
+"""Values read from JSON and from YAML: their maximum depth, mappings as written, whole numbers."""
 
 from sweeps.schema.refusals import UnreadableError, cut_text
 
 MAX_DEPTH = 20
-MAX_FILE_BYTES = 2**20  # of a definition, and of an attribute
+MAX_FILE_BYTES = 2**20  # bytes of a definition's file, and of an attribute
 
 
 class Pairs(tuple):
@@ -13,6 +13,6 @@ class Pairs(tuple):
 def whole_number(text: str, where: tuple = ()) -> int:
     """Parse a whole number, refusing one with too many digits."""
     if len(text) > 1000:  # int() refuses beyond 4,300 digits, and no double reaches 1,000
-        wrong = f"is a number of {len(text):,} digits"
-        raise UnreadableError(where, cut_text(text), wrong, "numbers up to 1.8e308")
+        problem = f"is a number of {len(text):,} digits"
+        raise UnreadableError(where, cut_text(text), problem, "numbers up to 1.8e308")
     return int(text)

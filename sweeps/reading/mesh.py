@@ -1,4 +1,4 @@
-"""Meshes in STL, OBJ, PLY and OFF: points and triangles, and nothing else that such files hold or name.
+"""Meshes in STL, OBJ, PLY and OFF: their points and triangles only.
 
 trimesh parses in a child process (see `sweeps.reading.sandbox`); textures, materials and colours are left there.
 """
@@ -15,18 +15,18 @@ from sweeps.schema.refusals import MapError, RefusedError
 
 SUFFIXES = (".stl", ".obj", ".ply", ".off")
 MAX_MESH_BYTES = 2**28
-SECONDS_PER_BYTE = 2.0**-21  # of processor, beside `sandbox.SECONDS`
-ROOM_PER_BYTE = 12  # of memory, beside `sandbox.ROOM`
-LARGEST = 1e30  # coordinate: products of five do not overflow
+SECONDS_PER_BYTE = 2.0**-21  # processor seconds per byte, in addition to `sandbox.MAX_SECONDS`
+MEMORY_FACTOR = 12  # bytes of memory per byte of the file, in addition to `sandbox.MAX_BYTES`
+MAX_COORDINATE = 1e30  # bound on coordinates, so that products of five do not overflow
 ALLOWED = f"a readable {', '.join(s[1:].upper() for s in SUFFIXES)} file of triangles"
 
 
 class MeshError(RefusedError):
     """Report invalid content of a mesh file."""
 
-    def __init__(self, wrong: str, allowed: str = ALLOWED):
-        super().__init__(f"{wrong}; allowed: {allowed}")
-        self.wrong, self.allowed = wrong, allowed
+    def __init__(self, reason: str, allowed: str = ALLOWED):
+        super().__init__(f"{reason}; allowed: {allowed}")
+        self.wrong, self.allowed = reason, allowed
 
 
 def read(path: str | Path) -> tuple[np.ndarray, np.ndarray, str]:
@@ -37,14 +37,14 @@ def read(path: str | Path) -> tuple[np.ndarray, np.ndarray, str]:
     """
     try:
         with FileBytes(path) as file:
-            return _read(file)
+            return _read_open_file(file)
     except (OSError, ValueError, MapError) as error:
         if isinstance(error, MeshError):
             raise
         raise MeshError("is not there, or is no file, or cannot be read") from None
 
 
-def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
+def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     if file.size > MAX_MESH_BYTES:
         raise MeshError("is too large", f"at most {MAX_MESH_BYTES:,} bytes")
     try:
@@ -53,9 +53,12 @@ def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
     except ImportError:
         raise MeshError("needs trimesh, which is not here", "pip install -e '.[mesh]'") from None
     digest = hashlib.file_digest(file, "sha256").hexdigest()
-    seconds, room = sandbox.SECONDS + file.size * SECONDS_PER_BYTE, sandbox.ROOM + file.size * ROOM_PER_BYTE
+    seconds, memory = (
+        sandbox.MAX_SECONDS + file.size * SECONDS_PER_BYTE,
+        sandbox.MAX_BYTES + file.size * MEMORY_FACTOR,
+    )
     try:
-        reason, *arrays = sandbox.parts_from_child(partial(_parsed, file), seconds, room)
+        reason, *arrays = sandbox.parts_from_child(partial(_parse_mesh, file), seconds, memory)
     except sandbox.ChildError:
         reason, arrays = b"it is damaged, or takes too much time or memory", []
     if not arrays:
@@ -63,13 +66,15 @@ def _read(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
         raise MeshError(f"cannot be read as a mesh ({reason})")
     vertices = np.frombuffer(arrays[0], "f8").reshape(-1, 3).copy()
     faces = np.frombuffer(arrays[1], "i8").reshape(-1, 3).copy()
-    if len(faces) < 4 or not np.abs(vertices).max() <= LARGEST:  # NaN is not
-        wrong = f"holds no body: fewer than four triangles, or points that are no numbers or beyond {LARGEST:g}"
-        raise MeshError(wrong)
+    if len(faces) < 4 or not np.abs(vertices).max() <= MAX_COORDINATE:  # NaN is not
+        problem = (
+            f"holds no body: fewer than four triangles, or points that are no numbers or beyond {MAX_COORDINATE:g}"
+        )
+        raise MeshError(problem)
     return vertices, faces, digest
 
 
-def _parsed(file: FileBytes):
+def _parse_mesh(file: FileBytes):
     """Return an empty part, vertices and faces, or one part, why there are none; runs in the child.
 
     Vertices closer than some 1e-10 of the mesh's size become one: trimesh would merge those within 1e-8 of the file's

@@ -1,8 +1,8 @@
 """Run a reader in a child process of bounded time and memory that can open, write and contact nothing.
 
 Libraries for binary formats were not made for files that mean harm, or that a disk has damaged: some bring them down,
-keep them busy for ever, or point to other files, which they follow. The child has the one file open already, and may
-open no other, nor a socket. Its death is an answer too.
+keep them busy for ever, or link to files elsewhere, which they open. The child inherits the open file, and may open no
+further file or socket. If it dies, the caller gets None or a `ChildError`.
 """
 
 import codecs
@@ -21,15 +21,15 @@ from contextlib import suppress
 from functools import partial
 from importlib import import_module
 
-MOST_ANSWER_BYTES = 2**28
-ROOM = 2**29  # bytes that a reader may take
-SECONDS = 8.0  # of processor that a reader may take, and one more a gibibyte of the file
-PATIENCE = 60.0  # s between two parts of an answer, where a disk is slow
+MAX_ANSWER_BYTES = 2**28  # bytes of a part of an answer
+MAX_BYTES = 2**29  # memory of a reader
+MAX_SECONDS = 8.0  # processor time of a reader, s; a gibibyte of the file adds one second
+PATIENCE = 60.0  # s between two parts of an answer, enough for a slow disk
 FORKS = sys.platform == "linux"  # elsewhere a fork does not bear the threads of a parent
-# what reads in a child: loaded before it is limited
+# The libraries that read in a child are loaded before its limits are set.
 LIBRARIES = ("h5py", "pandas", "pyarrow.pandas_compat", "pyarrow.parquet", "trimesh")
 SPAWNED = "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); pickle.load(sys.stdin.buffer)()"
-_END = b"\xff" * 8  # in place of the length of one more part
+_END = b"\xff" * 8  # end of an answer, in place of a part's length
 
 
 class ChildError(Exception):
@@ -42,7 +42,7 @@ def run_in_child(work: Callable[[], dict], size: int) -> dict | None:
     It returns a value of JSON's types, and reads a file of so many bytes.
     """
     try:
-        (answer,) = parts_from_child(partial(_as_json, work), SECONDS + size / 2**30)
+        (answer,) = parts_from_child(partial(_as_json, work), MAX_SECONDS + size / 2**30)
         return json.loads(answer)
     except (ChildError, ValueError):
         return None
@@ -52,33 +52,37 @@ def _as_json(work: Callable[[], dict]) -> Iterator[bytes]:
     yield json.dumps(work()).encode()
 
 
-def parts_from_child(work: Callable[[], Iterable[bytes]], seconds: float, room: float | None = None) -> Iterator[bytes]:
+def parts_from_child(
+    work: Callable[[], Iterable[bytes]], seconds: float, memory: float | None = None
+) -> Iterator[bytes]:
     """Yield the parts that a function yields in a child process.
 
     Args:
         work: yields parts of at most `MOST_ANSWER_BYTES`.
-        seconds: of processor that the child may take.
-        room: bytes of memory that it may take; left out, `ROOM`; infinite where it may also open files, a user's own
+        seconds: processor time of the child, s.
+        memory: bytes of memory that it may use; left out, `MAX_BYTES`; infinite if it may also open files, a user's own
             program, and its time alone is bounded.
     """
     reading, writing = os.pipe()
     # blocked: what Ctrl-C raises as a fork begins or ends, Python reports and forgets
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        child = (_forked if FORKS else _spawned)(work, writing, (seconds, ROOM if room is None else room))
+        child = (_fork_child if FORKS else _spawn_child)(
+            work, writing, (seconds, MAX_BYTES if memory is None else memory)
+        )
         os.close(writing)
         try:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            while (head := _read(reading, 8)) != _END:
-                yield _read(reading, int.from_bytes(head, "little"))
+            while (head := _read_bytes(reading, 8)) != _END:
+                yield _read_bytes(reading, int.from_bytes(head, "little"))
         finally:
             os.close(reading)
-            _end(child)
+            _end_child(child)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _forked(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
+def _fork_child(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
         child = os.fork()
@@ -87,32 +91,32 @@ def _forked(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
     return child
 
 
-def _spawned(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
+def _spawn_child(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
     """Start a new Python; `work` is pickled, and what it has open is opened again as that is read."""
-    loaded = [name for name in LIBRARIES if name in sys.modules]
-    given, giving = os.pipe()
-    with os.fdopen(giving, "wb") as pipe:  # some kilobytes: a pipe holds more
-        pipe.write(pickle.dumps(sys.path) + pickle.dumps(partial(_work_and_end, work, 1, bounds, loaded)))
-    actions = [(os.POSIX_SPAWN_DUP2, given, 0), (os.POSIX_SPAWN_DUP2, writing, 1)]
+    modules = [name for name in LIBRARIES if name in sys.modules]
+    read_end, write_end = os.pipe()
+    with os.fdopen(write_end, "wb") as pipe:  # some kilobytes: a pipe holds more
+        pipe.write(pickle.dumps(sys.path) + pickle.dumps(partial(_work_and_end, work, 1, bounds, modules)))
+    actions = [(os.POSIX_SPAWN_DUP2, read_end, 0), (os.POSIX_SPAWN_DUP2, writing, 1)]
     child = os.posix_spawn(sys.executable, [sys.executable, "-c", SPAWNED], os.environ, file_actions=actions)
-    os.close(given)
+    os.close(read_end)
     return child
 
 
-def _read(reading: int, size: int) -> bytes:
-    if size > MOST_ANSWER_BYTES:
+def _read_bytes(reading: int, size: int) -> bytes:
+    if size > MAX_ANSWER_BYTES:
         raise ChildError
-    parts, left = [], size
-    while left:
+    chunks, missing = [], size
+    while missing:
         ready, _, _ = select.select([reading], [], [], PATIENCE)
-        part = os.read(reading, min(left, 2**20)) if ready else b""
-        if not part:
+        chunk = os.read(reading, min(missing, 2**20)) if ready else b""
+        if not chunk:
             raise ChildError
-        parts, left = [*parts, part], left - len(part)
-    return b"".join(parts)
+        chunks, missing = [*chunks, chunk], missing - len(chunk)
+    return b"".join(chunks)
 
 
-def _end(child: int) -> None:
+def _end_child(child: int) -> None:
     with suppress(ProcessLookupError):
         os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
@@ -128,38 +132,38 @@ def _work_and_end(
             signal.signal(number, signal.SIG_DFL)
         for name in modules:
             import_module(name)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what the C library has to say at its death
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # messages of the C library when it crashes
         _limit_all(*bounds)
         for part in work():
-            _write(writing, len(part).to_bytes(8, "little"))
-            _write(writing, part)
-        _write(writing, _END)
+            _write_bytes(writing, len(part).to_bytes(8, "little"))
+            _write_bytes(writing, part)
+        _write_bytes(writing, _END)
     finally:
         os._exit(0)
 
 
-def _write(writing: int, content: bytes) -> None:
+def _write_bytes(writing: int, content: bytes) -> None:
     content = memoryview(content)
     while content:
         content = content[os.write(writing, content) :]
 
 
-def _limit_all(seconds: float, room: float) -> None:
-    """Bound what this process may take; where a system does not know a limit, time alone is bounded."""
-    _limit(resource.RLIMIT_CPU, math.ceil(seconds))
-    _limit(resource.RLIMIT_CORE, 0)
-    if math.isinf(room):
+def _limit_all(seconds: float, memory: float) -> None:
+    """Bound time, memory and files of this process; time alone on a system without the further limits."""
+    _set_limit(resource.RLIMIT_CPU, math.ceil(seconds))
+    _set_limit(resource.RLIMIT_CORE, 0)
+    if math.isinf(memory):
         return
     with suppress(OSError), open("/proc/self/statm") as file:
-        mapped = int(file.read().split()[0]) * resource.getpagesize()
-        _limit(resource.RLIMIT_AS, mapped + room)
-    _limit(resource.RLIMIT_FSIZE, 0)
+        mapped_bytes = int(file.read().split()[0]) * resource.getpagesize()
+        _set_limit(resource.RLIMIT_AS, mapped_bytes + memory)
+    _set_limit(resource.RLIMIT_FSIZE, 0)
     for name in ("ascii", "latin-1", "utf-16", "utf-8-sig"):
         codecs.lookup(name)  # Python reads these from files on their first use
-    _limit(resource.RLIMIT_NOFILE, 0)  # what is open stays open
+    _set_limit(resource.RLIMIT_NOFILE, 0)  # what is open stays open
 
 
-def _limit(what: int, value: int) -> None:
-    soft, hard = resource.getrlimit(what)
-    least = [limit for limit in (value, soft, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(what, (min(least), hard))
+def _set_limit(resource_number: int, value: int) -> None:
+    soft, hard = resource.getrlimit(resource_number)
+    limits = [limit for limit in (value, soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource_number, (min(limits), hard))

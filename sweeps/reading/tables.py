@@ -19,23 +19,23 @@ from sweeps.reading.files import FileBytes
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError, UnreadableError, cut_text, display
 
-PART_ROWS = 2**17  # of a file that are in memory at once
-BLOCK_BYTES = 2**22  # of a CSV file that are looked at at once
+PART_ROWS = 2**17  # number of rows in memory at once
+BLOCK_BYTES = 2**22  # bytes of a CSV file that are searched at once
 TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
 LONGEST_LINE = 2**16  # bytes
-MOST_COLUMNS = 1000
+MAX_COLUMNS = 1000  # number of columns of a table
 MAX_NAMES = 100_000  # rows of a table up to which its column of names is read
-MAX_NAME_LENGTH = 100  # characters of a name; the rest is cut
-SMALL = 2**26  # bytes that a table may swell to,
-MOST_SWOLLEN = 100  # or so many times its file's
-SECONDS_PER_BYTE = 2.0**-20  # of processor, beside `sandbox.SECONDS`
+MAX_NAME_LENGTH = 100  # characters of a name; a longer one is cut
+SMALL_TABLE = 2**26  # bytes in memory that any table may have
+MAX_SIZE_RATIO = 100  # bytes in memory over bytes of the file, of a larger table
+SECONDS_PER_BYTE = 2.0**-20  # processor seconds per byte, in addition to `sandbox.MAX_SECONDS`
 HEADING = re.compile(r"\s*(?P<name>[^\s(\[]+)\s*(?:[(\[]\s*(?P<unit>.*?)\s*[)\]])?\s*")
 NETCDF_PACKING = ("_Unsigned", "valid_min", "valid_max", "valid_range")
 
 
-def refusal(column: str, shown: str, wrong: str, allowed: str) -> UnreadableError:
-    """Return what is raised about a table, or one of its columns."""
-    return UnreadableError(("table", column) if column else ("table",), shown, wrong, allowed)
+def refusal(column: str, value: str, reason: str, allowed: str) -> UnreadableError:
+    """Return the error about a table, or (unless "") a `column`: its `value`, the `reason`, the `allowed` values."""
+    return UnreadableError(("table", column) if column else ("table",), value, reason, allowed)
 
 
 def heading(text: str) -> tuple[str, str]:
@@ -44,11 +44,11 @@ def heading(text: str) -> tuple[str, str]:
     return (match["name"], match["unit"] or "") if match else (text.strip(), "")
 
 
-def opened(file: FileBytes, suffix: str) -> "Source":
-    """Return the columns of a file of the kind that its name's end says."""
+def open_source(file: FileBytes, suffix: str) -> "Source":
+    """Return the columns of a file of the kind of its suffix."""
     source = SUFFIXES[suffix](file)
-    if len(source.headings) > MOST_COLUMNS:
-        raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MOST_COLUMNS:,}")
+    if len(source.headings) > MAX_COLUMNS:
+        raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MAX_COLUMNS:,}")
     return source
 
 
@@ -97,8 +97,8 @@ class Source:
 
     def _refuse_swollen(self, values: int) -> None:
         """Refuse a table of more values than a file of its size holds."""
-        if 8 * values > max(SMALL, MOST_SWOLLEN * self._file.size):
-            wrong = f"declares {values:,} values, {MOST_SWOLLEN} times what it holds"
+        if 8 * values > max(SMALL_TABLE, MAX_SIZE_RATIO * self._file.size):
+            wrong = f"declares {values:,} values, {MAX_SIZE_RATIO} times what it holds"
             raise refusal("", display(self.name), wrong, "a table whose numbers are in the file")
 
 
@@ -107,9 +107,9 @@ class Source:
 
 def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
     """Yield the parts of `source.read_rows`, which runs in a child process."""
-    seconds = sandbox.SECONDS + source._file.size * SECONDS_PER_BYTE
+    seconds = sandbox.MAX_SECONDS + source._file.size * SECONDS_PER_BYTE
     try:
-        for part in sandbox.parts_from_child(partial(_answers, source, places), seconds):
+        for part in sandbox.parts_from_child(partial(_encode_answers, source, places), seconds):
             if part[:1] == b"r":
                 where, *words = json.loads(part[1:])
                 raise UnreadableError(tuple(where), *words)
@@ -119,7 +119,7 @@ def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray
         raise refusal("", display(source.name), wrong, "a whole table") from None
 
 
-def _answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
+def _encode_answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
     """Yield rows, each part behind eight bytes, or a refusal; runs in the child."""
     try:
         for part in source.read_rows(places):
@@ -152,8 +152,8 @@ class _Csv(Source):
         self._between = next((sign for sign in ",;\t" if sign in line), ",")
         names, first = (next(csv.reader([text], delimiter=self._between), []) for text in (line, below))
         width = max(len(names), len(first))  # spreadsheets end lines with separators for columns that are empty
-        if width > MOST_COLUMNS:
-            raise refusal("", display(self.name), f"has {width:,} columns", f"at most {MOST_COLUMNS:,}")
+        if width > MAX_COLUMNS:
+            raise refusal("", display(self.name), f"has {width:,} columns", f"at most {MAX_COLUMNS:,}")
         while names and not names[-1].strip():
             names.pop()
         if not any(name.strip() for name in names):
@@ -287,7 +287,7 @@ class _Parquet(Source):
         except ImportError:
             wrong, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
             raise refusal("", display(self.name), wrong, allowed) from None
-        answer = sandbox.run_in_child(self._described, file.size)
+        answer = sandbox.run_in_child(self._read_schema, file.size)
         if answer is None or "refused" in answer:
             reason = answer["refused"] if answer else "reading it failed, or took too much"
             raise refusal("", display(self.name), "is no Parquet file", reason)
@@ -298,47 +298,47 @@ class _Parquet(Source):
                 raise refusal(name, display(kind), "is no type of numbers", "numbers in every row")
         self._rows = answer["rows"]
 
-    def _opened(self):
+    def _open_parquet(self):
         from pyarrow import PythonFile, parquet
 
         self._file.seek(0)
         return parquet.ParquetFile(PythonFile(self._file, "r"), pre_buffer=False)
 
-    def _described(self) -> dict:
+    def _read_schema(self) -> dict:
         """Return names, types that are no numbers (else ""), and the number of rows; runs in the child."""
         from pyarrow import types
 
         try:
-            opened = self._opened()
-            schema = opened.schema_arrow
+            parquet_file = self._open_parquet()
+            schema = parquet_file.schema_arrow
             kinds = ["" if types.is_floating(f.type) or types.is_integer(f.type) else str(f.type) for f in schema]
-            return {"names": list(schema.names), "kinds": kinds, "rows": opened.metadata.num_rows}
+            return {"names": list(schema.names), "kinds": kinds, "rows": parquet_file.metadata.num_rows}
         except Exception as error:
             return {"refused": _printable(error)}
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows; see `Source`."""
         self._refuse_swollen(self._rows * len(places))
-        left = self._rows
+        rows_left = self._rows
         for part in _rows_in_child(self, places):
-            if len(part) > left:
+            if len(part) > rows_left:
                 raise refusal("", display(self.name), "holds more rows than it declares", "a whole table")
-            left -= len(part)
+            rows_left -= len(part)
             yield part
 
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows, in the child."""
-        opened = self._opened()
-        names = [opened.schema_arrow.names[k] for k in places]
-        for batch in opened.iter_batches(PART_ROWS, columns=names, use_threads=False):
+        parquet_file = self._open_parquet()
+        names = [parquet_file.schema_arrow.names[k] for k in places]
+        for batch in parquet_file.iter_batches(PART_ROWS, columns=names, use_threads=False):
             columns = [batch.column(name).to_numpy(zero_copy_only=False) for name in names]
             yield np.column_stack([column.astype("f8") for column in columns])
 
     def read_texts(self, place: int) -> Iterator[list[str]]:
         """Yield the texts of a column, part by part, in the child."""
-        opened = self._opened()
-        name = opened.schema_arrow.names[place]
-        for batch in opened.iter_batches(PART_ROWS, columns=[name], use_threads=False):
+        parquet_file = self._open_parquet()
+        name = parquet_file.schema_arrow.names[place]
+        for batch in parquet_file.iter_batches(PART_ROWS, columns=[name], use_threads=False):
             yield [value or "" for value in batch.column(name).to_pylist()]
 
 
@@ -351,49 +351,51 @@ class _Netcdf(Source):
     def __init__(self, file: FileBytes):
         super().__init__(file)
         try:
-            held = hdf5.read_structure(file).variables
+            variables = hdf5.read_structure(file).variables
         except MapError as refused:
             reason = str(refused).removeprefix(f"{file.name}: ").partition("; allowed")[0]
             allowed = "a netCDF-4 file (nccopy -k nc4 makes one of other netCDF)"
             raise refusal("", display(self.name), f"is no netCDF file that can be read ({reason})", allowed) from None
-        dims = {dim for one in held.values() for dim in one.dims}
-        columns = {name: one for name, one in held.items() if name not in dims}
-        of_rows = next((one.dims for one in columns.values()), ())
-        wrong = [name for name, one in columns.items() if len(one.dims) != 1 or one.dims != of_rows]
+        dims = {dim for variable in variables.values() for dim in variable.dims}
+        columns = {name: variable for name, variable in variables.items() if name not in dims}
+        of_rows = next((variable.dims for variable in columns.values()), ())
+        wrong = [name for name, variable in columns.items() if len(variable.dims) != 1 or variable.dims != of_rows]
         if wrong or not columns:
             value = display(wrong[0] if wrong else self.name)
             raise refusal("", value, "does not lie along the one dimension of rows", "variables along one dimension")
         self._columns = list(columns.items())
-        self.headings = [(name, str(one.attributes.get("units", ""))) for name, one in self._columns]
-        for name, one in self._columns:
-            if one.dtype == "str" or np.dtype(one.dtype or "V").kind not in "iuf":
-                raise refusal(name, one.dtype or "unknown", "is no type of numbers", "numbers in every row")
-            if packed := [word for word in NETCDF_PACKING if word in one.attributes]:
-                raise refusal(name, packed[0], "is an attribute that changes its numbers", "plain numbers")
+        self.headings = [(name, str(variable.attributes.get("units", ""))) for name, variable in self._columns]
+        for name, variable in self._columns:
+            if variable.dtype == "str" or np.dtype(variable.dtype or "V").kind not in "iuf":
+                raise refusal(name, variable.dtype or "unknown", "is no type of numbers", "numbers in every row")
+            if packing := [word for word in NETCDF_PACKING if word in variable.attributes]:
+                raise refusal(name, packing[0], "is an attribute that changes its numbers", "plain numbers")
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows; see `Source`."""
         variables = [self._columns[k] for k in places]
         rows = variables[0][1].shape[0]
         self._refuse_swollen(rows * len(places))
-        columns = [(StoredValues(self._file, name, one), one.attributes) for name, one in variables]
+        columns = [(StoredValues(self._file, name, variable), variable.attributes) for name, variable in variables]
         for start in range(0, rows, PART_ROWS):
             part = (slice(start, min(start + PART_ROWS, rows)),)
-            yield np.column_stack([_unpacked(values.read(part), attributes) for values, attributes in columns])
+            yield np.column_stack([_unpack_values(values.read(part), attributes) for values, attributes in columns])
 
 
-def _unpacked(values: np.ndarray, attributes: dict) -> np.ndarray:
+def _unpack_values(values: np.ndarray, attributes: dict) -> np.ndarray:
     """Return numbers stored by netCDF's conventions: NaN for missing ones, scaled and shifted."""
     from netCDF4 import default_fillvals  # of what was never written
 
     kind = values.dtype.str[1:]
-    missing = [n for key in ("_FillValue", "missing_value") for n in _numbers(attributes, key)]
+    missing = [n for key in ("_FillValue", "missing_value") for n in _numbers_of(attributes, key)]
     missing += [default_fillvals[kind]] if kind in default_fillvals and values.itemsize > 1 else []
     numbers = np.where(np.isin(values, np.array(missing).astype(values.dtype)), np.nan, values.astype("f8"))
-    return numbers * [*_numbers(attributes, "scale_factor"), 1.0][0] + [*_numbers(attributes, "add_offset"), 0.0][0]
+    return (
+        numbers * [*_numbers_of(attributes, "scale_factor"), 1.0][0] + [*_numbers_of(attributes, "add_offset"), 0.0][0]
+    )
 
 
-def _numbers(attributes: dict, name: str) -> list:
+def _numbers_of(attributes: dict, name: str) -> list:
     """Return the numbers of an attribute; none for one that is text."""
     return numbers if isinstance(numbers := attributes.get(name), list) else []
 

@@ -17,14 +17,14 @@ def read(text: str, most: int) -> Any:
     """Return the value of YAML text, mappings as pairs; refuse more than `most` values and ends of collections."""
     parsed = YAML(typ="safe", pure=True, plug_ins=[]).parse(text)
     try:
-        return _document(_bounded(parsed, most))
+        return _document(_limit_events(parsed, most))
     except UnreadableError:
         raise
     except Exception as error:  # beside its own errors the scanner lets OverflowError and others through
         raise _syntax(text, error) from None
 
 
-def _bounded(parsed: Iterator, most: int) -> Iterator:
+def _limit_events(parsed: Iterator, most: int) -> Iterator:
     for number, event in enumerate(parsed):
         if number > most:
             allowed = f"{most:,} values in YAML, more in JSON"

@@ -104,10 +104,10 @@ def as_bytes(values: np.ndarray) -> bytes | memoryview:
 
 def content_hash(ds: "xr.Dataset") -> str:
     """Return the content hash of a Dataset (see `ContentHash`); lazy variables are computed one at a time."""
-    return hashed(ds).hexdigest()
+    return hash_content(ds).hexdigest()
 
 
-def hashed(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
+def hash_content(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
     """Return the hashes of a Dataset's content, with at most `room` values of a variable in memory, or all of them."""
     digest = ContentHash()
     for name, variable in ds.variables.items():

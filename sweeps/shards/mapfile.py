@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WITHOUT_LOCKS = "the file system has no locks (to write without: set HDF5_USE_FILE_LOCKING=FALSE)"
-PART_VALUES = 2**21  # of a variable of a part of a map, in memory at a time
+PART_VALUES = 2**21  # values of a variable in memory at a time, when a part of a map is written
 
 
 @contextmanager
-def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> Iterator["MapFile"]:
+def new_file(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> Iterator["MapFile"]:
     """Yield a new file with dimensions of these sizes; it is at `path` when the block has ended without error.
 
     For `flush` see `sweeps.process.files.replace_output`.
@@ -42,7 +42,7 @@ def written(path: str | Path, sizes: Mapping[str, int], flush: bool = True) -> I
             with closing(MapFile(temporary, sizes)) as file:
                 yield file
         except RuntimeError as error:
-            raise _reason(temporary, path, error) from None
+            raise _write_error(temporary, path, error) from None
         except OSError as error:
             if isinstance(error, PermissionError) and not _has_locks(temporary):
                 raise OSError(errno.ENOLCK, WITHOUT_LOCKS, str(path)) from None
@@ -62,7 +62,7 @@ def _has_locks(path: Path) -> bool:
     return True
 
 
-def _reason(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
+def _write_error(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
     """Return why netCDF could not write: what the system says to a further mebibyte."""
     try:
         handle = os.open(temporary, os.O_WRONLY)
@@ -117,7 +117,7 @@ class MapFile:
         for box, run in self.digest.runs(name, values):
             part = run.reshape([one.stop - one.start for one in box])
             if run.dtype.kind in "OU":
-                part = part.astype(object) if variable.dtype is str else _characters(part, variable.shape[-1])
+                part = part.astype(object) if variable.dtype is str else _encode_texts(part, variable.shape[-1])
             variable[box] = part
 
     def put_columns(self, columns: Mapping[str, np.ndarray]) -> None:
@@ -127,7 +127,7 @@ class MapFile:
         for name, values in columns.items():
             chunks = self._file[name].id
             for box, run in self.digest.runs(name, values):
-                content = as_bytes(_filled(run, box, self._file[name].chunks))
+                content = as_bytes(_fill_chunk(run, box, self._file[name].chunks))
                 content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
                 chunks.write_direct_chunk(tuple(one.start for one in box), content)
 
@@ -154,11 +154,11 @@ def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
 
     What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
     """
-    lengths = {name: _length(one.values) for name, one in ds.variables.items() if one.dtype.kind in "OU"}
-    with written(path, {**ds.sizes, **{f"string{length}": length for length in lengths.values()}}) as file:
+    lengths = {name: _longest_text(one.values) for name, one in ds.variables.items() if one.dtype.kind in "OU"}
+    with new_file(path, {**ds.sizes, **{f"string{length}": length for length in lengths.values()}}) as file:
         for name in (*ds.data_vars, *ds.coords):
             variable, attributes = ds.variables[name], dict(ds.variables[name].attrs)
-            if name in ds.data_vars and (beside := _beside(ds, variable.dims)):
+            if name in ds.data_vars and (beside := _coordinate_names(ds, variable.dims)):
                 attributes["coordinates"] = beside
             missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
             file.add(name, variable.dims, variable.dtype, attributes, lengths.get(name, 0), fill_value=missing)
@@ -168,24 +168,24 @@ def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
         return file.seal(ds.attrs | {"history": history})
 
 
-def _length(texts: np.ndarray) -> int:
+def _longest_text(texts: np.ndarray) -> int:
     """Return the number of bytes of the longest text, in UTF-8."""
     return max(len(str(text).encode()) for text in texts.reshape(-1)) or 1
 
 
-def _beside(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
+def _coordinate_names(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
     """Return names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
     names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
     return " ".join(sorted(names))
 
 
-def _filled(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
+def _fill_chunk(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
     """Return a run as a whole chunk: at the end of a dimension with zeros beyond it."""
     lengths = [one.stop - one.start for one in box]
     return np.pad(run.reshape(lengths), [(0, whole - n) for whole, n in zip(chunk, lengths, strict=True)])
 
 
-def _characters(texts: np.ndarray, length: int) -> np.ndarray:
+def _encode_texts(texts: np.ndarray, length: int) -> np.ndarray:
     """Return texts as characters of UTF-8, along one more dimension."""
     encoded = np.array([str(text).encode() for text in texts.reshape(-1)], f"S{length}")
     return encoded.view("S1").reshape(*texts.shape, length)

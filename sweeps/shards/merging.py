@@ -12,7 +12,7 @@ from sweeps.points.sweep import Grid, Sweep
 from sweeps.process.files import remove_leftovers
 from sweeps.schema.boxes import runs
 from sweeps.shards import contract
-from sweeps.shards.mapfile import MapFile, written
+from sweeps.shards.mapfile import MapFile, new_file
 from sweeps.shards.shard import (
     DamagedError,
     ForeignError,
@@ -20,7 +20,7 @@ from sweeps.shards.shard import (
     Progress,
     extra_sizes,
     measure,
-    opened,
+    open_shard,
     write_shard,
 )
 
@@ -62,8 +62,8 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
     """Measure all points of a sweep, write its map without shards, and return its content hash."""
-    with _begun(sweep, path) as file:
-        return _sealed(file, sweep, measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress))
+    with _new_map(sweep, path) as file:
+        return _seal_map(file, sweep, measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress))
 
 
 def files(folder: Path, count: int) -> list[Path]:
@@ -74,20 +74,20 @@ def files(folder: Path, count: int) -> list[Path]:
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
     shards = []
     for source in paths:
-        with opened(source, sweep) as shard:
+        with open_shard(source, sweep) as shard:
             shards.append((shard.first, shard.after, source))
     shards.sort()
     _check_coverage(shards, sweep.grid)
     motions = 0
-    with _begun(sweep, path) as file:
+    with _new_map(sweep, path) as file:
         for first, after, source in shards:
-            with opened(source, sweep) as shard:  # one open file at a time: there may be thousands
+            with open_shard(source, sweep) as shard:  # one open file at a time: there may be thousands
                 if (shard.first, shard.after) != (first, after):
                     raise DamagedError(source, "was changed while it was read")
                 for columns in shard.blocks():
                     file.put_columns(columns)
                 motions += shard.motions
-        return _sealed(file, sweep, motions)
+        return _seal_map(file, sweep, motions)
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
@@ -103,10 +103,10 @@ def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None
 
 
 @contextmanager
-def _begun(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
+def _new_map(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
     """Yield the file of a map with its coordinates; its columns are still to be written."""
     grid, beside = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
-    with written(path, dict(zip(grid.dims, grid.shape, strict=True)) | extra_sizes(sweep)) as file:
+    with new_file(path, dict(zip(grid.dims, grid.shape, strict=True)) | extra_sizes(sweep)) as file:
         file.add_columns(grid.dims, sweep.variables, {"coordinates": beside} if beside else {})
         coordinates = contract.coordinates(sweep)
         for name, (dims, values, attributes) in coordinates.items():
@@ -119,5 +119,5 @@ def _begun(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
         yield file
 
 
-def _sealed(file: MapFile, sweep: Sweep, motions: int) -> str:
+def _seal_map(file: MapFile, sweep: Sweep, motions: int) -> str:
     return file.seal(contract.provenance(sweep) | {"history": contract.history(), "motions_integrated": str(motions)})

@@ -26,10 +26,14 @@ from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import POINT
 from sweeps.shards.content import ContentHash
 from sweeps.shards.contract import identity
-from sweeps.shards.mapfile import written
+from sweeps.shards.mapfile import new_file
 
-STATED = ("first_point", "point_after_last", "motions_integrated")  # as text: a grid may have more than 2^63 points
-PART_SECONDS = 1.0  # at most about what a thread measures at once: who breaks off waits for its end
+FACTS = (
+    "first_point",
+    "point_after_last",
+    "motions_integrated",
+)  # text: a grid may have more than 2^63 points
+PART_SECONDS = 1.0  # estimated time of a part that a thread measures; an interrupt waits for its end
 
 
 class DamagedError(MapError):
@@ -49,7 +53,7 @@ def extra_sizes(sweep: Sweep) -> dict[str, int]:
     return {dim: values.size for dim, values in sweep.grid.extra_dimensions.items()}
 
 
-def _seal(stated: Iterable[str], content_hash: str) -> str:
+def _seal_of(stated: Iterable[str], content_hash: str) -> str:
     """Return one hash of the values of a shard and of what it states of them."""
     return hashlib.sha256("\0".join((*stated, content_hash)).encode()).hexdigest()
 
@@ -65,12 +69,12 @@ def write_shard(
 ) -> None:
     """Measure shard `number` (from 1) of `count` and write it to `path`, each block while the next is measured."""
     start, stop = sweep.grid.shard_bounds(count)[number - 1]
-    with written(path, {POINT.name: stop - start} | extra_sizes(sweep), flush=False) as file:
+    with new_file(path, {POINT.name: stop - start} | extra_sizes(sweep), flush=False) as file:
         file.add_columns([POINT.name], sweep.variables)
         motions = measure(sweep, range(start, stop), file.put_columns, threads, progress)
-        stated = dict(zip(STATED, map(str, (start, stop, motions)), strict=True))
+        stated = dict(zip(FACTS, map(str, (start, stop, motions)), strict=True))
         origin = {name: text for name, text in identity(sweep).items() if text}
-        file.seal(origin | stated | {"seal": _seal(stated.values(), file.digest.hexdigest())})
+        file.seal(origin | stated | {"seal": _seal_of(stated.values(), file.digest.hexdigest())})
 
 
 def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: Progress = lambda points: None) -> int:
@@ -81,14 +85,14 @@ def measure(sweep: Sweep, points: range, put: Put, threads: int = 1, progress: P
     machine.keep_freed()
     motions = 0
     with open_pool(threads) as pool:
-        for size, integrated, columns in _begun(sweep, points, pool, threads):
+        for size, integrated, columns in _measure_blocks(sweep, points, pool, threads):
             motions += integrated
             put(columns())
             progress(size)
     return motions
 
 
-def _begun(
+def _measure_blocks(
     sweep: Sweep, points: range, pool: ThreadPoolExecutor, threads: int
 ) -> Iterator[tuple[int, int, Callable[[], dict]]]:
     """Yield (number of points, of motions, wait) for each block, and start measuring the next block before yielding."""
@@ -110,14 +114,14 @@ def _begun(
 def holds_shard(path: str | Path, sweep: Sweep, number: int, count: int) -> bool:
     """Return True if a file holds shard `number` of `count` of a sweep, as these kernels measure it."""
     try:
-        with opened(path, sweep) as shard:
+        with open_shard(path, sweep) as shard:
             return (shard.first, shard.after) == sweep.grid.shard_bounds(count)[number - 1]
     except MapError:
         return False
 
 
 @contextmanager
-def opened(path: str | Path, sweep: Sweep) -> Iterator["Shard"]:
+def open_shard(path: str | Path, sweep: Sweep) -> Iterator["Shard"]:
     """Yield a shard; raise a MapError where there is no such file, or no shard of this sweep."""
     try:
         file = FileBytes(path)
@@ -148,14 +152,14 @@ class Shard:
     def _check(self, held: Structure) -> None:
         stated = {name: str(value) for name, value in held.attributes.items()}
         variables, grid = self._sweep.variables, self._sweep.grid
-        for name in (*STATED, "seal"):
+        for name in (*FACTS, "seal"):
             if name not in stated:
                 raise DamagedError(self.path, f"{name}: is missing")
         for name, value in identity(self._sweep).items():
             if stated.get(name, "") != value:
                 allowed = "shards of this definition and kernels"
                 raise ForeignError(self.path, f"{name}: is not that of this sweep", allowed)
-        self._stated, self._sealed = [stated[name] for name in STATED], stated["seal"]
+        self._stated, self._sealed = [stated[name] for name in FACTS], stated["seal"]
         try:
             #: first: number of its first point; after: number after its last point; motions: how many motions were
             #: integrated for its points
@@ -192,5 +196,5 @@ class Shard:
             for name, column in columns.items():
                 digest.update(name, column)
             yield columns
-        if _seal(self._stated, digest.hexdigest()) != self._sealed:
+        if _seal_of(self._stated, digest.hexdigest()) != self._sealed:
             raise DamagedError(self.path, "has another checksum than it was written with")

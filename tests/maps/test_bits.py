@@ -104,7 +104,7 @@ def test_a_bit_of_a_shard_is_noticed_or_has_no_effect(tmp_path, number, flips):
     shutil.copy(whole, path)
 
     def held():
-        with shard.opened(path, sweep) as opened:
+        with shard.open_shard(path, sweep) as opened:
             taken = [{n: c.tobytes() for n, c in columns.items()} for columns in opened.blocks()]
             return taken, opened.first, opened.after, opened.motions
 

@@ -112,7 +112,7 @@ END = [
 @pytest.mark.parametrize("how", END)
 def test_a_library_that_comes_down_is_a_refusal(path, monkeypatch, how, capfd):
     monkeypatch.setattr(hdf5, "_structure_or_refusal", ENDS[how])
-    monkeypatch.setattr(sandbox, "SECONDS", 0.5)
+    monkeypatch.setattr(sandbox, "MAX_SECONDS", 0.5)
     with pytest.raises(MapError, match="cannot be read as netCDF"):
         sweeps.open_map(path)
     assert capfd.readouterr().err == ""

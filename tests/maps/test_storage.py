@@ -450,8 +450,8 @@ def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
     for k in range(6):
         total.update(hashlib.sha256(struct.pack("<4d", *range(4 * k, 4 * k + 4))).digest())
     ds = xr.Dataset({"value": (("x", "y"), values)})
-    assert content.hashed(ds).digests() == {"value": total.hexdigest()}
-    assert content.hashed(ds, room=7).digests() == {"value": total.hexdigest()}
+    assert content.hash_content(ds).digests() == {"value": total.hexdigest()}
+    assert content.hash_content(ds, room=7).digests() == {"value": total.hexdigest()}
     text = hashlib.sha256(hashlib.sha256("a\0é\0".encode()).digest())
     whole = b"value\0x=2,y=12\0<f8\0" + total.digest() + b"word\0k=2\0str\0" + text.digest()
     assert content.content_hash(ds.assign(word=("k", ["a", "é"]))) == hashlib.sha256(whole).hexdigest()

@@ -167,7 +167,7 @@ TABLES = {
 @pytest.mark.parametrize("what", TABLES)
 def test_a_table_is_of_the_size_of_its_file(tmp_path, monkeypatch, what):
     monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
-    monkeypatch.setattr(formats, "SMALL", 2**20)
+    monkeypatch.setattr(formats, "SMALL_TABLE", 2**20)
     name, make, words = TABLES[what]
     made = make(tmp_path / name)
     if isinstance(made, h5py.Dataset):

@@ -8,7 +8,7 @@ import pytest
 from sweeps.schema.variables import Variable, table
 from sweeps.shards import content, mapfile
 from sweeps.shards.content import ContentHash
-from sweeps.shards.mapfile import written
+from sweeps.shards.mapfile import new_file
 
 SIZES = {"x": 3, "y": 11, "k": 2}
 VARIABLES = table(
@@ -32,7 +32,7 @@ def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, mon
     for name, spec in VARIABLES.items():
         wanted.declare(name, ("x", "y", *spec.over), (3, 11, *values[name].shape[1:]), spec.dtype)
         wanted.update(name, values[name])
-    with written(tmp_path / "map.nc", SIZES) as file:
+    with new_file(tmp_path / "map.nc", SIZES) as file:
         file.add_columns(("x", "y"), VARIABLES)
         for first, after in zip([0, *cuts], cuts, strict=False):
             file.put_columns({name: column[first:after] for name, column in values.items()})
@@ -57,7 +57,7 @@ def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, mon
     ],
 )
 def test_a_failing_write_is_told_in_the_systems_words(tmp_path, raised, told):
-    with pytest.raises(OSError, match=told) as error, written(tmp_path / "map.nc", {}):
+    with pytest.raises(OSError, match=told) as error, new_file(tmp_path / "map.nc", {}):
         raise raised
     assert error.value.filename == str(tmp_path / "map.nc")
     assert not list(tmp_path.iterdir())
@@ -68,5 +68,5 @@ def test_a_disk_that_is_full_explains_what_netcdf_does_not(tmp_path, monkeypatch
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(mapfile.os, "posix_fallocate", full)
-    with pytest.raises(OSError, match="No space left on device"), written(tmp_path / "map.nc", {}):
+    with pytest.raises(OSError, match="No space left on device"), new_file(tmp_path / "map.nc", {}):
         raise RuntimeError("NetCDF: HDF error")
