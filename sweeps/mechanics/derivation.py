@@ -32,7 +32,7 @@ import sympy as sp
 
 from sweeps.mechanics import modes
 from sweeps.mechanics.description import System
-from sweeps.mechanics.equations import SIMPLE, Equations, expanded, simplify
+from sweeps.mechanics.equations import MAX_SIMPLIFIED_OPERATIONS, Equations, expand_short, simplify
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
@@ -87,7 +87,7 @@ def _derive_from_energies(system):
     inertial, external, n = [], [], range(len(q))
     for i, x in enumerate(q):
         terms = ((a[i, j].diff(q[k]) - a[j, k].diff(x) / 2) * v[j] * v[k] for j in n for k in n)
-        inertial.append(expanded(sp.Add(*terms)))
+        inertial.append(expand_short(sp.Add(*terms)))
         gyroscopic = sum((b[i].diff(q[j]) - b[j].diff(x) + a[i, j].diff(t)) * v[j] for j in n)
         external.append(Q.get(x, sp.Integer(0)) - R.diff(v[i]) - simplify(gyroscopic) - b[i].diff(t))
     forces = [
@@ -95,7 +95,7 @@ def _derive_from_energies(system):
     ]
     time_symbols = t, *(switch.symbol for switch in system.switches)
     if V.has(*time_symbols):  # terms without a coordinate cause no force
-        V = sp.Add(*(term for term in sp.Add.make_args(expanded(V)) if term.free_symbols & set(q)))
+        V = sp.Add(*(term for term in sp.Add.make_args(expand_short(V)) if term.free_symbols & set(q)))
     natural = not any(external) and not any(e.has(*time_symbols) for e in (V, *forces, *a))
     return Equations(system, q, v, (*v, *forces), a, V, natural, hamiltonian=R == 0 and not Q)
 
@@ -143,7 +143,7 @@ def _quadratic_form(system, T):
     """Return the parts a, b, T0 of T = ½ a q̇q̇ + b q̇ + T0."""
     v = [c.velocity for c in system.coordinates.values()]
     at_rest = dict.fromkeys(v, 0)
-    T = expanded(T)
+    T = expand_short(T)
     slopes = [T.diff(x) for x in v]
     a = sp.zeros(len(v))
     for i in range(len(v)):
@@ -159,7 +159,7 @@ def _quadratic_form(system, T):
 
 def simplify_trigonometric(e: sp.Expr) -> sp.Expr:
     """Simplify an expression if it is short, else apply cos A cos B + sin A sin B → cos(A − B) alone."""
-    return simplify(e) if e.count_ops() <= SIMPLE else sp.factor_terms(_combine_angles(e))
+    return simplify(e) if e.count_ops() <= MAX_SIMPLIFIED_OPERATIONS else sp.factor_terms(_combine_angles(e))
 
 
 def _combine_angles(e):

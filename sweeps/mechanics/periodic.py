@@ -38,7 +38,7 @@ import sympy as sp
 from kernels import floquet, jacobians, jit, monodromy, statuses, variational
 from kernels.matrices import find_coupled
 from sweeps.mechanics import continuation, motions
-from sweeps.mechanics.equations import Equations, factors
+from sweeps.mechanics.equations import Equations, term_coefficients
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.landscape import magnitude
 
@@ -89,7 +89,9 @@ class Variation:
         slopes, mirror = sp.Matrix(forces).jacobian(equations.states), {x: -x for x in equations.states}
         J, a = slopes.subs(equations.still), [e.subs(equations.still) for e in masses]
         odd_terms = [*(J - J.subs(phase, -phase)), *J[:, self.m :], *(e.diff(phase) for e in a)]
-        odd_terms = factors(odd_terms, (*equations.states, phase)) if self.is_second_order else [sp.Integer(1)]
+        odd_terms = (
+            term_coefficients(odd_terms, (*equations.states, phase)) if self.is_second_order else [sp.Integer(1)]
+        )
         pair_terms = pairing_conditions(equations)
         self._proofs = (
             lambdified(equations.parameters, [equations.system.given_period, *pair_terms, *odd_terms]),
@@ -111,7 +113,7 @@ class Variation:
         self._terms = self._lambdify([magnitude(e) for e in slopes])
         time_symbols, numbers = (phase, *equations.switches), np.ndindex(slopes.shape)
         pulses = [(e, entry) for e, entry in zip(slopes, numbers, strict=True) if e.has(*time_symbols)]
-        pulses = [(f, entry) for e, entry in pulses for f in factors([e], (*equations.states, *time_symbols))]
+        pulses = [(f, entry) for e, entry in pulses for f in term_coefficients([e], (*equations.states, *time_symbols))]
         self._pulses = lambdified(equations.parameters, [f for f, _ in pulses]), [entry for _, entry in pulses]
         self._coupled = np.reshape([e != 0 for e in masses], (self.m, -1))
         with_sign = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
@@ -288,7 +290,7 @@ def pairing_conditions(equations: Equations) -> list[sp.Expr]:
         conditions = [sum(f.diff(x) for f, x in zip(equations.f, equations.q, strict=True))]
     else:
         return [sp.Integer(1)]
-    return factors(conditions, (*equations.states, equations.system.time, *equations.switches))
+    return term_coefficients(conditions, (*equations.states, equations.system.time, *equations.switches))
 
 
 class BaseMotions:

@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from sweeps.mechanics.equations import Equations, factors
+from sweeps.mechanics.equations import Equations, term_coefficients
 from sweeps.mechanics.graph import lambdified
 
 MAX_REVERSALS = 64  # sign changes of states that are tried; each group of coupled states doubles their number
@@ -52,7 +52,7 @@ class Symmetries:
         return [self._coefficients(e) for e in (odd_terms, [*curls, power], [*curls, *remaining_terms], drags)]
 
     def _coefficients(self, expressions):
-        return lambdified(self.equations.parameters, factors(expressions, self.equations.states))
+        return lambdified(self.equations.parameters, term_coefficients(expressions, self.equations.states))
 
     def _all_vanish(self, function, parameters):
         """Return True if all coefficients vanish, shape (points,); False if the equations contain the time."""

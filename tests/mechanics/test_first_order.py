@@ -9,7 +9,7 @@ import sympy as sp
 
 from sweeps.mechanics import System
 from sweeps.mechanics.derivation import derive
-from sweeps.mechanics.first_order import _by_order, gathered, graph
+from sweeps.mechanics.first_order import _solve_by_order, gather_terms, graph
 from sweeps.mechanics.graph import Values
 from sweeps.mechanics.taylor import Code
 
@@ -36,7 +36,7 @@ def test_few_products_give_what_was_written(name):
     still = place | flow.still
     g = graph(flow)
     for e in flow.f[len(flow.v) :]:
-        short = gathered(e, flow)
+        short = gather_terms(e, flow)
         assert short.subs(numbers | place).evalf(30) == pytest.approx(e.subs(numbers | place).evalf(30), rel=1e-25)
         exact = float(e.subs(numbers | still).evalf(30))
         assert value(g, short, numbers, still.values()) == pytest.approx(exact, rel=1e-13)
@@ -59,7 +59,7 @@ def test_a_base_and_its_negative_share_one_inverse_root():
 @pytest.mark.slow
 def test_a_pendulum_in_a_turning_plane_is_half_as_long_by_the_inverse():
     flow = flow_of("foucault")
-    assert len(Code(graph(flow)).text) < 0.5 * len(Code(_by_order(flow)).text)
+    assert len(Code(graph(flow)).text) < 0.5 * len(Code(_solve_by_order(flow)).text)
 
 
 def test_a_tangent_beside_its_sine_or_cosine_keeps_every_factor():

@@ -174,7 +174,7 @@ class Periodic(Described):
 
     def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
         """Return the calls of all periodic systems, and what encloses functions of the time that are no plain waves."""
-        encloses = self.mechanism.steepness.parts or self.description.switches
+        encloses = self.mechanism.steepness.functions or self.description.switches
         return *super().examples(definition), *([ENCLOSURES] if encloses else [])
 
     def _code(self) -> "Code":

@@ -155,7 +155,7 @@ class PumpedBody(Dynamics):
         if definition is None:
             return self.compiled
         mechanism = self.bound(definition).mechanism
-        steep = [described.ENCLOSURES] if mechanism.steepness.parts else []
+        steep = [described.ENCLOSURES] if mechanism.steepness.functions else []
         return Example(str(mechanism.perturbed_code(True).path)), *self.compiled, *steep
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
