@@ -231,7 +231,7 @@ def motion(
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
         start, parameters = ({} if given is None else given for given in (start, parameters))
         times = [] if times is None else times
-        return trajectories.trajectories(system, start, times, parameters, tolerance)
+        return trajectories.integrate_motions(system, start, times, parameters, tolerance)
     chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
     return from_start(chosen_body, spun, start, times, tolerance)
 

@@ -62,11 +62,11 @@ def toy(tmp_path, monkeypatch):
     modules = dict(sys.modules)
     for name in [name for name in sys.modules if name.startswith("damped_top")]:
         monkeypatch.delitem(sys.modules, name)
-    systems.forget()
+    systems.forget_external()
     yield tmp_path / "toy/damped_top/system.py"
     for name in [name for name in sys.modules if name.startswith("damped_top") and name not in modules]:
         del sys.modules[name]
-    systems.forget()
+    systems.forget_external()
 
 
 def change(path, old, new):
@@ -92,7 +92,7 @@ def test_another_integrator(toy):
     before = sweeps.survey("my.yaml").stray.max()
     for name in [name for name in sys.modules if name.startswith("damped_top")]:
         del sys.modules[name]
-    systems.forget()
+    systems.forget_external()
     old = re.search(r"def stepped\(.*?\n\n\n", toy.read_text(encoding="utf-8"), re.DOTALL)[0]
     change(toy, old, f"{code}\n\n")
     assert main(["run", "my.yaml"]) == 0

@@ -159,7 +159,7 @@ def test_words_that_people_search_for_stand_on_a_page_to_learn_from():
 
 def test_every_key_and_every_variable_stands_on_the_page_of_its_system():
     texts = generated._systems()
-    for name in systems.names():
+    for name in systems.system_names():
         system, page = systems.resolve(name), texts[f"reference/systems/{name}"]
         assert all(f"| `{key}` |" in page for key in (*system.model.model_fields, *system.variables()))
         assert f"(systems/{name}.md)" in texts["reference/systems"]

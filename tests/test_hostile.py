@@ -50,7 +50,7 @@ TEXTS = st.sampled_from(
     ]
 )
 SCALARS = NUMBERS | TEXTS | st.floats(allow_nan=True) | st.integers() | st.none() | st.text(max_size=8)
-MODELS = [systems.resolve(name).model for name in systems.names()]
+MODELS = [systems.resolve(name).model for name in systems.system_names()]
 KEYS = ["I1", "omega0", "start", "num", "name", "ratios", "rotations"]
 KEYS += [key for model in MODELS for key in model.model_fields]
 VALUES = st.recursive(

@@ -107,7 +107,7 @@ DESCRIBED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase")  # of the 
 
 def names_of_systems():
     """Names of the systems, and of the folders of those that are described."""
-    return {*systems.names(), *(name.split(".")[2] for name in systems.DESCRIBED)}
+    return {*systems.system_names(), *(name.split(".")[2] for name in systems.DESCRIBED)}
 
 
 def names_of_coordinates():

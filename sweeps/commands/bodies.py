@@ -143,7 +143,7 @@ def _of_system(args, is_film: bool):
     from sweeps.mechanics import motions
     from sweeps.schema.variables import parse_amount
     from sweeps.systems import trajectories
-    from sweeps.systems.motion import LEAST_SAMPLES, MotionError
+    from sweeps.systems.motion import MIN_SAMPLES, MotionError
     from sweeps.systems.presentation import animation
     from sweeps.systems.presentation.moving import film
 
@@ -153,10 +153,10 @@ def _of_system(args, is_film: bool):
             raise DefinitionError(f"--{name}: is of a body, and {args.name} is a described system; allowed: {allowed}")
     duration = parse_amount("--duration", args.duration, "s")
     motion.check_length(duration, args.samples)
-    times = np.linspace(0.0, duration, args.samples or LEAST_SAMPLES + 1)
+    times = np.linspace(0.0, duration, args.samples or MIN_SAMPLES + 1)
     times = animation.timing(duration)[0] if is_film else times
     with progress.waiting(WAIT):
-        moved = trajectories.trajectories(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
+        moved = trajectories.integrate_motions(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
     if status := int(moved["status"]):
         name = motions.STATUSES[status]
         raise MotionError(f"motion: {name} at tolerance 1e-12: {trajectories.REASONS[name]}")

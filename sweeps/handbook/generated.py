@@ -75,7 +75,7 @@ def keys(model: type[BaseModel], before: str = "") -> Iterator[tuple[str, str, s
 def _systems() -> dict[str, str]:
     """Return name → text of the page that lists the systems, and of each one's page: keys, coordinates, variables."""
     rows, texts = [], {}
-    for name in systems.names():
+    for name in systems.system_names():
         system = systems.resolve(name)
         rows.append((f"[`{name}`](systems/{name}.md)", system.caption))
         text = [f"# `{name}`", "", f"{system.caption}.", "", "## Keys of a definition", ""]
@@ -86,7 +86,9 @@ def _systems() -> dict[str, str]:
             listed = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
             text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
         texts[f"reference/systems/{name}"] = "\n".join(text)
-    toctree = "\n".join(["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.names()), "```"])
+    toctree = "\n".join(
+        ["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.system_names()), "```"]
+    )
     return texts | {"reference/systems": f"{SYSTEMS}\n{_table(('system', 'equations of motion'), rows)}\n{toctree}\n"}
 
 

@@ -136,7 +136,7 @@ def _layout(attributes: Mapping[str, str], variables: Mapping[str, StoredVariabl
         layout = systems.of_contents(attributes, variables).layout()
     except KeyError:
         name = cut_text(repr(attributes["system"]))
-        raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.names())}") from None
+        raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.system_names())}") from None
     has_names = POINT_NAME.name in variables and variables[POINT_NAME.name].dims[:1] == (POINT.name,)
     ours = (POINT, POINT_NAME) if has_names else (POINT,)
     return replace(layout, coordinates={one.name: one for one in ours} | layout.coordinates)

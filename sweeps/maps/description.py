@@ -113,7 +113,7 @@ def describe_map(ds: "xr.Dataset") -> MapDescription:
         specs=specs,
         own_of_points=own_of_points(ds),
         named_along=layout.along,
-        presentation=systems.presented(system),
+        presentation=systems.make_presentation(system),
     )
 
 

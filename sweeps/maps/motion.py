@@ -26,7 +26,7 @@ def of(
     with np.errstate(all="ignore"):
         moved = system.motion(point, duration, samples, tolerance)
     if moved is None:
-        allowed = " and ".join(systems.moving())
+        allowed = " and ".join(systems.systems_with_motion())
         raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
     check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
     return moved

@@ -27,7 +27,9 @@ def check_is_map(ds: Any) -> None:
         systems.of_map(ds)
     except KeyError:
         name = cut_text(repr(ds.attrs["system"]))
-        raise RefusedError(f"ds: its system {name} is not available; allowed: {', '.join(systems.names())}") from None
+        raise RefusedError(
+            f"ds: its system {name} is not available; allowed: {', '.join(systems.system_names())}"
+        ) from None
     if not ds.data_vars:
         raise RefusedError(f"ds: holds no variable; allowed: {ALLOWED}")
 

@@ -133,9 +133,11 @@ def _resolve_system(name: Any, folder: str) -> systems.Dynamics:
     ours = (
         isinstance(name, str) and name in systems.MODULES
     )  # a search for installed ones takes longer than reading one
-    if not ours and (not isinstance(name, str) or name not in systems.names()):
-        problem = "is not available" + hint(name, systems.names())
-        raise UnreadableError(("system",), display(name), problem, ", ".join(systems.names()) + ", or path/to/file.py")
+    if not ours and (not isinstance(name, str) or name not in systems.system_names()):
+        problem = "is not available" + hint(name, systems.system_names())
+        raise UnreadableError(
+            ("system",), display(name), problem, ", ".join(systems.system_names()) + ", or path/to/file.py"
+        )
     return systems.resolve(name)
 
 
@@ -168,6 +170,6 @@ def _model_of_system(name: str) -> type[BaseModel]:
     try:
         return systems.resolve(name).model
     except KeyError:
-        names = systems.names()
+        names = systems.system_names()
         problem = f"{cut_text(repr(name))} is not a system{hint(name, names)}"
         raise RefusedError(f"SYSTEM: {problem}; allowed: {', '.join(names)}, or path/to/file.py") from None

@@ -55,7 +55,7 @@ def _merge_grid(values: dict, grid: Mapping) -> dict:
         from sweeps import mechanics
 
         if isinstance(values["system"], mechanics.System):
-            values["system"] = systems.built(values["system"])
+            values["system"] = systems.register_system(values["system"])
     grid_values = values.get("grid", {})
     return {**values, "grid": {**grid_values, **grid}} if grid and isinstance(grid_values, Mapping) else values
 

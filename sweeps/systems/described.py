@@ -1,7 +1,7 @@
-"""What systems share that somebody describes: their equations, their code and their parameters are a description's.
+"""Base class of systems that a description defines: it gives their equations, their code and their parameters.
 
-`sweeps/mechanics/library` holds the descriptions that ship; a definition may name any Python file that makes one. What
-kind of system a description makes stands in the folders beside this module: small oscillations, relative equilibria.
+`sweeps/mechanics/library` contains the descriptions that ship; a definition may name any Python file that makes one.
+The kinds of described systems (small oscillations, relative equilibria, periodic motions) are packages of this folder.
 """
 
 import hashlib
@@ -34,28 +34,33 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
-ENCLOSURES, SEARCH = Example("enclosures"), Example("roots")  # the search encloses functions, too
+ENCLOSURES, SEARCH = Example("enclosures"), Example("roots")  # the search calls both
 PLANNING = Example("examples", "plan_runs", is_last=True)  # before and between runs
 PATHS = Example("paths")  # motions far from an equilibrium
-FILE_SECONDS = 60.0  # of processor that the file of a description may take
-FEW, MANY = 16, 256  # points of a grid at which a check looks for equilibria: the many where the few have none
+MAX_FILE_SECONDS = 60.0  # processor time after which a description's file is stopped, s; a derivation needs seconds
+MIN_CHECK_POINTS, MAX_CHECK_POINTS = 16, 256  # grid points at which a check searches; the second if none has a result
 
 
 class Described(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria.
 
-    Its `tables` hold, besides, NUDGE: the parameters of a grid beside the description's. A definition's `system` says
-    its name, `load` makes the description, whose text is `source` and whose file's path starts in `folder`.
+    Its `tables` also contain NUDGE: the parameters of the perturbation, which a grid has besides the description's.
+
+    Args:
+        name: value of a definition's key `system`.
+        load: makes the description.
+        source: text of the description.
+        folder: folder from which the path of the description's file starts.
     """
 
     library: ClassVar[Path]  #: folder of the descriptions of this kind that ship
-    base_model: ClassVar[type[Definition]]  #: the model of definitions, but for `grid`
-    #: name of a variable or coordinate by which a map of this kind is known; "" for a map of no other kind.
+    base_model: ClassVar[type[Definition]]  #: the model of definitions, except `grid`
+    #: name of a variable or coordinate that only maps of this kind have; "" for the kind of maps without a marker.
     marker: ClassVar[str] = ""
-    shared_seconds: ClassVar[float]  #: for compiling what all of this kind share, s, about
+    shared_seconds: ClassVar[float]  #: approximate time for compiling what systems of this kind share, s
     several: Mapping[str, str] = {"equilibrium": "equilibria"}
-    literature: ClassVar[str]  #: where the theory stands, if the description does not say it
-    shown: ClassVar[str]  #: what its map shows
+    literature: ClassVar[str]  #: source of the theory, if the description names none
+    map_content: ClassVar[str]  #: quantity that its map shows
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         self.name, self.folder, self.source = name, folder, source
@@ -67,7 +72,7 @@ class Described(Dynamics):
         """Return the last dimension: modes or eigenvalues of an equilibrium."""
 
     def constants(self) -> dict[str, Any]:
-        """Return the class attributes that the model of its definitions takes from the description."""
+        """Return the class attributes of its definitions' model that the description determines."""
         return {}
 
     @staticmethod
@@ -77,23 +82,25 @@ class Described(Dynamics):
 
     @classmethod
     def holds(cls, variables: Collection[str]) -> bool:
-        """Return whether a map of a description is one of this kind, from the names of its variables."""
+        """Return True if a map of a described system, with these variables, is of this kind."""
         return not cls.marker or cls.marker in variables
 
     @cached_property
     def description(self) -> "mechanics.System":
-        """The description, read when it is asked for."""
+        """The description, read at its first use."""
         description = self._load()
-        given = {*description.parameters, *description.coordinates, *description.states}
-        if taken := sorted(given & {*self.layout().variables, *self.layout().coordinates, "point"}):
-            raise DescriptionError(f"{self.name}: {taken[0]} is the name of a map's variable; allowed: any other name")
+        own_names = {*description.parameters, *description.coordinates, *description.states}
+        if clashes := sorted(own_names & {*self.layout().variables, *self.layout().coordinates, "point"}):
+            raise DescriptionError(
+                f"{self.name}: {clashes[0]} is the name of a map's variable; allowed: any other name"
+            )
         return description
 
     @cached_property
     def mechanism(self) -> "Model":
-        """The derived equations and what runs points through them."""
+        """The derived equations and the code that integrates them."""
         with self._lock:
-            return named(self.name, self._model)
+            return with_name(self.name, self._model)
 
     def _model(self):
         from sweeps.mechanics.model import Model
@@ -108,23 +115,23 @@ class Described(Dynamics):
 
     @property
     def references(self) -> str:
-        """Where the theory stands."""
+        """Source of the theory."""
         return self.description.references or self.literature
 
     @property
     def caption(self) -> str:
-        """What its map shows."""
-        return f"{self.description.title}: {self.shown}"
+        """Title of the description and the quantity that its map shows."""
+        return f"{self.description.title}: {self.map_content}"
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Table of what its grid may hold."""
-        described = []
+        """Parameters of its grid: the description's and those of the perturbation."""
+        parameters = []
         for p in self.description.parameters.values():
             item, bounds = Annotated[float, number(p.allows, p.allowed)], p.allowed.rpartition(", in ")[0]
             quantity = Quantity(p.name.replace("_", " "), p.unit, bounds, item)
-            described.append(Parameter(p.name, quantity, p.meaning, p.default))
-        return (*described, *self.tables.NUDGE)
+            parameters.append(Parameter(p.name, quantity, p.meaning, p.default))
+        return (*parameters, *self.tables.NUDGE)
 
     @cached_property
     def model(self) -> type[Definition]:
@@ -157,8 +164,8 @@ class Described(Dynamics):
 
     def places(self) -> dict[str, Variable]:
         """Return name → variable of the position of an equilibrium along each coordinate or state."""
-        moving = self.description.kept or self.description.states.values()
-        return table(*(Variable(f"{p.name}_equilibrium", p.unit, f"{p.meaning}, at the equilibrium") for p in moving))
+        coords = self.description.kept or self.description.states.values()
+        return table(*(Variable(f"{p.name}_equilibrium", p.unit, f"{p.meaning}, at the equilibrium") for p in coords))
 
     def slots(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the numbered equilibria of points, in the order of the description."""
@@ -171,53 +178,53 @@ class Described(Dynamics):
         """Derive the equations, and search for equilibria, or periodic motions, at some points of the grid.
 
         Raises:
-            DescriptionError: for what is wrong with the description, and where no point has one, or every point more
-                than there is room for.
+            DescriptionError: if the description is invalid, if no point has an equilibrium or periodic motion, or if
+                every point has more than the map's slots.
         """
-        named(self.name, self._code)  # what cannot be integrated is refused here
+        with_name(self.name, self._code)  # refuses equations that cannot be integrated
 
-        def refused_at(count: int) -> str:
-            return self.refusal(self._looked_at(grid, count))
+        def refusal_at(count: int) -> str:
+            return self.refusal(self._check_values(grid, count))
 
-        if wrong := named(self.name, lambda: refused_at(FEW) and refused_at(MANY)):
-            raise DescriptionError(f"{self.name}: {wrong}")
+        if problem := with_name(self.name, lambda: refusal_at(MIN_CHECK_POINTS) and refusal_at(MAX_CHECK_POINTS)):
+            raise DescriptionError(f"{self.name}: {problem}")
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
         """Return the symmetries that are used at some points of the grid."""
-        return self.mechanism.proofs(self._looked_at(grid, MANY))
+        return self.mechanism.proofs(self._check_values(grid, MAX_CHECK_POINTS))
 
     def refusal(self, values: list[np.ndarray]) -> str:
         """Return why no equilibrium of these points is usable; nothing if one is."""
         from sweeps.mechanics.equilibria import refusal
 
-        wrong = refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
-        return wrong and f"equilibria: {wrong}"
+        problem = refusal(self.mechanism.landscape, self.mechanism.equilibria(values), values)
+        return problem and f"equilibria: {problem}"
 
-    def _looked_at(self, grid: Points, count: int) -> list[np.ndarray]:
+    def _check_values(self, grid: Points, count: int) -> list[np.ndarray]:
         """Return each parameter's values at some points of a grid, from end to end."""
         slots = math.prod(map(len, (self.description.names, *self.numbers().values())))
-        chosen = np.unique(np.linspace(0, grid.size // slots - 1, count).astype(np.int64)).tolist()
-        parts = [grid.points(k * slots, k * slots + 1) for k in chosen]
-        values = [np.concatenate([part[name] for part in parts]) for name in self.description.parameters]
-        return values or [np.zeros(len(chosen))]
+        numbers = np.unique(np.linspace(0, grid.size // slots - 1, count).astype(np.int64)).tolist()
+        samples = [grid.points(k * slots, k * slots + 1) for k in numbers]
+        values = [np.concatenate([sample[name] for sample in samples]) for name in self.description.parameters]
+        return values or [np.zeros(len(numbers))]
 
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the description."""
-        return fingerprint(self.kernels, self._code(), self.source)
+        return hash_sources(self.kernels, self._code(), self.source)
 
     @property
     def compile_seconds(self) -> float:
-        """For compiling what all of this kind share, and the generated code, s, about."""
+        """Approximate time for compiling the generated code and the kernels that systems of this kind share, s."""
         return self.shared_seconds + self._code().compile_seconds
 
     def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
-        """Return the import of the generated code, and the calls that all of this kind share."""
+        """Return the import of the generated code, and the calls that all systems of this kind share."""
         return Example(str(self._code().path)), *super().examples(definition)
 
     def _code(self) -> "Code":
         return self.mechanism.code
 
-    def _compiled(self):
+    def _load_code(self):
         with self._lock:
             self._code().module()
 
@@ -227,8 +234,14 @@ class Described(Dynamics):
         return of_library, (type(self), self.name)
 
 
-def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
-    """Return a hash of kernels, generated code, its generator and a description."""
+def hash_sources(kernels: Iterable[str], code: "Code", source: bytes) -> str:
+    """Return a hash of kernels, generated code, its generator and a description.
+
+    Args:
+        kernels: names of modules of `kernels`.
+        code: generated code.
+        source: text of the description.
+    """
     from kernels.fingerprint import fingerprint
 
     digest = hashlib.sha256(fingerprint(*kernels, "straight").encode() + code.digest.encode() + source)
@@ -237,11 +250,11 @@ def fingerprint(kernels: Iterable[str], code: "Code", source: bytes) -> str:
     return digest.hexdigest()
 
 
-# -- where descriptions come from
+# -- sources of descriptions
 
 
-def named(name: str, work: Callable[[], Any]) -> Any:
-    """Return what a piece of work on a system returns; what it refuses names the system first."""
+def with_name(name: str, work: Callable[[], Any]) -> Any:
+    """Return the result of `work` on a system; begin the message of a refusal with the system's name."""
     try:
         return work()
     except DescriptionError as error:
@@ -249,7 +262,7 @@ def named(name: str, work: Callable[[], Any]) -> Any:
         raise DescriptionError(text if text.startswith(name) else f"{name}: {text}") from None
 
 
-def shipped(kind: type[Described]) -> tuple[str, ...]:
+def shipped_names(kind: type[Described]) -> tuple[str, ...]:
     """Return the names of the shipped systems of a kind."""
     return tuple(sorted(path.stem for path in kind.library.glob("*.py") if path.stem != "__init__"))
 
@@ -264,12 +277,18 @@ def of_library(kind: type[Described], name: str) -> Described:
 
 @cache
 def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
-    """Return the system of this kind that a Python file describes."""
-    system, source = script(name, folder)
+    """Return the system of this kind that a Python file describes.
+
+    Args:
+        kind: class of the system.
+        name: path of the file, as the definition gives it.
+        folder: folder from which the path starts; left out, the working directory.
+    """
+    system, source = run_file(name, folder)
     return kind(name, lambda: system, source, folder)
 
 
-def unread(kind: type[Described], name: str) -> Described:
+def make_unread(kind: type[Described], name: str) -> Described:
     """Return the system of a map whose Python file is not run, sufficient for reading the map."""
 
     def refuse():
@@ -281,10 +300,10 @@ def unread(kind: type[Described], name: str) -> Described:
 
 
 @cache
-def script(name: str, folder: str = "") -> tuple["mechanics.System", bytes]:
+def run_file(name: str, folder: str = "") -> tuple["mechanics.System", bytes]:
     """Return the `system` of a Python file, and its text; it is run once, in a child process of bounded time.
 
-    Its path is as the definition says it, and starts in the definition's folder, or where the program runs.
+    Its path is as the definition gives it, and starts in the definition's folder, or in the working directory.
     """
     path = Path(folder, name)
     try:
@@ -295,51 +314,51 @@ def script(name: str, folder: str = "") -> tuple["mechanics.System", bytes]:
         allowed = f"a Python file, its path from the definition's folder ({folder or '.'})"
         raise DescriptionError(f"system: {value}: cannot be read ({reason}); allowed: {allowed}") from None
     try:
-        (answer,) = parts_from_child(partial(_answered, path), FILE_SECONDS, math.inf)
+        (answer,) = parts_from_child(partial(_pickle_system, path), MAX_FILE_SECONDS, math.inf)
     except ChildError:
-        wrong = f"ended without an answer, or took more than {FILE_SECONDS:g} s"
-        raise DescriptionError(f"system: {path}: {wrong}; allowed: Python that describes a system") from None
+        problem = f"ended without an answer, or took more than {MAX_FILE_SECONDS:g} s"
+        raise DescriptionError(f"system: {path}: {problem}; allowed: Python that describes a system") from None
     system = pickle.loads(answer)
     if isinstance(system, str):
         raise DescriptionError(f"system: {system}")
     return system, source
 
 
-def _answered(path: Path) -> Iterator[bytes]:
-    """Yield the `system` of a Python file, or what is wrong with it, pickled."""
+def _pickle_system(path: Path) -> Iterator[bytes]:
+    """Yield the `system` of a Python file, or the message of its error, pickled."""
     from sweeps.mechanics import System
 
     spec = importlib.util.spec_from_file_location("described", path)
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-        found = getattr(module, "system", None)
-        if not isinstance(found, System):
-            found = f"{path}: defines no `system`; allowed: a file with system = System(…)"
+        result = getattr(module, "system", None)
+        if not isinstance(result, System):
+            result = f"{path}: defines no `system`; allowed: a file with system = System(…)"
     except (Exception, SystemExit) as error:  # a file that ends the program would end it with its own exit status
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-        found = f"{path}, line {lines[-1]}: " if lines else f"{path}: "
+        result = f"{path}, line {lines[-1]}: " if lines else f"{path}: "
         if isinstance(error, DescriptionError):
-            found += str(error)
+            result += str(error)
         else:
-            said = " ".join(str(error).split())[:200]
-            numbers = "ufunc" in said or "to float" in said  # NumPy's or math's cos of a symbol
+            message = " ".join(str(error).split())[:200]
+            numbers = "ufunc" in message or "to float" in message  # NumPy's or math's cos of a symbol
             allowed = "SymPy's functions (from sympy import cos)" if numbers else "Python that describes a system"
-            found += f"cannot be run ({type(error).__name__}: {said}); allowed: {allowed}"
-    yield pickle.dumps(found)
+            result += f"cannot be run ({type(error).__name__}: {message}); allowed: {allowed}"
+    yield pickle.dumps(result)
 
 
 # -- descriptions that are built by a program
 
-BUILT: dict[str, Described] = {}
+REGISTERED: dict[str, Described] = {}
 
 
-def built(description: "mechanics.System", kinds: Iterable[type[Described]]) -> str:
-    """Return the name under which a description that a program has built is known from now on, in this process."""
+def register_description(description: "mechanics.System", kinds: Iterable[type[Described]]) -> str:
+    """Register a description that a program has built; return its name, by which this process finds it."""
     text = repr(sorted(vars(description).items(), key=lambda item: item[0])).encode()
     word = re.sub(r"[^A-Za-z0-9]+", "_", description.title).strip("_")[:40] or "system"
     name = f"{word}-{hashlib.sha256(text).hexdigest()[:12]}.py"
-    if name not in BUILT:
-        kind = named(description.title, lambda: next(kind for kind in kinds if kind.describes(description)))
-        BUILT[name] = kind(name, lambda: description, text)
+    if name not in REGISTERED:
+        kind = with_name(description.title, lambda: next(kind for kind in kinds if kind.describes(description)))
+        REGISTERED[name] = kind(name, lambda: description, text)
     return name

@@ -7,39 +7,41 @@ import numpy as np
 
 from sweeps.schema.refusals import DefinitionError, RefusedError, display
 
-MOST_ROTATIONS = 10_000
-MOST_STEPPED = 1e6  # rotations: nearly a minute step by step
+MAX_ROTATIONS = 10_000  # longest period that is shown whole, in rotations; longer ones cost seconds and look solid
+MAX_DIRECT_ROTATIONS = 1e6  # longest direct integration, in rotations: it takes nearly a minute
 SAMPLES_PER_ROTATION = 32
-LEAST_SAMPLES, MOST_SAMPLES = 400, 100_000
+MIN_SAMPLES, MAX_SAMPLES = 400, 100_000  # bounds on the number of instants of a motion, if the user gives none
 TOLERANCES = (1e-13, 1e-3)
 HOUR, DAY = 3600.0, 86_400.0
 YEAR = 365.25 * DAY
-PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
-LAID = "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
+QUATERNION_PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
+ATTITUDE_CONVENTION = (
+    "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
+)
 
 
 class MotionError(RefusedError):
     """A requested motion is refused; `str()` is the whole message."""
 
 
-def span(whole: float, rotation: float) -> float:
-    """Return the duration (s) of a motion to be shown: a whole period, or four rotations where it is too long."""
-    return whole if whole <= MOST_ROTATIONS * rotation else 4 * rotation
+def motion_span(period: float, rotation: float) -> float:
+    """Return the duration of a motion to be shown, s: a whole period, or four rotations if it is too long."""
+    return period if period <= MAX_ROTATIONS * rotation else 4 * rotation
 
 
-def instants(duration: float, samples: int | None, rotation: float) -> np.ndarray:
+def sample_times(duration: float, samples: int | None, rotation: float) -> np.ndarray:
     """Return times from 0 to `duration`, both included: `samples` of them, or 32 per rotation, 400 to 100,000."""
     if samples is None:
-        wanted = SAMPLES_PER_ROTATION * duration / rotation if math.isfinite(duration) else MOST_SAMPLES
-        samples = int(min(max(wanted, LEAST_SAMPLES), MOST_SAMPLES)) + 1
+        num_intervals = SAMPLES_PER_ROTATION * duration / rotation if math.isfinite(duration) else MAX_SAMPLES
+        samples = int(min(max(num_intervals, MIN_SAMPLES), MAX_SAMPLES)) + 1
     return np.linspace(0.0, duration, samples)
 
 
-def ascending(times) -> np.ndarray:
+def check_times(times) -> np.ndarray:
     """Return times, s, ascending; refuse others."""
     try:
-        is_known = np.asarray(times).dtype.kind not in "mM" and not np.ma.is_masked(times)  # dates have their own unit
-        times = np.asarray(times if is_known else (), dtype=np.float64)
+        is_number = np.asarray(times).dtype.kind not in "mM" and not np.ma.is_masked(times)  # dates have their own unit
+        times = np.asarray(times if is_number else (), dtype=np.float64)
     except (TypeError, ValueError):
         times = np.empty(0)
     if times.ndim != 1 or times.size < 2 or not np.isfinite(times).all() or not (np.diff(times) > 0).all():
@@ -54,7 +56,7 @@ def check_tolerance(tolerance) -> None:
         raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: {TOLERANCES[0]:g} to {TOLERANCES[1]:g}")
 
 
-def time(values: np.ndarray, since: str) -> tuple:
+def time_axis(values: np.ndarray, since: str) -> tuple:
     """Return the coordinate `time`, counted from `since`."""
     return "time", values, {"units": "s", "long_name": f"time from {since}"}
 
@@ -64,43 +66,57 @@ def angular_velocity(axis: int, how: str) -> dict[str, str]:
     return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the body, {how}"}
 
 
-def as_columns(rates: np.ndarray, attitude: np.ndarray, how: str, suffix: str = "") -> dict[str, tuple]:
-    """Return omega1 … omega3 (n, 3) and q0 … q3 (n, 4) over `time`; `how` says in words how they are computed."""
-    columns = {f"omega{i}{suffix}": ("time", one, angular_velocity(i, how)) for i, one in enumerate(rates.T, 1)}
-    for i, (part, one) in enumerate(zip(PARTS, attitude.T, strict=True)):
-        words = {"units": "1", "long_name": f"attitude, {part}, {how}", "comment": LAID}
-        columns[f"q{i}{suffix}"] = ("time", one, words)
+def label_columns(rates: np.ndarray, attitude: np.ndarray, how: str, suffix: str = "") -> dict[str, tuple]:
+    """Return the columns omega1 … omega3 and q0 … q3 over `time`.
+
+    Args:
+        rates: angular velocity in the body, rad/s, shape (n, 3).
+        attitude: unit quaternions, shape (n, 4).
+        how: words for the method of computation.
+        suffix: end of the columns' names.
+    """
+    columns = {f"omega{i}{suffix}": ("time", values, angular_velocity(i, how)) for i, values in enumerate(rates.T, 1)}
+    for i, (part_name, values) in enumerate(zip(QUATERNION_PARTS, attitude.T, strict=True)):
+        words = {"units": "1", "long_name": f"attitude, {part_name}, {how}", "comment": ATTITUDE_CONVENTION}
+        columns[f"q{i}{suffix}"] = ("time", values, words)
     return columns
 
 
-def rotated(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (…, 3) along a body's axes turned by attitudes q (…, 4): v + 2 q0 u×v + 2 u×(u×v), u = q[1:]."""
-    once = np.cross(q[..., 1:], vectors)
-    return vectors + 2.0 * (q[..., :1] * once + np.cross(q[..., 1:], once))
+def rotate_vectors(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (…, 3) of a body rotated by attitudes q (…, 4): v + 2 q0 u×v + 2 u×(u×v), u = q[1:]."""
+    cross = np.cross(q[..., 1:], vectors)
+    return vectors + 2.0 * (q[..., :1] * cross + np.cross(q[..., 1:], cross))
 
 
-def columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
-    """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration."""
+def attitude_columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
+    """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration.
+
+    Args:
+        moments: principal moments of inertia, shape (3,).
+        omega: angular velocity at time 0 in the body, rad/s, shape (3,).
+        times: instants, s, shape (n,).
+        tolerance: relative truncation error of the direct integration.
+    """
     from kernels import direct, exact
 
     moments = np.asarray(moments)
     rotations = np.abs(omega).max() * np.abs(times).max() / (2 * np.pi)
-    if rotations > MOST_STEPPED:
-        raise MotionError(f"times: the body rotates {rotations:.3g} times; allowed: {MOST_STEPPED:g} times")
-    way = exact.rotation(moments, omega, times), exact.attitude(moments, omega, times)
-    step = direct.rotation(moments, omega, times, tolerance), direct.attitude(moments, omega, times, tolerance)
-    return as_columns(*way, "closed form") | as_columns(*step, "direct integration", "_direct")
+    if rotations > MAX_DIRECT_ROTATIONS:
+        raise MotionError(f"times: the body rotates {rotations:.3g} times; allowed: {MAX_DIRECT_ROTATIONS:g} times")
+    closed = exact.rotation(moments, omega, times), exact.attitude(moments, omega, times)
+    direct_way = direct.rotation(moments, omega, times, tolerance), direct.attitude(moments, omega, times, tolerance)
+    return label_columns(*closed, "closed form") | label_columns(*direct_way, "direct integration", "_direct")
 
 
 def check_finite(columns: Mapping[str, tuple]) -> None:
-    """Refuse a motion that doubles cannot hold; name → (dimensions, values, …)."""
+    """Refuse a motion with a value that is not finite; `columns` is name → (dimensions, values, …)."""
     for name, (_, values, *_) in columns.items():
         if not np.isfinite(values).all():
             allowed = "a point whose numbers and their products are within 1e±300"
             raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a time span in a suitable unit: "0.853 s", "7.29 hours", "303.7 days", "never"."""
     if math.isinf(seconds):
         return "never"

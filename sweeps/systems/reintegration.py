@@ -1,4 +1,4 @@
-r"""What points measured again by others share: when samples are taken, and NumPy's least squares over them.
+r"""Sampling and least squares of the reference measurements of `verify`.
 
 Nothing here shares code with the integrators and the estimator of a sweep, so agreement is evidence. Runs are made in
 radians of spin and in units of the perturbation, as the sweep's are.
@@ -13,14 +13,14 @@ import numpy as np
 if TYPE_CHECKING:
     from sweeps.mechanics.equations import Equations
 
-WINDOW = 10.0  # samples count until the transverse size exceeds this many times its start,
-WANDER, LEAST_FOLLOWED = 1 / 32, 7  # or the spin has wandered by so much of itself, after so many samples
-MOST_STEPPED = 20_000  # samples of one run that are made again step by step
-RADIANS = 0.5  # that no motion may turn by between two samples
-ROUNDING = 1e-12  # of what the references find, relative
+MAX_GROWTH = 10.0  # the window of samples ends when the transverse size exceeds this many times its start
+MAX_SPIN_CHANGE, MIN_WINDOW_SAMPLES = 1 / 32, 7  # it also ends at this relative change of the spin, after 7 samples
+MAX_STEPPED_SAMPLES = 20_000  # longest run that is integrated again; longer ones would take seconds each
+MAX_SAMPLE_ANGLE = 0.5  # rad, largest phase advance of any motion between two samples
+ROUNDING_ERROR = 1e-12  # relative rounding error of the reference values
 
 
-def coefficients(moments: np.ndarray) -> np.ndarray:
+def euler_coefficients(moments: np.ndarray) -> np.ndarray:
     """Return the Euler coefficients (I_j - I_k)/I_i of moments in cyclic order; dimensionless."""
     return (np.roll(moments, -1) - np.roll(moments, -2)) / moments
 
@@ -33,8 +33,8 @@ def rates_of(equations: "Equations") -> Callable:
     import sympy as sp
 
     arguments = (*equations.parameters, *equations.states, equations.system.time)
-    written = (list(equations.f), equations.a if equations.v else 0)
-    forces, mass = (sp.lambdify(arguments, e, ["scipy", "numpy"]) for e in written)
+    expressions = (list(equations.f), equations.a if equations.v else 0)
+    forces, mass = (sp.lambdify(arguments, e, ["scipy", "numpy"]) for e in expressions)
 
     def rates(parameters, x, t=0.0):
         f = np.array([complex(y) for y in forces(*parameters, *x, t)])
@@ -45,24 +45,27 @@ def rates_of(equations: "Equations") -> Callable:
     return rates
 
 
-def spacing(bound: float, samples_per_rotation: int) -> float:
+def sample_spacing(bound: float, samples_per_rotation: int) -> float:
     """Return the time between samples in radians of spin, from a bound on every possible rate over the spin rate."""
-    return min(2.0 * math.pi / samples_per_rotation, RADIANS / max(1.0, bound))
+    return min(2.0 * math.pi / samples_per_rotation, MAX_SAMPLE_ANGLE / max(1.0, bound))
 
 
 def squared_rate(transverse: np.ndarray, h: float, spin: np.ndarray | None = None) -> float:
     """Return the signed rate² of samples, shape (n, 2), `h` apart, up to tenfold growth; in units of 1/h².
 
-    `spin`, shape (n,), is the component along the spin axis in units of its start: the window ends where it wanders.
-
     The recurrence ε(t+h) - 2ε(t) + ε(t-h) = -2D ε(t) holds for every linear motion of second order; D = 1 - cos Ωh.
+
+    Args:
+        transverse: components perpendicular to the spin axis, shape (n, 2).
+        h: time between samples.
+        spin: component along the spin axis in units of its start, shape (n,); the window ends if it changes.
     """
     size = np.hypot(*transverse.T)
-    out = size > WINDOW * size[0]
+    is_outside = size > MAX_GROWTH * size[0]
     if spin is not None:
-        out[LEAST_FOLLOWED:] |= (np.abs(np.abs(spin) - 1.0) > WANDER)[LEAST_FOLLOWED:]
-    beyond = np.flatnonzero(out)
-    x = transverse[: beyond[0]] if beyond.size else transverse
+        is_outside[MIN_WINDOW_SAMPLES:] |= (np.abs(np.abs(spin) - 1.0) > MAX_SPIN_CHANGE)[MIN_WINDOW_SAMPLES:]
+    outside = np.flatnonzero(is_outside)
+    x = transverse[: outside[0]] if outside.size else transverse
     if len(x) < 4:
         return math.nan
     second = ((x[2:] - x[1:-1]) - (x[1:-1] - x[:-2])).ravel()

@@ -1,4 +1,4 @@
-"""What a system of equations of motion says of itself: all that the way from a definition to a map asks for."""
+"""Interface of a system of equations of motion, and values that it returns on the way from a definition to a map."""
 
 import hashlib
 import sys
@@ -39,15 +39,15 @@ class Example:
 
 @dataclass(frozen=True)
 class Reference:
-    """What is measured again by others, point by point, to judge a map."""
+    """Independent measurements of a variable, point by point, which `verify` compares with a map."""
 
     variable: str  #: the variable of the map
-    #: name of a way → a function of (point, integration) that finds that variable's value, or NaN where the run is too
-    #: long for it. None shares code with the system's integrators and its estimator.
+    #: name of a method → a function of (point, integration) that returns the variable's value, or NaN if the run is too
+    #: long for it. No method shares code with the system's integrators and its estimator.
     ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
-    #: a function of (point, integration): how far the map may lie from what a way finds.
+    #: a function of (point, integration): largest allowed difference between the map and a method's value.
     allowed: Callable[[Mapping[str, float], "Integration"], float]
-    more: tuple["Reference", ...] = ()  #: what is measured again of other variables
+    more: tuple["Reference", ...] = ()  #: references of other variables
     within_error: bool = False  #: whether a deviation of twice the reported error is allowed too
 
 
@@ -56,7 +56,7 @@ class Cost:
     """The work of one point and the memory of one process, for estimates."""
 
     samples: int  #: samples of runs per point
-    working_bytes: int = 0  #: memory of one process while it measures, bytes, besides its points and columns
+    working_bytes: int = 0  #: memory of one process while it measures, bytes, without its points and columns
 
 
 class Points(Protocol):
@@ -78,17 +78,17 @@ class Dynamics(ABC):
 
     name: str  #: value of a definition's key `system`
     model: "type[Definition]"  #: the model of its definitions
-    references: str  #: where the theory stands
-    caption: str  #: what its map shows, one line
-    samples_per_second: int = 64_000_000  #: samples of runs that one core makes in a second, about
-    point_seconds: float = 0.0  #: for what is worked out of each point beside its run (equilibria, theory), s, about
-    start_seconds: float = 1.5  #: until a command has read and checked such a definition, s, about
-    picture_seconds: float = 1.5  #: for all pictures of a map, s, about
+    references: str  #: sources of the theory
+    caption: str  #: content of its map, one line
+    samples_per_second: int = 64_000_000  #: approximate number of samples of runs that one core makes in a second
+    point_seconds: float = 0.0  #: approximate time per point without its run (equilibria, theory), s
+    start_seconds: float = 1.5  #: approximate time until a command has read and checked such a definition, s
+    picture_seconds: float = 1.5  #: approximate time for all pictures of a map, s
     method_text: str = ""  #: method of computation of every map, see :meth:`method`
     #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
     #: none, it covers every kernel.
     kernels: tuple[str, ...] = ()
-    #: names of the arguments that decide whether a point is physically possible; () where all points are.
+    #: names of the arguments that decide whether a point is physically possible; () if all points are.
     existence: tuple[str, ...] = ()
     spectrum: tuple[str, ...] = ()  #: dimensions along which one point has all its modes or eigenvalues
     #: dimensions along which one point has all its equilibria, modes or eigenvalues → these in words
@@ -122,7 +122,7 @@ class Dynamics(ABC):
         return Cost(definition.integration.samples)
 
     def proofs(self, grid: "Points") -> tuple[str, ...]:
-        """Return what is proved of the equations and used by the measurement, a line for each; `check` prints it."""
+        """Return one line for each property of the equations that is proved and used; `check` prints them."""
         return ()
 
     def bound(self, definition: "Definition") -> "Dynamics":
@@ -142,7 +142,7 @@ class Dynamics(ABC):
         return self.tables.VARIABLES
 
     def layout(self) -> Layout:
-        """Return the layout of all maps of this system; open where only a definition knows their names."""
+        """Return the layout of all maps of this system; open if only a definition determines their names."""
         return self.tables.LAYOUT
 
     @abstractmethod
@@ -188,13 +188,13 @@ class Dynamics(ABC):
         return self.compiled
 
     def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset | None:
-        """Return the motion at one point of a map; None where the system has none to show.
+        """Return the motion at one point of a map; None if the system has none to show.
 
         Args:
             point: the point's coordinates, in the units of :meth:`coordinates`.
-            duration: s, finite and > 0; left out, what shows the motion best.
-            samples: how many instants, both ends included; left out, enough for a curve.
-            tolerance: of what is integrated, relative.
+            duration: s, finite and > 0; left out, the duration that shows the motion best.
+            samples: number of instants, both ends included; left out, enough for a curve.
+            tolerance: relative truncation error of the integration.
 
         Returns:
             Variables over `time` (s), each with its units.

@@ -1,4 +1,4 @@
-"""Motions of described systems from any start, for the library: integrated, not measured."""
+"""Motions of described systems from any initial state, by direct integration; the library's `sweeps.motion`."""
 
 from collections.abc import Mapping
 from functools import cache, partial
@@ -9,7 +9,7 @@ import numpy as np
 from sweeps.schema.boxes import Dataset
 from sweeps.schema.refusals import DefinitionError, cut_text, display, hint
 from sweeps.schema.variables import Variable, parse_amount
-from sweeps.systems.motion import LEAST_SAMPLES, ascending, check_tolerance
+from sweeps.systems.motion import MIN_SAMPLES, check_times, check_tolerance
 
 if TYPE_CHECKING:
     from sweeps import mechanics
@@ -24,42 +24,52 @@ REASONS = {  # status → message
 }
 
 
-def trajectories(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
-    """Return motions of a described system; see `sweeps.motion`."""
+def integrate_motions(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
+    """Return motions of a described system; see `sweeps.motion`.
+
+    Args:
+        system: a System, the path of a Python file, or the name of a shipped system.
+        start: coordinate or rate → initial value, or one value a run.
+        times: instants, s, ascending; or the duration, s.
+        parameters: parameter → value, or one value a run.
+        tolerance: relative truncation error of the integration.
+    """
     import xarray as xr
 
     from sweeps.mechanics import motions
 
     model = model_of(system)
     equations = model.equations
-    moving = {x.name: None for x in equations.q} | {x.name: 0.0 for x in equations.v}
-    fixed = {name: p.default for name, p in model.system.parameters.items()}
-    moved = {name: unit for name, unit, _ in _columns(equations)}
-    states = _given("start", start, moving, moved)
-    numbers = _given("parameters", parameters, fixed, {n: p.unit for n, p in model.system.parameters.items()})
-    for name, values in numbers.items():
+    defaults = {x.name: None for x in equations.q} | {x.name: 0.0 for x in equations.v}
+    default_values = {name: p.default for name, p in model.system.parameters.items()}
+    state_units = {name: unit for name, unit, _ in _state_columns(equations)}
+    states = _read_values("start", start, defaults, state_units)
+    parameter_arrays = _read_values(
+        "parameters", parameters, default_values, {n: p.unit for n, p in model.system.parameters.items()}
+    )
+    for name, values in parameter_arrays.items():
         if not all(map(model.system.parameters[name].allows, np.ravel(values))):
             raise DefinitionError(f"parameters: {name}: {values}; allowed: {model.system.parameters[name].allowed}")
     if np.ndim(times) == 0:
-        times = np.linspace(0.0, parse_amount("times", times, "s"), LEAST_SAMPLES + 1)
-    times = ascending(times)
+        times = np.linspace(0.0, parse_amount("times", times, "s"), MIN_SAMPLES + 1)
+    times = check_times(times)
     try:
-        shape = np.broadcast_shapes(*map(np.shape, (*states.values(), *numbers.values())))
+        shape = np.broadcast_shapes(*map(np.shape, (*states.values(), *parameter_arrays.values())))
     except ValueError:
-        wrong = "start, parameters: lists of different lengths"
-        raise DefinitionError(f"{wrong}; allowed: numbers, or lists of one number a run") from None
+        problem = "start, parameters: lists of different lengths"
+        raise DefinitionError(f"{problem}; allowed: numbers, or lists of one number a run") from None
     check_tolerance(tolerance)
     runs = shape[0] if shape else 1
-    x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, numbers))
-    given = list(p) or [np.zeros(runs)]
-    solution = motions.solve_between_jumps(model, given, x.T, np.tile(times, (runs, 1)), tolerance)
+    x, p = (np.array([np.broadcast_to(v, runs) for v in values.values()]) for values in (states, parameter_arrays))
+    parameter_values = list(p) or [np.zeros(runs)]
+    solution = motions.solve_between_jumps(model, parameter_values, x.T, np.tile(times, (runs, 1)), tolerance)
     if solution is None:
         raise DefinitionError("times: the jumps of the equations are not all found; allowed: system.jump(t) for each")
-    followed, error, status = solution
-    followed[status > motions.NOT_CONVERGED], error[status > motions.NOT_CONVERGED] = np.nan, np.nan
+    motion_states, error, status = solution
+    motion_states[status > motions.NOT_CONVERGED], error[status > motions.NOT_CONVERGED] = np.nan, np.nan
     variables = {}
-    for i, (name, unit, meaning) in enumerate(_columns(equations)):
-        variables[name] = (("run", "time"), followed[..., i], {"units": unit, "long_name": meaning})
+    for i, (name, unit, meaning) in enumerate(_state_columns(equations)):
+        variables[name] = (("run", "time"), motion_states[..., i], {"units": unit, "long_name": meaning})
         words = {"units": unit, "long_name": f"error of {meaning}"}
         words["comment"] = "four times the change by halving the steps and by a rounding of the start"
         variables[f"{name}_error"] = (("run", "time"), error[..., i], words)
@@ -76,8 +86,8 @@ def is_described(system: object) -> bool:
     """Return True for a described system: itself, a Python file, or the name of one that ships."""
     from sweeps import mechanics, systems
 
-    is_given = isinstance(system, mechanics.System) or systems.is_file(system)
-    return is_given or (isinstance(system, str) and system in systems.described_names())
+    is_direct = isinstance(system, mechanics.System) or systems.is_file(system)
+    return is_direct or (isinstance(system, str) and system in systems.described_names())
 
 
 def model_of(system) -> "Model":
@@ -88,11 +98,11 @@ def model_of(system) -> "Model":
     if isinstance(system, mechanics.System):
         return _model(system)
     if systems.is_file(system):
-        return _model(described.script(system, "")[0])
+        return _model(described.run_file(system, "")[0])
     names = systems.described_names()
     if system not in names:
-        wrong = f"{system!r} is no described system" + hint(system, names)
-        raise DefinitionError(f"system: {wrong}; allowed: a System, a Python file, {', '.join(names)}")
+        problem = f"{system!r} is no described system" + hint(system, names)
+        raise DefinitionError(f"system: {problem}; allowed: a System, a Python file, {', '.join(names)}")
     return _model(systems.resolve(system).description)
 
 
@@ -103,8 +113,8 @@ def _model(description: "mechanics.System") -> "Model":
     return Model(description)
 
 
-def _given(where, values, defaults, unit_of):
-    """Return values in the order of their defaults; None is a value that must be given."""
+def _read_values(where, values, defaults, unit_of):
+    """Return values in the order of their defaults; a default None marks a required value."""
     if not hasattr(values, "keys"):
         raise DefinitionError(f"{where}: {display(values)}; allowed: a mapping with {', '.join(defaults) or 'nothing'}")
     values = dict(values)
@@ -131,7 +141,7 @@ def _names_with_units(defaults, unit_of) -> str:
     return ", ".join(words) or "nothing"
 
 
-def _columns(equations):
+def _state_columns(equations):
     for place in equations.places:
         yield place.name, place.unit, place.meaning
     for place in equations.places if equations.v else ():

@@ -22,7 +22,7 @@ from sweeps.schema.refusals import DefinitionError, models_in
 from sweeps.systems.rigid_body.system import PROPAGATORS, GridEntries, SpunBody
 
 SHIPPED = sorted(catalogue.FOLDER.glob("*.yaml"))
-MODELS = [registry.resolve(name).model for name in registry.names()]
+MODELS = [registry.resolve(name).model for name in registry.system_names()]
 GRID = "grid: {I1: 1, I2: 2, I3: 3, omega0: 1}\n"
 LINE = re.compile(r"(?P<file>.+?): (?P<path>[^:]+): (?:(?P<value>.+?) )?(is|has|holds|makes|cannot) .*; allowed: .+")
 
@@ -61,12 +61,7 @@ def test_defaults_are_those_of_the_contract(tmp_path):
     assert (sweep.system, sweep.axes, sweep.bodies, sweep.shards) == ("rigid_body", (1, 2, 3), (), "auto")
     assert (sweep.grid.epsilon, sweep.grid.phase) == (1e-6, 0.6)
     run = sweep.integration
-    assert (run.propagator, run.rotations, run.samples_per_rotation, run.tolerance) == (
-        "direct",
-        4,
-        16,
-        1e-10,
-    )
+    assert (run.propagator, run.rotations, run.samples_per_rotation, run.tolerance) == ("direct", 4, 16, 1e-10)
     assert run.samples == 64
 
 
@@ -92,8 +87,7 @@ def test_a_definition_is_frozen_hashable_and_travels_between_processes():
 
 
 @pytest.mark.parametrize(
-    ("given_list", "kept"),
-    [([1, 2, 3], (1, 2, 3)), ([3, 2, 1], (3, 2, 1)), ([2, 3, 1], (1, 2, 3)), ([5], (5,))],
+    ("given_list", "kept"), [([1, 2, 3], (1, 2, 3)), ([3, 2, 1], (3, 2, 1)), ([2, 3, 1], (1, 2, 3)), ([5], (5,))]
 )
 def test_lists_become_monotonic(given_list, kept):
     assert kept == read_definition(with_grid(I2=given_list)).grid.I2
@@ -279,10 +273,7 @@ def test_quantities_out_of_range(name, value, allowed):
         (f"grid.{name}", with_grid(**{name: value})),
         (f"grid.{name}[1]", with_grid(**{name: [0.5, value]})),
         (f"grid.{name}.stop", with_grid(**{name: {"start": 0.5, "stop": value, "num": 2}})),
-        (
-            f"grid.{name}.start",
-            with_grid(**{name: {"start": value, "stop": 0.5, "num": 2, "spacing": "log"}}),
-        ),
+        (f"grid.{name}.start", with_grid(**{name: {"start": value, "stop": 0.5, "num": 2, "spacing": "log"}})),
         (f"bodies[0].{name}", with_body(**{name: value})),
     ):
         message = refusal(source)
@@ -367,10 +358,7 @@ def test_refusals_of_a_sweep(changes, said):
         ({"start": 1, "stop": 1 + 4e-16, "num": 9}, "has values that coincide"),
         ({"start": 1, "stop": 2, "num": 10**16}, "grid.I1.num: 10000000000000000 is out of range"),
         ({"start": 1, "stop": 2, "num": 9 * 10**15, "spacing": "log"}, "has values that coincide"),
-        (
-            {"start": 1, "stop": 2, "num": 5, "spacing": "lin"},
-            "'lin' is not available (did you mean linear?)",
-        ),
+        ({"start": 1, "stop": 2, "num": 5, "spacing": "lin"}, "'lin' is not available (did you mean linear?)"),
     ],
 )
 def test_refusals_of_a_moment(entry, said):
@@ -411,10 +399,7 @@ def test_refusals_of_a_body(changes, said):
 
 
 def test_bodies_and_grid_share_the_work():
-    one, two = (
-        {"name": "a", "I1": 1.0, "I2": 2.0, "I3": 3.0},
-        {"name": "b", "ratios": {"I1": 1, "I2": 1, "I3": 1}},
-    )
+    one, two = ({"name": "a", "I1": 1.0, "I2": 2.0, "I3": 3.0}, {"name": "b", "ratios": {"I1": 1, "I2": 1, "I3": 1}})
     spinning = [one | {"omega0": 1.0}, two | {"omega0": 2.0}]
     assert "grid.I1: 1.0 is given beside bodies" in refusal({"bodies": spinning, "grid": {"I1": 1.0}})
     assert "grid.omega0: 3.0 is given although every body" in refusal({"bodies": spinning, "grid": {"omega0": 3.0}})
@@ -463,14 +448,7 @@ def test_more_values_than_a_definition_may_hold():
 
 @pytest.mark.parametrize(
     ("start", "stop", "num"),
-    [
-        (0.1, 1.0, 10),
-        (1e-8, 1e-2, 7),
-        (1.0, 3.0, 1000),
-        (20.0, 2.5, 8),
-        (-2.0, -7.0, 33),
-        (1e-150, 1e150, 301),
-    ],
+    [(0.1, 1.0, 10), (1e-8, 1e-2, 7), (1.0, 3.0, 1000), (20.0, 2.5, 8), (-2.0, -7.0, 33), (1e-150, 1e150, 301)],
 )
 def test_ranges_are_numpys_in_any_part(start, stop, num):
     for spacing, numpys in (("linear", np.linspace), ("log", np.geomspace)):
@@ -512,12 +490,7 @@ def test_values_never_leave_the_range():
 
 
 def test_the_largest_doubles_do_not_overflow():
-    entry = {
-        "start": sys.float_info.max * 0.999999,
-        "stop": sys.float_info.max,
-        "num": 60_000,
-        "spacing": "log",
-    }
+    entry = {"start": sys.float_info.max * 0.999999, "stop": sys.float_info.max, "num": 60_000, "spacing": "log"}
     with pytest.raises(DefinitionError, match="coincide"):
         read_definition(with_grid(I1=entry | {"num": 10**12}))
     values = read_definition(with_grid(I1=entry)).grid.I1.values(np.arange(60_000))
@@ -623,9 +596,7 @@ def test_bodies_agree_with_what_is_published(name):
 def moments_of_a_solid(inside, half_edges, cells=120):
     """Midpoint sums over a grid of cells: independent of any formula for the shape."""
     x, y, z = np.meshgrid(
-        *[(np.arange(cells) + 0.5) / cells * 2 * half - half for half in half_edges],
-        indexing="ij",
-        sparse=True,
+        *[(np.arange(cells) + 0.5) / cells * 2 * half - half for half in half_edges], indexing="ij", sparse=True
     )
     mask = inside(x, y, z)
     squares = [np.mean(np.where(mask, axis**2, 0.0)) for axis in (x, y, z)]

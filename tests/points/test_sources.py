@@ -53,7 +53,7 @@ def test_rows_of_a_frame_are_points():
 
 
 def test_keywords_are_all_keys_of_all_definitions():
-    models = {systems.resolve(name).model for name in systems.names()}
+    models = {systems.resolve(name).model for name in systems.system_names()}
     assert set(systems.KEYS) == {key for model in models for key in model.model_fields}
 
 

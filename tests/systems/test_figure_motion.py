@@ -31,13 +31,13 @@ def maps():
 
 def test_those_that_are_animated_are_those_that_are_shown():
     assert set(ANIMATED) == set(GRIDS)
-    assert systems.presented(systems.resolve("double_well")).animations(None) == {}
+    assert systems.make_presentation(systems.resolve("double_well")).animations(None) == {}
 
 
 @pytest.mark.parametrize("name", ["pendulum", "bead_on_hoop", pytest.param("double_pendulum", marks=pytest.mark.slow)])
 def test_it_moves(maps, monkeypatch, name):
     monkeypatch.setattr(figure_motion, "FRAMES", 4)
-    pictures = systems.presented(systems.resolve(name)).animations(maps(name))["motion"]()
+    pictures = systems.make_presentation(systems.resolve(name)).animations(maps(name))["motion"]()
     pictures = list(pictures)
     assert len(pictures) == 4
     assert all(picture.shape == pictures[0].shape for picture in pictures)
@@ -57,12 +57,12 @@ def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
 def test_nothing_is_drawn_where_no_equilibrium_tells(maps):
     ds, marginal = maps("pendulum"), 2
     ds = ds.assign(regime=0 * ds["regime"] + marginal)
-    animation = systems.presented(systems.resolve("pendulum")).animations(ds)["motion"]
+    animation = systems.make_presentation(systems.resolve("pendulum")).animations(ds)["motion"]
     assert not list(animation())
 
 
 def test_a_map_that_names_another_system_has_no_animation_of_it(maps):
-    animation = systems.presented(systems.resolve("double_pendulum")).animations(maps("pendulum"))["motion"]
+    animation = systems.make_presentation(systems.resolve("double_pendulum")).animations(maps("pendulum"))["motion"]
     with pytest.raises(MapError, match="length1: is missing"):
         list(animation())
 

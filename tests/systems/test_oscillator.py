@@ -13,7 +13,7 @@ from kernels.cache import cache_folder
 from sweeps import systems
 from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
-from sweeps.systems.described import of_file, script
+from sweeps.systems.described import of_file, run_file
 from sweeps.systems.oscillator import system as oscillator
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +36,7 @@ def described(folder, text):
     path.write_text(text, encoding="utf-8")
     systems.resolve.cache_clear()
     of_file.cache_clear()
-    script.cache_clear()
+    run_file.cache_clear()
     return str(path)
 
 
@@ -123,10 +123,7 @@ def test_fingerprint_changes_with_the_description(tmp_path):
         ("k * __import__('sympy').floor(x)", r"V: floor\(x\) jumps"),
         ("k * __import__('sympy').gamma(x + 3)", "cannot be integrated"),
         ("k * x**2)\n__import__('sys').exit(0", "line 10: cannot be run .SystemExit"),
-        (
-            "k * x**2)\nsystem.equilibrium('high', {k: 0}",
-            "high: stiffness is no coordinate or state; allowed: x",
-        ),
+        ("k * x**2)\nsystem.equilibrium('high', {k: 0}", "high: stiffness is no coordinate or state; allowed: x"),
         ("k * x**2)\nsystem.coordinate('y', bounds=(-1, 1), size=0", "line 10: size of y: 0; allowed"),
         ("k * x**2)\nsystem.parameter('c', 'Nm-1', default=1", "line 10: unit of c: 'Nm-1' holds 'Nm'; allowed"),
         ("k * x**2)\n__import__('os')._exit(0", "ended without an answer"),
@@ -141,7 +138,7 @@ def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, w
 
 
 def test_a_file_that_does_not_end_is_ended(tmp_path, monkeypatch):
-    monkeypatch.setattr("sweeps.systems.described.FILE_SECONDS", 1.0)
+    monkeypatch.setattr("sweeps.systems.described.MAX_FILE_SECONDS", 1.0)
     name = described(tmp_path, "while True:\n    pass\n")
     with pytest.raises(DefinitionError, match="took more than 1 s"):
         read_sweep(small(name, stiffness=2.0))
@@ -158,10 +155,7 @@ def test_a_system_built_by_a_program_gives_what_its_file_gives(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("V", "curvature"),
-    [
-        ("cot(x + pi/2)**2 + sec(x) - sech(x) + erf(x)**2", 4.0 + 8 / np.pi),
-        ("coth(x + 3) + x**2", None),
-    ],
+    [("cot(x + pi/2)**2 + sec(x) - sech(x) + erf(x)**2", 4.0 + 8 / np.pi), ("coth(x + 3) + x**2", None)],
 )
 def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
     """cot, sec, sech, erf, coth: one equilibrium, its rate² the curvature by hand over the mass."""

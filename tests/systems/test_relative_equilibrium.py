@@ -118,7 +118,7 @@ def test_a_slender_bodys_spin_ends_flat():
 
 def test_the_flat_spin_is_drawn():
     ds = sweeps.survey({"system": "viscous_slug", "grid": {"axial_moment": [0.5, 1.5], "drag": 0.05}})
-    moving = systems.presented(systems.resolve("viscous_slug")).animations(ds)
+    moving = systems.make_presentation(systems.resolve("viscous_slug")).animations(ds)
     assert len(list(moving["flat_spin"]())) == figure_flat_spin.FRAMES + 1
     assert not list(figure_flat_spin.frames(ds.sel(axial_moment=[1.5])))
 

@@ -186,10 +186,7 @@ def test_points_of_tops_are_those_of_the_full_grid(data):
         ({"half_angle": 90.0}, "grid.half_angle: 90.0 is out of range; allowed: a number with 0 < half_angle < 90"),
         ({"half_angle": 0.0}, "at 0 nothing precesses"),
         ({"half_angle": {"start": 1.0, "stop": 90.0, "num": 3}}, "grid.half_angle.stop: 90.0 is out of range"),
-        (
-            {"halfangle": 3.0},
-            "is an unknown key (did you mean half_angle?); allowed: the keys ratio, omega3",
-        ),
+        ({"halfangle": 3.0}, "is an unknown key (did you mean half_angle?); allowed: the keys ratio, omega3"),
         ({"epsilon": 1e-6}, "grid.epsilon: is an unknown key; allowed: the keys ratio, omega3, half_angle"),
     ],
 )
@@ -265,7 +262,7 @@ def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_m
 
 
 def test_rows_of_a_table_in_text_are_variables():
-    found = shared_variables.rows(
+    found = shared_variables.parse_rows(
         """
         rate        rad s-1  rate of the thing,
             measured

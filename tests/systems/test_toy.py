@@ -23,14 +23,14 @@ def folder(tmp_path, monkeypatch):
     """A folder with a definition, where the toy's package can be imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(TOY)
-    systems.forget()
+    systems.forget_external()
     (tmp_path / "honey.yaml").write_text(TEXT)
     yield tmp_path
-    systems.forget()
+    systems.forget_external()
 
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
-    assert "damped_top" in systems.names()
+    assert "damped_top" in systems.system_names()
     made = list(pipeline.make(Path("honey.yaml"), "", Path("results")))
     assert [path.name for path in made] == ["stability_map.nc", "figures", "report.html"]
     path = str(made[0])

@@ -241,7 +241,7 @@ def symbols_of(tree):
 QUICK = ("double_pendulum", "foucault", "gyrostat", "lagrange_points", "paul_trap")
 
 
-@pytest.mark.parametrize("name", repeated.but(QUICK, sorted({*systems.names()} - {*systems.MODULES})))
+@pytest.mark.parametrize("name", repeated.but(QUICK, sorted({*systems.system_names()} - {*systems.MODULES})))
 def test_every_system_that_is_described_is_drawn_of_what_its_page_knows(name):
     description = systems.resolve(name).description
     found = equations.facts(description)

@@ -71,12 +71,12 @@ class MeasuredOnce(FreeBody):
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 
-        from sweeps.systems.motion import columns, instants, time
+        from sweeps.systems.motion import attitude_columns, sample_times, time_axis
 
         moments, omega = self.start(point)
         rotation = 2 * math.pi / float(point["omega0"])
-        times = instants(duration or self.shown(moments, omega, rotation), samples, rotation)
-        return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the start")})
+        times = sample_times(duration or self.shown(moments, omega, rotation), samples, rotation)
+        return xr.Dataset(attitude_columns(moments, omega, times, tolerance), {"time": time_axis(times, "the start")})
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns, with the status by their agreement."""

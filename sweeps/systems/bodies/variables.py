@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE, Axis, Moment, Phase, list_of_different, number, spin_rate
 from sweeps.schema.variables import Layout, Parameter, Quantity, Variable, coordinates_of, table
-from sweeps.systems.shared_variables import perturbation, rows
+from sweeps.systems.shared_variables import make_epsilon, parse_rows
 
 MOMENTS = ("I1", "I2", "I3")
 Axes = list_of_different(Axis, lambda axes: tuple(sorted(axes)))
@@ -17,14 +17,14 @@ SignedSpin = spin_rate("omega0")
 MOMENT = Quantity("moment", "kg m2", "finite, > 0", Moment)
 SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ omega0 ≤ 1e150", Spin)
 SIGNED_SPIN = Quantity("spin rate", "rad s-1", "1e-150 ≤ |omega0| ≤ 1e150", SignedSpin, least=MIN_SPIN_RATE)
-EPSILON = perturbation(1e-6, "the spin rate", "relative to omega0")
+EPSILON = make_epsilon(1e-6, "the spin rate", "relative to omega0")
 _PLANE = "direction of the perturbation in the transverse (b, c) plane"
 _PHASE = Quantity("direction", "rad", "finite", Phase)
 PHASE = Parameter("phase", _PHASE, _PLANE, 0.6, f"{_PLANE}, rad, from b towards c")
 _ABOUT = [(f"I{i}", f"moment of inertia about axis {i}") for i in (1, 2, 3)]
 PRINCIPAL = tuple(Parameter(n, MOMENT, f"principal {of}", description=f"{of}, kg m2, > 0") for n, of in _ABOUT)
 
-AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = rows(
+AXIS, BODY, SHAPE, MOMENTS_ARE_RATIOS, TRIANGLE_MARGIN = parse_rows(
     """
     axis   1  i1  spin axis (1, 2 or 3)
     body   -  str  body

@@ -15,7 +15,7 @@ from sweeps.systems.bodies.body import BodiesDefinition
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.shared_variables import rows, status
+from sweeps.systems.shared_variables import make_status, parse_rows
 from sweeps.systems.system import Example, Reference
 from sweeps.systems.tumbling.system import A_POINT
 
@@ -44,14 +44,14 @@ def _mode(mode: str) -> str:
     """
 
 
-VARIABLES = rows(
+VARIABLES = parse_rows(
     f"""
     modes  -  modes that allow both observed periods [headline]
         flags: 0 none sam lam both
         comment: a mode is listed unless it is excluded by more than {MAX_EXCLUSION:g} standard errors; sam: short-axis
         mode; lam: long-axis mode
     """,
-    status(
+    make_status(
         statuses.NOT_CONVERGED,
         "whether the closed form reproduces the observed ratio from each energy",
         "not_converged: so near the separatrix that the energy, a double, fixes the ratio only to 1e-6 or worse",

@@ -16,7 +16,7 @@ from sweeps.schema.values import Phase, Positive, Tolerance, number
 from sweeps.schema.variables import Parameter, Quantity, Variable
 from sweeps.systems import rates
 from sweeps.systems.described import MECHANICS, PATHS, PLANNING, SEARCH, Described
-from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows
+from sweeps.systems.shared_variables import make_epsilon, make_layout, parse_rows, regime_pair, run_rows
 from sweeps.systems.system import Example
 
 if TYPE_CHECKING:
@@ -25,28 +25,28 @@ if TYPE_CHECKING:
 
 REGIMES = ("undetermined", "stable", "unstable", "marginal")
 
-VARIABLES = rates.columns(
+VARIABLES = rates.rate_variables(
     reduced="extrapolated from a half and a quarter of it",
     by="extrapolation",
     size="the amplitude of the mode",
     window="of the size of the system",
-) | rows(
+) | parse_rows(
     "e_folds  1  e-folds of growth within the window of the log slope",
-    *regime(REGIMES),
+    *regime_pair(REGIMES),
     """
     amplitude      1    amplitude a of a cos(w t + alpha), relative to the size of the system; missing where not stable
         comment: from the start of the run and the measured frequency
     initial_phase  rad  phase alpha of a cos(w t + alpha); missing where not stable
         comment: from the start of the run and the measured frequency
     """,
-    *of_runs("the second derivatives of V"),
+    *run_rows("the second derivatives of V"),
     """
     energy_drift   1    largest change of the energy above the equilibrium, relative to the sum of its absolute
         terms [check]
     """,
 )
 
-DEGENERATE = rows(
+DEGENERATE = parse_rows(
     """
     degenerate_frequency        rad s-1  angular frequency at the amplitude of the perturbation where V'' = 0 and a
         higher-order term of V confines
@@ -59,7 +59,7 @@ DEGENERATE = rows(
     """
 )
 
-FOLLOWED = rows(
+FOLLOWED = parse_rows(
     """
     branches_decided  -  whether the branches are identified at this point
         flags: 0 decided undecided
@@ -69,7 +69,7 @@ FOLLOWED = rows(
 )
 
 NUDGE = (
-    perturbation(1e-6, "the size of the system", "along the mode, relative to the size of the system"),
+    make_epsilon(1e-6, "the size of the system", "along the mode, relative to the size of the system"),
     Parameter(
         "phase",
         Quantity("direction", "rad", "finite", Phase),
@@ -80,7 +80,7 @@ NUDGE = (
 )
 
 _MODE = Variable("mode", "1", "normal mode, by ascending Ω²", "i1")
-LAYOUT = layout(NUDGE, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
+LAYOUT = make_layout(NUDGE, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
 COORDINATES = LAYOUT.coordinates  # beside the parameters
 
 
@@ -143,7 +143,7 @@ class Oscillator(Described):
     spectrum = ("mode",)
     several: Mapping[str, str] = {**Described.several, "mode": "modes"}
     literature = "Landau and Lifshitz, Mechanics, section 23"
-    shown = "measured rates of small oscillations about each equilibrium, compared with linear theory"
+    map_content = "measured rates of small oscillations about each equilibrium, compared with linear theory"
 
     def __init__(self, name: str, load: "Callable[[], mechanics.System]", source: bytes, folder: str = ""):
         super().__init__(name, load, source, folder)
@@ -183,7 +183,7 @@ class Oscillator(Described):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""
-        self._compiled()
+        self._load_code()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.direction, integration.degenerate)
 

@@ -20,7 +20,7 @@ from sweeps.schema.values import Tolerance
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import ENCLOSURES, MECHANICS, PATHS, Described
 from sweeps.systems.reintegration import rates_of
-from sweeps.systems.shared_variables import layout, perturbation, regime, rows, status, with_theory
+from sweeps.systems.shared_variables import make_epsilon, make_layout, make_status, parse_rows, regime_pair, with_theory
 from sweeps.systems.system import Example, Reference
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
     return with_theory(*names, _ERROR, comment=comment, **more)
 
 
-MULTIPLIERS = rows(
+MULTIPLIERS = parse_rows(
     *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
     *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
     *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
@@ -49,7 +49,7 @@ MULTIPLIERS = rows(
     *_measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
     *_measured("growth_per_period", "1", "growth rate times the period"),
     *_measured("trace", "1", "trace of the monodromy matrix", scale="trace_error"),
-    *regime(
+    *regime_pair(
         REGIMES,
         "by the smooth invariants of the monodromy matrix, or of its independent blocks, and their errors; unstable, "
         "too, where the kind of growth is open; marginal where the errors leave it open",
@@ -66,9 +66,9 @@ MULTIPLIERS = rows(
         comment: the certificate: the variational flow over one period shares no code with the measurement
     steps                 1  i4  number of segments of a period from whose ends perturbed motions start
     """,
-    status(),
+    make_status(),
 )
-VARIABLES = MULTIPLIERS | rows(
+VARIABLES = MULTIPLIERS | parse_rows(
     """
     base_residual  1  distance of the base motion from where it began a period before, relative to the states' sizes
         comment: 0 for an equilibrium at all times
@@ -77,7 +77,7 @@ VARIABLES = MULTIPLIERS | rows(
 INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
     *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))
 )
-BRANCH = rows(  # of descriptions that request others than the first
+BRANCH = parse_rows(  # of descriptions that request others than the first
     """
     branch  1  i1  number of the motion on the curve that leads from the named place as the drive grows; 0 if missing
         comment: 1 before the first fold; each fold adds 1
@@ -85,9 +85,9 @@ BRANCH = rows(  # of descriptions that request others than the first
 )
 
 _WHERE = "where a segment of the period begins, relative to the states' sizes"
-NUDGE = (perturbation(1e-8, "the size of the system", _WHERE),)
+NUDGE = (make_epsilon(1e-8, "the size of the system", _WHERE),)
 NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
-LAYOUT = replace(layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED), spare=(MULTIPLIER.name,))
+LAYOUT = replace(make_layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED), spare=(MULTIPLIER.name,))
 COORDINATES = LAYOUT.coordinates
 
 
@@ -126,7 +126,7 @@ class Periodic(Described):
     base_model = PeriodicDefinition
     marker = "phase_residual"
     literature = "Yakubovich and Starzhinskii, Linear Differential Equations with Periodic Coefficients (1975)"
-    shown = "measured multipliers of a periodic motion, beside the variational flow"
+    map_content = "measured multipliers of a periodic motion, compared with the variational flow"
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:

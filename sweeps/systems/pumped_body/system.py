@@ -166,7 +166,7 @@ class PumpedBody(Dynamics):
     def fingerprint(self) -> str:
         """Return a hash of the kernels, the generated code, its generator and the equations."""
         source = Path(__file__).with_name("equations.py").read_bytes()
-        return described.fingerprint(self.kernels, self.mechanism.perturbed_code(True), source)
+        return described.hash_sources(self.kernels, self.mechanism.perturbed_code(True), source)
 
     def reference(self) -> Reference:
         """Return the trace of the monodromy matrix, found again by SciPy."""

@@ -1,33 +1,34 @@
-"""Columns and a page part of systems with a signed square of a rate; the part shows where theory ends.
+"""Variables and a part of the page of systems with a signed square of a rate Ω².
 
-Columns are by linear theory, as measured, reduced to no amplitude, with errors.
+Variables are by linear theory, measured, extrapolated to zero amplitude, and errors; the part shows where linear theory
+ceases to hold.
 """
 
 from dataclasses import replace
 from pathlib import Path
 
 from sweeps.schema.variables import Variable
-from sweeps.systems.shared_variables import rows
+from sweeps.systems.shared_variables import parse_rows
 
 FILES = tuple(Path(__file__).parent / name for name in ("nudges.html", "rates.js"))
 
 
-def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
+def rate_variables(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
     """Return name → variable, from Ω² to the slope of the logarithm.
 
     The measurement is `reduced` to an infinitesimal perturbation, `by` says how in one word; the logarithm is taken of
     `size`, below 0.01 of `window`. With `sparse` most points of a map do not grow.
     """
-    variables = rows(
+    variables = parse_rows(
         "omega_squared_theory  s-2  Ω² (negative: unstable), linear theory",
-        _measured("omega_squared", "s-2", "Ω²", " (negative: unstable), measured [measurement]", reduced, by),
+        _measured_rows("omega_squared", "s-2", "Ω²", " (negative: unstable), measured [measurement]", reduced, by),
         """
         amplitude_shift     s-2  finite-amplitude shift of Ω²
         growth_rate_theory  s-1  growth rate, linear theory; 0 where not unstable
         """,
-        _measured("growth_rate", "s-1", "growth rate", ", measured; 0 where not unstable", reduced, by),
+        _measured_rows("growth_rate", "s-1", "growth rate", ", measured; 0 where not unstable", reduced, by),
         "frequency_theory  rad s-1  angular frequency, linear theory; 0 where not stable",
-        _measured("frequency", "rad s-1", "angular frequency", ", measured; 0 where not stable", reduced, by),
+        _measured_rows("frequency", "rad s-1", "angular frequency", ", measured; 0 where not stable", reduced, by),
         f"""
         growth_rate_logslope        s-1  growth rate from the slope of the logarithm of {size} (naive method)
             comment: missing where its window (2 to 1000 times the start, below 0.01 {window}) holds fewer than two
@@ -36,16 +37,16 @@ def columns(reduced: str, by: str, size: str, window: str, sparse: bool = False)
             comment: its distance from the extrapolated growth rate, and the error of that rate
         """,
     )
-    for name, one in variables.items():
-        quantity = name.removesuffix("_reduced")  # whose theory is that of the reduced one, too
+    for name, column in variables.items():
+        quantity = name.removesuffix("_reduced")  # both are compared with the same theory
         compared = f"{quantity}_theory" in variables
         theory, none = f"{quantity}_theory" if compared else "", compared and quantity != "omega_squared"
-        variables[name] = replace(one, theory=theory, zero_is_none=none, sparse=sparse and name.startswith("growth"))
+        variables[name] = replace(column, theory=theory, zero_is_none=none, sparse=sparse and name.startswith("growth"))
     slope = replace(variables["growth_rate_logslope"], theory="growth_rate_theory", aside=True)
     return variables | {"growth_rate_logslope": slope}
 
 
-def _measured(name: str, units: str, noun: str, more: str, reduced: str, by: str) -> str:
+def _measured_rows(name: str, units: str, noun: str, more: str, reduced: str, by: str) -> str:
     """Return the rows of a measured rate, its scatter and error, and the same reduced."""
     return f"""
     {name}                {units}  {noun}{more}

@@ -20,7 +20,7 @@ from sweeps.schema.values import Positive, Tolerance, integer
 from sweeps.schema.variables import Role, Variable, table
 from sweeps.systems.described import MECHANICS, PLANNING, SEARCH, Described
 from sweeps.systems.reintegration import rates_of
-from sweeps.systems.shared_variables import layout, of_runs, perturbation, regime, rows, with_theory
+from sweeps.systems.shared_variables import make_epsilon, make_layout, parse_rows, regime_pair, run_rows, with_theory
 from sweeps.systems.system import Cost, Example, Reference
 
 if TYPE_CHECKING:
@@ -41,11 +41,11 @@ def _measured(name: str, units: str, long_name: str, error: str = _BOUND, **more
     return with_theory(name, units, long_name, error, name, **more)
 
 
-VARIABLES = rows(
+VARIABLES = parse_rows(
     *_measured("eigenvalue_real", "s-1", _REAL, **_RATE),
     *_measured("eigenvalue_imag", "s-1", _IMAG, **_RATE),
     *_measured("growth_rate", "s-1", _GROWTH, role=Role.MEASUREMENT, **_RATE),
-    *regime(
+    *regime_pair(
         REGIMES,
         "stable, too, where motions end at a family of equilibria, or a conserved quantity or the energy is proved to "
         "be definite; unstable, too, where the kind of growth is open; marginal where errors leave it open",
@@ -58,7 +58,7 @@ VARIABLES = rows(
     smallest_singular_value  1  ratio of the smallest singular value of the samples to the largest
         comment: below 1.5e-4 a mode was not excited, and nothing is reported
     """,
-    *of_runs("the Jacobian", ", of the shortest run"),
+    *run_rows("the Jacobian", ", of the shortest run"),
 )
 
 INVARIANTS = table(  # of four eigenvalues
@@ -68,10 +68,10 @@ INVARIANTS = table(  # of four eigenvalues
 )
 
 _UNITS = "; motions are carried in units of it, so that none is too small"
-NUDGE = (perturbation(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
+NUDGE = (make_epsilon(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
 
 _EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
-LAYOUT = layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
+LAYOUT = make_layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
 COORDINATES = LAYOUT.coordinates  # beside the parameters
 
 
@@ -114,7 +114,7 @@ class RelativeEquilibrium(Described):
     spectrum = ("eigenvalue",)
     several: Mapping[str, str] = {**Described.several, "eigenvalue": "eigenvalues"}
     literature = "Merkin, Introduction to the Theory of Stability, chapter 6"
-    shown = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
+    map_content = "measured eigenvalues of motions about each equilibrium, compared with linear theory"
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
@@ -133,12 +133,12 @@ class RelativeEquilibrium(Described):
             return VARIABLES
         model = self.mechanism
         change = "  1  largest change of the conserved {}, relative [check]"
-        drifts = rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
+        drifts = parse_rows(*(f"{name}_drift{change.format(name.replace('_', ' '))}" for name in model.quantities))
         return VARIABLES | (INVARIANTS if model.n == 4 else {}) | drifts | self.places()
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.relative`."""
-        self._compiled()
+        self._load_code()
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return self.mechanism.survey(self.slots(points), *settings, integration.runs)
 

@@ -11,7 +11,7 @@ from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import ascending, check_finite, check_tolerance, columns, instants, time
+from sweeps.systems.motion import attitude_columns, check_finite, check_times, check_tolerance, sample_times, time_axis
 from sweeps.systems.rigid_body.system import SpunBody, span_of, start
 
 SPIN = ("axis", "omega0", "epsilon", "phase")
@@ -53,15 +53,15 @@ def from_start(
         duration = span_of(moments, omega, rotation) if times is None else parse_amount("times", times, "s")
         if not (math.isfinite(duration) and duration > 0):
             raise DefinitionError(f"times: {display(times)}; allowed: instants, or a duration > 0, in s")
-        at = instants(duration, samples, rotation)
+        at = sample_times(duration, samples, rotation)
     else:
-        at = ascending(times)
+        at = check_times(times)
     with np.errstate(all="ignore"):
-        variables = columns(moments, omega, at - at[0], tolerance)
+        variables = attitude_columns(moments, omega, at - at[0], tolerance)
     check_finite(variables)
     fixed = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
     surface = {"outlines": outline.written({body.name: body.solid.surface})} if body.solid is not None else {}
-    return xr.Dataset(variables, {"time": time(at, "the start")} | fixed, {"title": body.name} | surface)
+    return xr.Dataset(variables, {"time": time_axis(at, "the start")} | fixed, {"title": body.name} | surface)
 
 
 def _omega(body: SpunBody, spun: Mapping[str, float], given: Any) -> np.ndarray:

@@ -20,7 +20,7 @@ from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import principal_axes
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
-from sweeps.systems.motion import DAY, duration
+from sweeps.systems.motion import DAY, format_duration
 from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, start
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
@@ -115,20 +115,21 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
 def in_words(spin: Spin) -> str:
     """Return the outcome of a perturbed spin in one sentence or two."""
     if spin.regime == "unstable":
-        text = f"unstable: perturbations grow e-fold in {duration(spin.e_folding_time)}"
+        text = f"unstable: perturbations grow e-fold in {format_duration(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, but the body never flips (separatrix)"
         twist = f"up to {180 * spin.twist:.3g}°" if spin.twist >= 1e-3 else "less than 0.2°"
         seen = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
-        return f"{text}, and the body flips every {duration(spin.flip_period)}{seen}"
+        return f"{text}, and the body flips every {format_duration(spin.flip_period)}{seen}"
     verdict = VERDICTS[spin.regime]
     more = f"; {verdict.more}" if verdict.more else ""
     if spin.euler_period is None:
-        flips = f"; the body flips every {duration(spin.flip_period)}" if spin.flip_period else ""
+        flips = f"; the body flips every {format_duration(spin.flip_period)}" if spin.flip_period else ""
         return f"{verdict.words}: {verdict.more}{flips}"
     if spin.flip_period is not None:
-        wobble = f"{verdict.words}: wobble period {duration(spin.euler_period)} as ε → 0 (body frame)"
-        return f"{wobble}; this perturbation is too large, and the body flips every {duration(spin.flip_period)}{more}"
+        wobble = f"{verdict.words}: wobble period {format_duration(spin.euler_period)} as ε → 0 (body frame)"
+        flips = format_duration(spin.flip_period)
+        return f"{wobble}; this perturbation is too large, and the body flips every {flips}{more}"
     wobble = f"wobble period {_at_its_size(spin.wobble_period, spin.euler_period, 'body frame')}"
     text = f"{verdict.words}: {wobble}, tilt at most {spin.max_tilt:.2g}°"
     if spin.precession_period is not None:
@@ -141,7 +142,7 @@ def in_words(spin: Spin) -> str:
 
 def _at_its_size(period: float, limit: float | None, frame: str) -> str:
     """Return a period in words, with its limit for small perturbations where that differs."""
-    here, small = duration(period), duration(limit) if limit else ""
+    here, small = format_duration(period), format_duration(limit) if limit else ""
     return f"{here} ({frame})" if small in ("", here) else f"{here} ({frame}; {small} as ε → 0)"
 
 
@@ -211,7 +212,7 @@ def answer(
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
-    turn, size = duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
+    turn, size = format_duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
     rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn})"
     lines = [*_described(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
     about_axes = spins(body.moments, **spun, axes=axes)
@@ -253,6 +254,6 @@ def _described(body: SpunBody) -> Iterator[str]:
 
 def _known(body: SpunBody) -> Iterator[str]:
     if body.observed is not None:
-        yield f"observed: {duration(body.observed.period_days * DAY)}, {body.observed.what}"
+        yield f"observed: {format_duration(body.observed.period_days * DAY)}, {body.observed.what}"
     if body.note:
         yield f"note: {' '.join(body.note.split())}"

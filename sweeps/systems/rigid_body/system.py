@@ -21,8 +21,15 @@ from sweeps.systems.bodies.body import AXES, BODIES, BodiesDefinition, Body, lis
 from sweeps.systems.bodies.family import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS, Axes, SignedSpin
-from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, WINDOW, coefficients, spacing, squared_rate
-from sweeps.systems.shared_variables import STEPS, regime, rows, status
+from sweeps.systems.reintegration import (
+    MAX_GROWTH,
+    MAX_STEPPED_SAMPLES,
+    ROUNDING_ERROR,
+    euler_coefficients,
+    sample_spacing,
+    squared_rate,
+)
+from sweeps.systems.shared_variables import STEPS, make_status, parse_rows, regime_pair
 from sweeps.systems.system import Example, Point, Reference
 
 SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
@@ -31,18 +38,18 @@ ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
 REGIMES = ("undetermined", *VERDICTS)
 
-VARIABLES = rates.columns(
+VARIABLES = rates.rate_variables(
     reduced="the variation of the spin is removed, from the samples",
     by="correction",
     size="the transverse size",
     window="omega0",
     sparse=True,
-) | rows(
+) | parse_rows(
     """
     e_folds       1  f4  e-folds of growth within the window of the log slope
     euler_period  s      wobble period in the body frame, measured; missing where not stable
     """,
-    *regime(REGIMES, is_determined=True),
+    *regime_pair(REGIMES, from_zero=True),
     bodies.SHAPE,
     """
     growing_fraction  1  f4  projection of the initial perturbation on the growing mode
@@ -54,7 +61,7 @@ VARIABLES = rates.columns(
     """,
     Variable("window_end", "s", "time of the last sample inside the measurement window", sparse=True),
     STEPS,
-    status(statuses.NON_FINITE),
+    make_status(statuses.NON_FINITE),
     bodies.TRIANGLE_MARGIN,
     """
     energy_drift        1  f4  largest relative change of twice the kinetic energy [check]
@@ -65,7 +72,7 @@ VARIABLES = rates.columns(
     """,
 )
 
-TERMS = rows(
+TERMS = parse_rows(
     """
     omega_squared_error_scatter      s-2  term of omega_squared_error: scatter of the corrected samples
     omega_squared_error_integration  s-2  term of omega_squared_error: integration error
@@ -74,7 +81,7 @@ TERMS = rows(
     """
 )
 
-CERTIFICATE = rows(
+CERTIFICATE = parse_rows(
     """
     propagation_error  1  f4  maximum integration error, relative to the running maximum of the perturbation
         [certificate]
@@ -83,7 +90,7 @@ CERTIFICATE = rows(
     """
 )
 
-FLIPS = rows(
+FLIPS = parse_rows(
     """
     flip_period        s  time between two flips (changes of sign of the spin), measured; missing where the spin keeps
         its sign
@@ -97,7 +104,7 @@ FLIPS = rows(
     """
 )
 
-IN_SPACE = rows(
+IN_SPACE = parse_rows(
     """
     attitude_error    rad  f4  largest angle between the integrated attitude and the exact one [certificate]
         comment: certificate of the attitude: at the samples used, by an exact step that shares no code with the direct
@@ -143,8 +150,7 @@ class RigidBodyIntegration(Integration):
     """How each run of a rigid body is made."""
 
     propagator: Annotated[str, choice(tuple(PROPAGATORS))] = key(
-        "integration method: " + " or ".join(f"{name} ({each.summary})" for name, each in PROPAGATORS.items()),
-        "direct",
+        "integration method: " + " or ".join(f"{name} ({each.summary})" for name, each in PROPAGATORS.items()), "direct"
     )
     collapse: bool = switch("points that differ by units alone are integrated once and expanded")
     variables: list_of_different(str) = key(
@@ -263,12 +269,14 @@ class RigidBody(FreeBody):
         """Return ω(t) and q(t) of a point, in closed form and by direct integration; see `Dynamics.motion`."""
         import xarray as xr
 
-        from sweeps.systems.motion import columns, instants, time
+        from sweeps.systems.motion import attitude_columns, sample_times, time_axis
 
         moments, omega = start(point)
         rotation = 2 * np.pi / np.abs(omega).max()
-        times = instants(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
-        return xr.Dataset(columns(moments, omega, times, tolerance), {"time": time(times, "the perturbation")})
+        times = sample_times(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
+        return xr.Dataset(
+            attitude_columns(moments, omega, times, tolerance), {"time": time_axis(times, "the perturbation")}
+        )
 
     def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
         """Return the number of points, or with `collapse` of distinct motions."""
@@ -302,11 +310,11 @@ def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
     """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MOST_ROTATIONS."""
     from kernels import exact
-    from sweeps.systems.motion import span
+    from sweeps.systems.motion import motion_span
 
     top = exact.set_up(*moments, *omega)
     flips = exact.max_tilt(top, int(np.abs(omega).argmax()) + 1) > 0.5 * math.pi
-    return span((1 if flips else 2) * exact.period(top), rotation)
+    return motion_span((1 if flips else 2) * exact.period(top), rotation)
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
@@ -378,7 +386,7 @@ def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
 
 
 def _spacing(point, integration) -> float:
-    return spacing(np.abs(coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
+    return sample_spacing(np.abs(euler_coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
 
 
 def _times(point, integration) -> np.ndarray:
@@ -386,12 +394,12 @@ def _times(point, integration) -> np.ndarray:
 
 
 def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
-    """Return Ω² of a perturbed rotation in s-2, by DOP853; NaN for runs of more than `MOST_STEPPED` samples."""
+    """Return Ω² of a perturbed rotation in s-2, by DOP853; NaN for runs of more than `MAX_STEPPED_SAMPLES` samples."""
     from scipy.integrate import solve_ivp
 
-    if integration.samples > MOST_STEPPED:
+    if integration.samples > MAX_STEPPED_SAMPLES:
         return math.nan
-    ca, cb, cc = coefficients(_seen_from_axis(point))
+    ca, cb, cc = euler_coefficients(_seen_from_axis(point))
     times, e2 = _times(point, integration), point["epsilon"] ** 2
     start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
 
@@ -399,7 +407,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
         return ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]
 
     def grown(_, w):
-        return math.hypot(w[1], w[2]) - 2.0 * WINDOW
+        return math.hypot(w[1], w[2]) - 2.0 * MAX_GROWTH
 
     grown.terminal = True
     accuracy = {"rtol": 1e-13, "atol": 1e-14}
@@ -425,10 +433,10 @@ def allowed_deviation(point: Mapping[str, float], integration) -> float:
     """Return the allowed distance of a measured Ω² from a reference, s-2.
 
     Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
-    by the tolerance, and the references by `ROUNDING`.
+    by the tolerance, and the references by `ROUNDING_ERROR`.
     """
     h = _spacing(point, integration)
-    return 8.0 * (integration.tolerance + ROUNDING) / h**2 * point["omega0"] ** 2
+    return 8.0 * (integration.tolerance + ROUNDING_ERROR) / h**2 * point["omega0"] ** 2
 
 
 SYSTEM = RigidBody()

@@ -15,8 +15,8 @@ from sweeps.schema.parameters import grid_model, key, mapping
 from sweeps.schema.values import MIN_SPIN_RATE, TOLERANCE, Positive, Tolerance, number, spin_rate
 from sweeps.schema.variables import Layout, Parameter, Quantity, coordinates_of
 from sweeps.systems.bodies import variables as bodies
-from sweeps.systems.reintegration import MOST_STEPPED, ROUNDING, spacing
-from sweeps.systems.shared_variables import STEPS, rows, status
+from sweeps.systems.reintegration import MAX_STEPPED_SAMPLES, ROUNDING_ERROR, sample_spacing
+from sweeps.systems.shared_variables import STEPS, make_status, parse_rows
 from sweeps.systems.system import Dynamics, Example, Point, Reference
 
 _MEASURED = """
@@ -29,7 +29,7 @@ _MEASURED = """
 """
 _MOMENTUM = "momentum_precession_rate"
 
-VARIABLES = rows(
+VARIABLES = parse_rows(
     """
     precession_rate_theory  rad s-1  precession rate of the angular velocity about the figure axis, closed form
         comment: (I3/I1 - 1) omega3; positive turns from axis 1 towards axis 2
@@ -58,7 +58,7 @@ VARIABLES = rows(
     propagation_error     1  maximum integration error of the transverse part, relative to its size [certificate]
     """,
     STEPS,
-    status(statuses.NON_FINITE),
+    make_status(statuses.NON_FINITE),
     replace(bodies.TRIANGLE_MARGIN, dtype="f8"),
 )
 VARIABLES[_MOMENTUM] = replace(VARIABLES[_MOMENTUM], theory="precession_rate_theory")
@@ -132,14 +132,16 @@ class SymmetricTop(Dynamics):
 
         from kernels import exact
         from kernels import symmetric_top as top
-        from sweeps.systems.motion import as_columns, instants, span, time
+        from sweeps.systems.motion import label_columns, motion_span, sample_times, time_axis
 
         ratio, spin = float(point["ratio"]), float(point["omega3"])
         rate, rotation = abs(float(top.precession_rate(ratio, spin))), 2 * math.pi / abs(spin)
-        times = instants(duration or span(4 * math.pi / rate if rate > 0 else math.inf, rotation), samples, rotation)
+        times = sample_times(
+            duration or motion_span(4 * math.pi / rate if rate > 0 else math.inf, rotation), samples, rotation
+        )
         omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
         followed = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
-        return xr.Dataset(as_columns(*followed, "closed form"), {"time": time(times, "the start")})
+        return xr.Dataset(label_columns(*followed, "closed form"), {"time": time_axis(times, "the start")})
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where I3 exceeds the sum of the two other moments."""
@@ -155,10 +157,10 @@ def precession_by_scipy(point: Mapping[str, float], integration: TopIntegration)
     """Return the precession rate about the figure axis in rad s-1, by DOP853, from the transverse angle."""
     from scipy.integrate import solve_ivp
 
-    if integration.samples > MOST_STEPPED:
+    if integration.samples > MAX_STEPPED_SAMPLES:
         return math.nan
     c = point["ratio"] - 1.0
-    h = spacing(abs(c), integration.samples_per_rotation)
+    h = sample_spacing(abs(c), integration.samples_per_rotation)
     times = h * np.arange(integration.samples + 1)
     sense = math.copysign(1.0, point["omega3"])
 
@@ -179,10 +181,10 @@ def allowed_deviation(point: Mapping[str, float], integration: TopIntegration) -
     """Return the allowed distance of a measured rate from a reference, rad s-1.
 
     Samples that are wrong by δ, relative to the largest so far, move the slope of an angle by 2δ/h. Both ways may be
-    wrong by the tolerance, and the references by `ROUNDING`.
+    wrong by the tolerance, and the references by `ROUNDING_ERROR`.
     """
-    h = spacing(abs(point["ratio"] - 1.0), integration.samples_per_rotation)
-    return 4.0 * (integration.tolerance + ROUNDING) / h * abs(point["omega3"])
+    h = sample_spacing(abs(point["ratio"] - 1.0), integration.samples_per_rotation)
+    return 4.0 * (integration.tolerance + ROUNDING_ERROR) / h * abs(point["omega3"])
 
 
 SYSTEM = SymmetricTop()

@@ -18,8 +18,8 @@ from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, l
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
-from sweeps.systems.reintegration import ROUNDING, coefficients
-from sweeps.systems.shared_variables import rows, status, with_exact
+from sweeps.systems.reintegration import ROUNDING_ERROR, euler_coefficients
+from sweeps.systems.shared_variables import make_status, parse_rows, with_exact
 from sweeps.systems.system import Example, Reference
 
 ARGUMENTS = (*MOMENTS, "energy", "omega0")
@@ -35,7 +35,7 @@ PERIODS = {
     "period_phi_encircled": "mean precession period about L of the axis that the polhode encircles",
 }
 
-EXACT = rows(
+EXACT = parse_rows(
     Variable("mode_exact", None, "mode of the motion, from its energy", "i1", MODES, _MODES, -1),
     *(Variable(f"{name}_exact", "s", f"{text}, closed form") for name, text in PERIODS.items()),
     """
@@ -51,7 +51,7 @@ _MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text i
 _PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
 _LEADING = {"exact": "mode_exact", "role": Role.HEADLINE}
 _MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_LEADING)
-MEASURED = table(_MODE, *_PERIODS, *_ERRORS, status(statuses.NON_FINITE))
+MEASURED = table(_MODE, *_PERIODS, *_ERRORS, make_status(statuses.NON_FINITE))
 
 VARIABLES = MEASURED | EXACT
 
@@ -125,10 +125,7 @@ class Tumbling(MeasuredOnce):
 
     name = "tumbling"
     kernels = ("tumbling", "statuses", "triangle")
-    compiled = (
-        Example("tumbling", "survey", (A_POINT, 1e-9)),
-        Example("tumbling", "tilts", (A_POINT,)),
-    )
+    compiled = (Example("tumbling", "survey", (A_POINT, 1e-9)), Example("tumbling", "tilts", (A_POINT,)))
     compile_seconds = 9.0
     model = TumblingDefinition
     closed = "periods"
@@ -147,9 +144,9 @@ class Tumbling(MeasuredOnce):
     def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
         """Return two periods of ω in the body."""
         from kernels import exact
-        from sweeps.systems.motion import span
+        from sweeps.systems.motion import motion_span
 
-        return span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
+        return motion_span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.tumbling`."""
@@ -182,7 +179,7 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     from kernels import exact
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
-    c, whole = coefficients(moments), exact.period(exact.set_up(*moments, *omega))
+    c, whole = euler_coefficients(moments), exact.period(exact.set_up(*moments, *omega))
     if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
         return math.nan
 
@@ -209,8 +206,10 @@ def period_in_closed_form(point: Mapping[str, float], integration: Once) -> floa
 def allowed_deviation(point: Mapping[str, float], integration: Once) -> float:
     """Return the allowed distance of a measured period from a reference, s."""
     moments = np.sort([point["I1"], point["I2"], point["I3"]])
-    near = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING)
-    return (GROWN * (integration.tolerance + ROUNDING) + ROUNDING / near) * period_in_closed_form(point, integration)
+    near = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING_ERROR)
+    return (GROWN * (integration.tolerance + ROUNDING_ERROR) + ROUNDING_ERROR / near) * period_in_closed_form(
+        point, integration
+    )
 
 
 SYSTEM = Tumbling()

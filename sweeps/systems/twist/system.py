@@ -15,8 +15,8 @@ from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, l
 from sweeps.systems.bodies.family import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
-from sweeps.systems.reintegration import ROUNDING, coefficients
-from sweeps.systems.shared_variables import rows, status, with_exact
+from sweeps.systems.reintegration import ROUNDING_ERROR, euler_coefficients
+from sweeps.systems.shared_variables import make_status, parse_rows, with_exact
 from sweeps.systems.system import Example, Reference
 
 ARGUMENTS = (*MOMENTS, "chi", "theta", "omega0")
@@ -26,7 +26,7 @@ _MISSING = "missing where L is parallel to the handle"
 _TWIST = "twist per revolution of the handle about L (signed change of chi)"
 _TURN = "time of one revolution of the handle about L"
 
-EXACT = rows(
+EXACT = parse_rows(
     f"""
     twist_exact          rad  {_TWIST}, closed form
     time_of_turn_exact   s    {_TURN}, closed form
@@ -38,7 +38,7 @@ EXACT = rows(
     bodies.TRIANGLE_MARGIN,
 )
 
-MEASURED = rows(
+MEASURED = parse_rows(
     *with_exact("twist", "rad", _TWIST, "twist", bodies.TWO_RUNS, _MISSING),
     "twist_defect  rad  shortfall of the twist from a half turn, measured: pi - abs(twist)",
     *with_exact("time_of_turn", "s", _TURN, "time of the revolution", bodies.TWO_RUNS, _MISSING),
@@ -46,7 +46,7 @@ MEASURED = rows(
     ends_reversed  -  side of the handle on which L lies after the revolution [headline]
         flags: -1 undetermined same_side reversed
     """,
-    status(statuses.NON_FINITE),
+    make_status(statuses.NON_FINITE),
 )
 
 VARIABLES = MEASURED | EXACT
@@ -135,7 +135,11 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     from scipy.integrate import solve_ivp
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
-    c, L, until = coefficients(moments), float(np.linalg.norm(moments * omega)), 2.1 * math.pi * moments[2] / moments[1]
+    c, L, until = (
+        euler_coefficients(moments),
+        float(np.linalg.norm(moments * omega)),
+        2.1 * math.pi * moments[2] / moments[1],
+    )
     if not omega[1:].any():
         return math.nan
 
@@ -161,7 +165,7 @@ def turn_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
 
 def allowed_deviation(point: Mapping[str, float], integration: Once) -> float:
     """Return the allowed distance of a measured time from a reference, s."""
-    return GROWN * (integration.tolerance + ROUNDING) * turn_in_closed_form(point, integration)
+    return GROWN * (integration.tolerance + ROUNDING_ERROR) * turn_in_closed_form(point, integration)
 
 
 SYSTEM = Twist()

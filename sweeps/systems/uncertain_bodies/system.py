@@ -20,7 +20,7 @@ from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.rigid_body.system import FLIPPED, REGIMES, SHAREABLE, SURVEY, NearAxisDefinition, SpunBody
 from sweeps.systems.rigid_body.system import LAYOUT as OF_RIGID_BODIES
-from sweeps.systems.shared_variables import rows
+from sweeps.systems.shared_variables import parse_rows
 from sweeps.systems.system import Cost, Example, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
 from sweeps.systems.uncertain_bodies import designs, distribution, measuring
@@ -32,9 +32,9 @@ _OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of th
 
 
 def _sampled(text: str) -> dict[str, Variable]:
-    """Return name → variable of a table as `rows` reads it; after each name that ends in ±, its sampling error."""
+    """Return name → variable of a table of `parse_rows`; after each name that ends in ±, its sampling error."""
     variables = {}
-    for row, one in rows(text).items():
+    for row, one in parse_rows(text).items():
         name = row.removesuffix("±")
         over = ("quantile",) if name.endswith("_quantile") else ("input",) if name.startswith("sensitivity") else ()
         variables[name] = replace(one, name=name, over=over)
@@ -92,7 +92,7 @@ TWISTS = _sampled(
 
 KEPT = {
     name: replace(variable, over=("draw",))
-    for name, variable in rows(
+    for name, variable in parse_rows(
         """
         I1_draw           kg m2  moment about axis 1 of a draw
         I2_draw           kg m2  moment about axis 2 of a draw

@@ -16,7 +16,7 @@ from sweeps.schema.parameters import grid_model
 from sweeps.schema.refusals import keys_of
 from sweeps.schema.values import number
 from sweeps.schema.variables import Layout, Parameter, Quantity, Role, Variable, coordinates_of, table
-from sweeps.systems.motion import angular_velocity, instants, time
+from sweeps.systems.motion import angular_velocity, sample_times, time_axis
 from sweeps.systems.system import Dynamics, Reference
 
 FATES = ("slows", "lasts")
@@ -104,10 +104,10 @@ class DampedTop(Dynamics):
     def motion(self, point, duration, samples, tolerance):
         import xarray as xr
 
-        times = instants(duration or 3 * point["tau"], samples, point["tau"])
+        times = sample_times(duration or 3 * point["tau"], samples, point["tau"])
         values = point["spin"] * np.exp(-times / point["tau"])
         return xr.Dataset(
-            {"omega": ("time", values, angular_velocity(3, "closed form"))}, {"time": time(times, "the start")}
+            {"omega": ("time", values, angular_velocity(3, "closed form"))}, {"time": time_axis(times, "the start")}
         )
 
 

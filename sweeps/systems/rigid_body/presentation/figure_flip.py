@@ -19,7 +19,7 @@ from sweeps.schema.boxes import Dataset, along, blocks, dimensions, nearest_by
 from sweeps.systems.bodies import outline as outlines
 from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
-from sweeps.systems.motion import rotated
+from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.presentation.look import settings
 from sweeps.systems.rigid_body.system import start
@@ -82,7 +82,7 @@ def racket_at(ds: Dataset) -> dict[str, int] | None:
 
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return matrices body → space (n, 3, 3) at times (s), L along z; moments in kg m2, omega at time 0 in rad/s."""
-    turned = rotated(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
+    turned = rotate_vectors(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
     z = moments * omega / np.linalg.norm(moments * omega)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)

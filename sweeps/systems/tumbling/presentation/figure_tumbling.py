@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Patch
 
 from kernels import exact, tumbling
 from sweeps.figure import colors, style
-from sweeps.systems.motion import rotated
+from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.tumbling.system import SYSTEM
 
 PANELS = 4
@@ -104,7 +104,7 @@ def herpolhode(moments, omega, times) -> np.ndarray:
 
     The component along L stays 2T/L; the first axis of the plane is that of the angular velocity at time 0.
     """
-    space = rotated(exact.attitude(moments, omega, times), exact.rotation(moments, omega, times))
+    space = rotate_vectors(exact.attitude(moments, omega, times), exact.rotation(moments, omega, times))
     up = np.asarray(moments) * omega
     up = up / np.linalg.norm(up)
     first = np.asarray(omega) - np.dot(omega, up) * up
