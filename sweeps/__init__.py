@@ -222,18 +222,18 @@ def motion(
     from sweeps.points import catalogue
     from sweeps.systems import trajectories
     from sweeps.systems.rigid_body import prediction
-    from sweeps.systems.rigid_body.motion import from_start, spin_of
+    from sweeps.systems.rigid_body.motion import integrate_from, spin_of
 
     if hasattr(system, "data_vars"):
         return motion.of_point(system, times, tolerance)
     is_name = isinstance(system, str) and not trajectories.is_described(system)
-    names = prediction.bodies(catalogue.load_definition("bodies"), "bodies") if is_name else ()
+    names = prediction.bodies_by_name(catalogue.load_definition("bodies"), "bodies") if is_name else ()
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
         start, parameters = ({} if given is None else given for given in (start, parameters))
         times = [] if times is None else times
         return trajectories.integrate_motions(system, start, times, parameters, tolerance)
     chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
-    return from_start(chosen_body, spun, start, times, tolerance)
+    return integrate_from(chosen_body, spun, start, times, tolerance)
 
 
 def uncertainty(

@@ -57,7 +57,7 @@ def _body(args):
 
     body = parser.body(args)
     if body is None:
-        names = list(prediction.bodies(catalogue.load_definition(args.definition), args.definition))
+        names = list(prediction.bodies_by_name(catalogue.load_definition(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty")}
@@ -118,7 +118,7 @@ def _motion(args):
 def _of_body(args, _):
     """Return the motion of a body, and the function that draws its frames."""
     from sweeps.systems.rigid_body import prediction
-    from sweeps.systems.rigid_body.motion import RATES, SPIN, from_start, spin_of
+    from sweeps.systems.rigid_body.motion import RATES, SPIN, integrate_from, spin_of
     from sweeps.systems.rigid_body.presentation import figure_flip
 
     body = parser.body(args)
@@ -132,7 +132,7 @@ def _of_body(args, _):
         start |= dict(zip(RATES, args.omega, strict=True))
     chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
     with progress.waiting(WAIT):
-        return from_start(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
+        return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
 
 
 def _of_system(args, is_film: bool):

@@ -7,7 +7,7 @@ import pytest
 
 from kernels import exact, in_space, tumbling
 from sweeps.points import catalogue
-from sweeps.systems.rigid_body.system import SYSTEM, RigidBodyIntegration, start
+from sweeps.systems.rigid_body.system import SYSTEM, RigidBodyIntegration, initial_state
 
 pytestmark = pytest.mark.slow  # what they need takes some 20 s to compile, and few definitions ask for it
 ATTITUDE = RigidBodyIntegration(attitude=True)
@@ -81,7 +81,7 @@ def test_the_rate_is_that_of_the_axis_followed_for_many_turns(axis):
     """The azimuth of the spin axis about L from quaternions, over a hundred periods of the wobble."""
     point = {"I1": 0.5, "I2": 0.8, "I3": 1.0, "axis": axis, "omega0": -3.0, "epsilon": 0.05, "phase": 0.6}
     columns = SYSTEM.columns({name: np.array([value]) for name, value in point.items()}, ATTITUDE)
-    moments, omega = start(point)
+    moments, omega = initial_state(point)
     times = np.linspace(0.0, 100 * exact.period(exact.set_up(*moments, *omega)), 40_001)
     w, x, y, z = exact.attitude(moments, omega, times).T
     ends = (

@@ -68,12 +68,12 @@ def test_a_python_file_that_a_map_names_is_not_run(bodies, pendulum, folder, cap
 @pytest.mark.parametrize("observed", ["7", "{period_days: -1.0, what: x}", "{period_days: 2.0, what: [1]}", "[1, 2]"])
 def test_what_a_map_says_was_observed_may_be_anything(bodies, observed):
     definition = f"bodies: [{{name: Tennis racket, axis: 1, observed: {observed}}}, 3, {{name: [1]}}]"
-    assert fits.periods(bodies.assign_attrs(definition=definition)) == []
+    assert fits.compare_periods(bodies.assign_attrs(definition=definition)) == []
 
 
 def test_what_a_map_says_was_observed_is_told(bodies, folder):
     definition = f"bodies: [{TOLD}]".replace("'", '"')
     with storage.open_map(written(bodies, folder, "rigid_body", definition)) as ds:
-        (period,) = fits.periods(ds)
+        (period,) = fits.compare_periods(ds)
     assert (period.body, period.axis, period.observed_days, period.what) == ("Tennis racket", 1, 1.0, "a wobble")
     assert np.isfinite(period.measured_days)

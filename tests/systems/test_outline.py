@@ -17,8 +17,8 @@ trimesh = pytest.importorskip("trimesh")
 
 def test_a_simplified_ring_keeps_its_shape_and_sense():
     ring = trimesh.creation.torus(2.0, 0.5, major_sections=96, minor_sections=48)
-    vertices, faces = outline.simplified(np.asarray(ring.vertices), np.asarray(ring.faces))
-    assert 500 < len(faces) <= outline.MOST_FACES < len(ring.faces)
+    vertices, faces = outline.simplify(np.asarray(ring.vertices), np.asarray(ring.faces))
+    assert 500 < len(faces) <= outline.MAX_FACES < len(ring.faces)
     cell = 5.0 / 16  # of a lattice coarser than any that is needed
     off = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]) - 2.0, vertices[:, 2]) - 0.5
     assert np.abs(off).max() < cell
@@ -28,12 +28,14 @@ def test_a_simplified_ring_keeps_its_shape_and_sense():
 
 def test_few_faces_stay_as_they_are_and_come_back_from_text():
     box = trimesh.creation.box((3.0, 2.0, 1.0))
-    vertices, faces = outline.simplified(np.asarray(box.vertices), np.asarray(box.faces))
-    found = outline.unpacked(outline.packed(vertices, faces))
+    vertices, faces = outline.simplify(np.asarray(box.vertices), np.asarray(box.faces))
+    found = outline.decode_surface(outline.encode_surface(vertices, faces))
     np.testing.assert_array_equal(np.reshape(found["faces"], (-1, 3)), box.faces)
     far = np.linalg.norm([1.5, 1.0, 0.5])
-    restored = np.reshape(found["vertices"], (-1, 3)) / outline.WHOLE * far
-    np.testing.assert_allclose(restored, box.vertices, atol=far / outline.WHOLE)  # half a unit, and a rounding
+    restored = np.reshape(found["vertices"], (-1, 3)) / outline.COORDINATE_SCALE * far
+    np.testing.assert_allclose(
+        restored, box.vertices, atol=far / outline.COORDINATE_SCALE
+    )  # half a unit, and a rounding
 
 
 def test_a_solid_lies_along_its_principal_axes(tmp_path):
@@ -50,12 +52,12 @@ def test_a_solid_lies_along_its_principal_axes(tmp_path):
 def test_bodies_share_the_faces():
     ring = trimesh.creation.torus(2.0, 0.5, major_sections=96, minor_sections=48)
     box = trimesh.creation.box((3.0, 2.0, 1.0))
-    text = outline.written({"ring": (ring.vertices, ring.faces), "box": (box.vertices, box.faces)})
+    text = outline.format_outlines({"ring": (ring.vertices, ring.faces), "box": (box.vertices, box.faces)})
     found = outline.read({"outlines": text})
     faces = {name: len(one["faces"]) // 3 for name, one in found.items()}
     assert faces["box"] == 12
-    assert 500 < faces["ring"] <= outline.MOST_FACES - 12
-    assert outline.written({}) == ""
+    assert 500 < faces["ring"] <= outline.MAX_FACES - 12
+    assert outline.format_outlines({}) == ""
 
 
 WRONG = (
@@ -64,7 +66,7 @@ WRONG = (
     [1, 0, 0, 0, 0, 0, 1],
     [1, 0, 0, 0, 0, 0],
     [60000, 1, 2, 3],
-    [1, 0, 0, 0] + [0] * 3 * (outline.MOST_FACES + 1),
+    [1, 0, 0, 0] + [0] * 3 * (outline.MAX_FACES + 1),
 )
 
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from kernels import jit
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.motion import format_duration
-from sweeps.systems.rigid_body.prediction import in_words, spins
+from sweeps.systems.rigid_body.prediction import describe_spin, predict_spins
 from sweeps.systems.rigid_body.presentation.look import LOOK
 
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
@@ -42,7 +42,7 @@ def first_flips(moments, axis, omega0, epsilon, phase, count=3):
 
 @pytest.mark.parametrize(("omega0", "epsilon"), [(10.0, 1e-2), pytest.param(-3.0, 0.1, marks=pytest.mark.slow)])
 def test_the_flip_period_is_that_of_scipy(omega0, epsilon):
-    spin = spins(RACKET, omega0, epsilon, 0.6)[1]
+    spin = predict_spins(RACKET, omega0, epsilon, 0.6)[1]
     first, second, third = first_flips(RACKET, 2, omega0, epsilon, 0.6)
     assert spin.regime == "unstable"
     # DOP853 at rtol 1e-12, its error grown e^(λT) ~ 1e3 times until the flip
@@ -57,7 +57,7 @@ def test_times_of_linear_theory_are_those_of_mpmath():
     wobbles = [
         20 * mpmath.pi / 100 / mpmath.sqrt((a - b) * (a - c) / (b * c)) for a, b, c in ((I1, I2, I3), (I3, I1, I2))
     ]
-    one, two, three = spins(RACKET, 10.0, 1e-6, 0.6)
+    one, two, three = predict_spins(RACKET, 10.0, 1e-6, 0.6)
     # a few roundings, the differences of the moments among them
     assert two.e_folding_time == pytest.approx(float(1 / rate), rel=1e-13)
     assert one.euler_period == pytest.approx(float(wobbles[0]), rel=1e-13)
@@ -66,28 +66,28 @@ def test_times_of_linear_theory_are_those_of_mpmath():
 
 
 def test_the_earth_wobbles_in_the_304_days_of_the_textbooks():
-    earth = spins((8.0101e37, 8.0103e37, 8.0365e37), 7.292115e-5, 1e-6, 0.6)[2]
+    earth = predict_spins((8.0101e37, 8.0103e37, 8.0365e37), 7.292115e-5, 1e-6, 0.6)[2]
     assert earth.euler_period / 86400 == pytest.approx(303.74, abs=0.01)  # bodies.yaml says where it comes from
-    assert "303.7 days" in in_words(earth)
+    assert "303.7 days" in describe_spin(earth)
 
 
 def test_symmetric_bodies_and_spheres_neither_wobble_nor_flip():
-    sphere = spins((2.0, 2.0, 2.0), 1.0, 1e-6, 0.6)
+    sphere = predict_spins((2.0, 2.0, 2.0), 1.0, 1e-6, 0.6)
     assert {(s.regime, s.e_folding_time, s.flip_period, s.euler_period) for s in sphere} == {
         ("sphere", None, None, None)
     }
-    top = spins((1.0, 1.0, 2.0), 1.0, 1e-6, 0.6)
+    top = predict_spins((1.0, 1.0, 2.0), 1.0, 1e-6, 0.6)
     assert [spin.regime for spin in top] == ["marginal", "marginal", "stable_major"]
     assert top[0].e_folding_time is None
     assert top[2].euler_period == pytest.approx(2 * math.pi, rel=1e-15)  # (I3 - I1)/I1 = 1
 
 
 def test_a_large_nudge_may_turn_over_what_is_stable():
-    spin = spins((1.0, 1.9, 2.0), 1.0, 0.9, 0.6)[2]
+    spin = predict_spins((1.0, 1.9, 2.0), 1.0, 0.9, 0.6)[2]
     assert spin.regime == "stable_major"
     flips = first_flips((1.0, 1.9, 2.0), 3, 1.0, 0.9, 0.6)
     assert spin.flip_period == pytest.approx(flips[1] - flips[0], rel=1e-8)
-    assert "too large" in in_words(spin)
+    assert "too large" in describe_spin(spin)
 
 
 def turned_about_l(moments, axis, omega0, epsilon, phase):
@@ -129,13 +129,13 @@ def turned_about_l(moments, axis, omega0, epsilon, phase):
     ],
 )
 def test_periods_are_those_of_the_motion_with_its_perturbation(moments, axis, omega0, epsilon, phase):
-    spin = spins(moments, omega0, epsilon, phase)[axis - 1]
+    spin = predict_spins(moments, omega0, epsilon, phase)[axis - 1]
     wobble, about_l = turned_about_l(moments, axis, omega0, epsilon, phase)
     # DOP853 at rtol 1e-12 over some turns
     assert spin.wobble_period == pytest.approx(wobble, rel=1e-8)
     assert spin.precession_period == pytest.approx(about_l, rel=1e-8)
     assert spin.precession_turns == pytest.approx(about_l * abs(omega0) / (2 * math.pi), rel=1e-8)
-    text = in_words(spin)
+    text = describe_spin(spin)
     assert f"wobble period {format_duration(wobble)} (body frame" in text
     assert f"precession period about L {format_duration(about_l)} (inertial frame" in text
     limits = [format_duration(limit) for limit in (spin.euler_period, spin.space_period)]
@@ -145,11 +145,11 @@ def test_periods_are_those_of_the_motion_with_its_perturbation(moments, axis, om
 
 def test_periods_at_a_small_perturbation_are_their_limits():
     for axis in (1, 3):
-        spin = spins(RACKET, 10.0, 1e-7, 0.6)[axis - 1]
+        spin = predict_spins(RACKET, 10.0, 1e-7, 0.6)[axis - 1]
         # the shift is of the order ε², 1e-14; the racket's differences of moments cost two digits
         assert spin.wobble_period == pytest.approx(spin.euler_period, rel=1e-12)
         assert spin.precession_period == pytest.approx(spin.space_period, rel=1e-12)
-        assert "ε → 0" not in in_words(spin)
+        assert "ε → 0" not in describe_spin(spin)
 
 
 @pytest.mark.parametrize(
@@ -165,8 +165,8 @@ def test_periods_at_a_small_perturbation_are_their_limits():
     ],
 )
 def test_the_command_words_a_spin_as_its_verdict_does(moments, axis, words):
-    spin = spins(moments, 1.0, 0.01, 0.6)[axis - 1]
-    text, verdict = in_words(spin), VERDICTS[spin.regime]
+    spin = predict_spins(moments, 1.0, 0.01, 0.6)[axis - 1]
+    text, verdict = describe_spin(spin), VERDICTS[spin.regime]
     assert words in text
     assert text.startswith(f"{verdict.words}: ")
     assert verdict.more in text
@@ -177,11 +177,11 @@ def test_the_command_words_a_spin_as_its_verdict_does(moments, axis, words):
 ODD = """
 import math
 from dataclasses import asdict
-from sweeps.systems.rigid_body.prediction import spins
+from sweeps.systems.rigid_body.prediction import predict_spins
 BODIES = [(0.3, 1.7, 1.1), (2e-3, 1.0, 0.9999), (1.0, 1.0, 2.0), (1.0, 2.0, 2.0), (1.0, 1.0, 1.0), (1.0, 5.0, 9.0)]
 BODIES += [(1.0, 2.0, math.nextafter(2.0, 3.0)), (3e-300, 4e-300, 5e-300), (7.0, 5.0, 4.0)]
 ASKED = [(1.0, 1e-6, 0.6), (-10.0, 0.3, 2.0), (3.0, 0.0, 0.0), (1e-9, 1e-200, 0.5)]
-found = [[asdict(spin) for spin in spins(body, *asked)] for body in BODIES for asked in ASKED]
+found = [[asdict(spin) for spin in predict_spins(body, *asked)] for body in BODIES for asked in ASKED]
 """
 PLAIN = """
 import json, sys

@@ -174,8 +174,8 @@ def test_a_drawn_tensor_turns_the_axes_and_the_spin_starts_where_it_was():
     moments, impossible, turned = known.inertia(normals)
     assert not impossible.any()
     start = np.array([1e-3 * math.cos(0.6), 1e-3 * math.sin(0.6)])
-    spin = measuring.Spun(2, 3.0, 1e-3, 0.6)
-    points = measuring._points(known, moments, turned, normals, spin)
+    spin = measuring.SpinSettings(2, 3.0, 1e-3, 0.6)
+    points = measuring._kernel_points(known, moments, turned, normals, spin)
     omega = 3.0 * (known.axes[1] + start[0] * known.axes[2] + start[1] * known.axes[0])
     drawn_entries = SIX + normals * 0.1 * np.array([1, 1, 1, 0.8, 0.8, 0.8])
     tensors = np.empty((len(normals), 3, 3))
@@ -234,9 +234,9 @@ def test_moments_that_depend_on_each_other_do_so_in_any_unit(unit):
 def measured():
     """The 6U CubeSat at 10 %, about its axes 2 and 3."""
     known = of_moments(box("6U"), 0.1, phase="any")
-    spins = [measuring.Spun(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
+    spins = [measuring.SpinSettings(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
     sampling = measuring.BodySampling(draws=1024, seed=5)
-    return known, sampling, spins, list(measuring.measured(known, spins, sampling, UncertainIntegration()))
+    return known, sampling, spins, list(measuring.measure_spins(known, spins, sampling, UncertainIntegration()))
 
 
 def test_rates_of_draws_are_linear_theorys_far_better_than_their_draws_scatter(measured):
@@ -289,8 +289,8 @@ def test_flips_of_draws_are_the_closed_forms(measured):
 
 def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
     known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
-    ((summary, draws),) = measuring.measured(
-        known, [measuring.Spun(1, 1.0, 1e-6, 0.6)], measuring.BodySampling(128), Integration()
+    ((summary, draws),) = measuring.measure_spins(
+        known, [measuring.SpinSettings(1, 1.0, 1e-6, 0.6)], measuring.BodySampling(128), Integration()
     )
     assert known.inputs == ("Ixy", "Ixz", "Iyz")
     assert np.isfinite(draws["max_tilt"]).all()
@@ -396,10 +396,7 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
     [
         ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a fraction from 0 to below 1"),
         ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
-        (
-            {"uncertainty": {"moment": "5 %"}},
-            "uncertainty.moment: is an unknown key (did you mean moments?)",
-        ),
+        ({"uncertainty": {"moment": "5 %"}}, "uncertainty.moment: is an unknown key (did you mean moments?)"),
         ({"uncertainty": {"covariance": np.diag([1, -1, 1]).tolist()}}, "is not positive"),
         ({"uncertainty": {"covariance": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}}, "is not symmetric"),
         ({"uncertainty": {"covariance": np.diag([1.1, 0, 0]).tolist()}}, "uncertainty of 104.9 %, entry 1"),
@@ -410,10 +407,7 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
             {"uncertainty": "5 %", "bodies": [BODY | {"I3": 3.5}]},
             "are not the moments of any rigid body: I3 = 3.5 > I1 + I2 = 3",
         ),
-        (
-            {"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]},
-            "bodies[1].uncertainty: is missing",
-        ),
+        ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1].uncertainty: is missing"),
     ],
 )
 def test_what_is_wrong_is_said(changed, said):

@@ -279,7 +279,7 @@ def test_breakdown_panels_and_table(breaking):
         assert r"\varepsilon" in ax.get_xlabel()
         (reference,) = drawn(ax, "slope 2")
         assert np.diff(np.log(reference.get_ydata())) / np.diff(np.log(reference.get_xdata())) == pytest.approx(2.0)
-    slopes = fits.breakdown(breaking).slope.values
+    slopes = fits.fit_breakdown(breaking).slope.values
     shown = sorted(text.get_text() for text in table.texts)
     for slope in slopes[np.isfinite(slopes)]:
         assert f"{slope:.3f}" in shown

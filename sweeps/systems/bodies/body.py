@@ -155,7 +155,9 @@ class BodiesDefinition(Definition):
     @property
     def outlines(self) -> str:
         """The surfaces of the bodies that are meshes, with few faces (see `sweeps.systems.bodies.outline`)."""
-        return outline.written({body.name: body.solid.surface for body in self.bodies if body.solid is not None})
+        return outline.format_outlines(
+            {body.name: body.solid.surface for body in self.bodies if body.solid is not None}
+        )
 
     def is_per_body(self, parameter: str) -> bool:
         """Return True if `parameter` (I1 … phase) is a coordinate along `body` rather than a dimension."""

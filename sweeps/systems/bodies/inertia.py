@@ -184,7 +184,7 @@ def solid(path: str | Path, density: float | None = None, mass: float | None = N
         centre=tuple((mesh.center_mass + middle * scale).tolist()),
         extents=tuple(mesh.extents.tolist()),
         faces=len(mesh.faces),
-        surface=outline.simplified(along, np.asarray(mesh.faces)),
+        surface=outline.simplify(along, np.asarray(mesh.faces)),
         digest=digest,
     )
 

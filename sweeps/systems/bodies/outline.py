@@ -1,10 +1,10 @@
-"""A mesh's surface with few faces, for pictures: made where the mesh is read, and carried by the map.
+"""A mesh's surface with few faces, for pictures: simplified when the mesh is read, and stored in the map.
 
-A map that names a file never makes it read, so what its page turns must be in the map itself: the attribute `outlines`,
-some 25 kB of text for 2,000 faces.
+Files that a map names are never read, so the surface that its page draws is in the map itself: the attribute
+`outlines`, some 25 kB of text for 2,000 faces.
 
 Source of the simplification: Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex scenes
-(1993): vertices of one cell of a lattice become one, and faces that are left without area go.
+(1993): vertices of one cell of a lattice become one, and faces without area are removed.
 """
 
 import base64
@@ -16,65 +16,69 @@ import numpy as np
 
 from sweeps.schema.refusals import MapError
 
-MOST_FACES = 2000  # of all bodies of a map together
-LEAST_FACES = 200  # of one body: those beyond ten are drawn as boxes
-LATTICES = (128, 108, 90, 76, 64, 54, 45, 38, 32, 27, 23, 19, 16, 13, 11, 9, 7, 5)  # cells along the longest edge
-WHOLE = 32767  # a coordinate of one, as a number of 16 bits
+MAX_FACES = 2000  # faces of all bodies of a map together, some 25 kB of text
+MIN_BODY_FACES = 200  # faces of one body; so ten bodies have outlines, and further ones are drawn as boxes
+LATTICE_CELLS = (128, 108, 90, 76, 64, 54, 45, 38, 32, 27, 23, 19, 16, 13, 11, 9, 7, 5)  # cells along the longest edge
+COORDINATE_SCALE = 32767  # number of 16 bits that represents the largest distance of a vertex
 
 
-def simplified(vertices: np.ndarray, faces: np.ndarray, most: int = MOST_FACES) -> tuple[np.ndarray, np.ndarray]:
-    """Return a surface simplified to at most so many faces; as it is given where they are few enough.
+def simplify(vertices: np.ndarray, faces: np.ndarray, max_faces: int = MAX_FACES) -> tuple[np.ndarray, np.ndarray]:
+    """Return a surface simplified to at most `max_faces` faces; the surface itself if it has no more.
 
-    Vertices have shape (n, 3); faces (m, 3), indices of vertices counterclockwise seen from outside, also of what is
-    returned.
+    Args:
+        vertices: coordinates, shape (n, 3).
+        faces: indices of vertices, counterclockwise seen from outside, shape (m, 3); so are the returned ones.
+        max_faces: largest number of returned faces.
     """
-    if len(faces) <= most and len(vertices) < 2**16:
+    if len(faces) <= max_faces and len(vertices) < 2**16:
         return vertices, faces
     low, edge = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    for cells in LATTICES:
+    for cells in LATTICE_CELLS:
         place = np.minimum((vertices - low) * (cells / edge), cells - 1).astype(np.int64)
         _, cell = np.unique(place @ (1, cells, cells * cells), return_inverse=True)
-        moved = cell[faces]
-        left = moved[(moved != np.roll(moved, 1, axis=1)).all(axis=1)]
-        turn = (np.arange(3) + left.argmin(axis=1)[:, None]) % 3  # the least index first, the sense as it was
-        left = np.unique(np.take_along_axis(left, turn, axis=1), axis=0)
-        if len(left) <= most:
+        cell_faces = cell[faces]
+        remaining = cell_faces[(cell_faces != np.roll(cell_faces, 1, axis=1)).all(axis=1)]
+        rotation = (np.arange(3) + remaining.argmin(axis=1)[:, None]) % 3  # the smallest index first, same orientation
+        remaining = np.unique(np.take_along_axis(remaining, rotation, axis=1), axis=0)
+        if len(remaining) <= max_faces:
             break
     counts = np.bincount(cell)
     means = np.stack([np.bincount(cell, vertices[:, k]) / counts for k in range(3)], axis=1)
-    used, numbers = np.unique(left, return_inverse=True)
-    return means[used], numbers.reshape(left.shape)
+    used_cells, numbers = np.unique(remaining, return_inverse=True)
+    return means[used_cells], numbers.reshape(remaining.shape)
 
 
-def packed(vertices: np.ndarray, faces: np.ndarray) -> str:
+def encode_surface(vertices: np.ndarray, faces: np.ndarray) -> str:
     """Return a surface as base64 of the number of vertices, the vertices and the faces, 16 bits each."""
-    scaled = np.rint(vertices * (WHOLE / np.linalg.norm(vertices, axis=1).max())).astype("<i2")
-    parts = np.array([len(scaled)], "<u2"), scaled, faces.astype("<u2")
-    return base64.b64encode(b"".join(part.tobytes() for part in parts)).decode("ascii")
+    scaled = np.rint(vertices * (COORDINATE_SCALE / np.linalg.norm(vertices, axis=1).max())).astype("<i2")
+    arrays = np.array([len(scaled)], "<u2"), scaled, faces.astype("<u2")
+    return base64.b64encode(b"".join(array.tobytes() for array in arrays)).decode("ascii")
 
 
-def unpacked(text: str) -> dict[str, list[int]] | None:
+def decode_surface(text: str) -> dict[str, list[int]] | None:
     """Return the surface in a text, {"vertices": x, y, z of each, "faces": three indices of each}; None without one."""
     try:
         raw = np.frombuffer(base64.b64decode(text, validate=True), "<u2")
     except (ValueError, binascii.Error):
         return None
-    many = int(raw[0]) if raw.size else 0
-    corners, faces = raw[1 : 1 + 3 * many].view("<i2"), raw[1 + 3 * many :]
-    sound = corners.size == 3 * many > 0 and 0 < faces.size <= 3 * MOST_FACES and faces.size % 3 == 0
-    if not sound or faces.max() >= many:
+    num_vertices = int(raw[0]) if raw.size else 0
+    corners, faces = raw[1 : 1 + 3 * num_vertices].view("<i2"), raw[1 + 3 * num_vertices :]
+    is_valid = corners.size == 3 * num_vertices > 0 and 0 < faces.size <= 3 * MAX_FACES and faces.size % 3 == 0
+    if not is_valid or faces.max() >= num_vertices:
         return None
     return {"vertices": corners.tolist(), "faces": faces.tolist()}
 
 
-def written(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
-    """Return the surfaces of a map's bodies as its attribute `outlines`, with at most so many faces; "" without one."""
-    drawn = dict(list(surfaces.items())[: MOST_FACES // LEAST_FACES])
-    left, texts = MOST_FACES, {}
-    few_first = sorted(drawn, key=lambda name: len(drawn[name][1]))  # they leave more to others
+def format_outlines(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> str:
+    """Return the surfaces of bodies as the attribute `outlines` of a map, of at most `MAX_FACES` faces; "" if none."""
+    selected = dict(list(surfaces.items())[: MAX_FACES // MIN_BODY_FACES])
+    free_faces, texts = MAX_FACES, {}
+    few_first = sorted(
+        selected, key=lambda name: len(selected[name][1])
+    )  # bodies with few faces leave more to later ones
     for number, name in enumerate(few_first):
-        vertices, faces = simplified(*drawn[name], left // (len(drawn) - number))
-        texts[name], left = packed(vertices, faces), left - len(faces)
+        vertices, faces = simplify(*selected[name], free_faces // (len(selected) - number))
+        texts[name], free_faces = encode_surface(vertices, faces), free_faces - len(faces)
     return json.dumps(texts) if texts else ""
 
 
@@ -91,4 +95,6 @@ def read(attributes: Mapping) -> dict[str, dict[str, list[int]]]:
     except RecursionError:
         raise MapError("outlines: is nested too deeply; allowed: a text for each body, as Polhode writes it") from None
     texts = texts if isinstance(texts, dict) else {}
-    return {name: surface for name, text in texts.items() if isinstance(text, str) and (surface := unpacked(text))}
+    return {
+        name: surface for name, text in texts.items() if isinstance(text, str) and (surface := decode_surface(text))
+    }

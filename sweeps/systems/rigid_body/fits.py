@@ -12,10 +12,10 @@ from sweeps.schema.boxes import Dataset
 from sweeps.systems.motion import DAY
 
 # Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
-FIT_ABOVE, FIT_BELOW = 1e-11, 1e-2
+MIN_FIT_DEVIATION, MAX_FIT_DEVIATION = 1e-11, 1e-2
 FLOOR_FACTOR = 10.0
 FLOOR_SPAN = 3.0
-LEAST_FITTED = 4
+MIN_FIT_POINTS = 4
 
 
 def signed_rate(omega_squared, omega0):
@@ -26,18 +26,18 @@ def signed_rate(omega_squared, omega0):
 # -- the power law of the deviation in epsilon
 
 
-def power_law(x, y, low: float = FIT_ABOVE, high: float = FIT_BELOW) -> tuple[float, float, int]:
+def power_law(x, y, low: float = MIN_FIT_DEVIATION, high: float = MAX_FIT_DEVIATION) -> tuple[float, float, int]:
     r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
 
     Returns:
-        (p, its standard error, number of points fitted); p and its error are NaN below `LEAST_FITTED` points.
+        (p, its standard error, number of points fitted); p and its error are NaN below `MIN_FIT_POINTS` points.
     """
     x, y = np.asarray(x, float), np.asarray(y, float)
-    fitted = (y >= low) & (y <= high) & (y > 0) & (x > 0)
-    n = int(np.count_nonzero(fitted))
-    if n < LEAST_FITTED:
+    in_range = (y >= low) & (y <= high) & (y > 0) & (x > 0)
+    n = int(np.count_nonzero(in_range))
+    if n < MIN_FIT_POINTS:
         return math.nan, math.nan, n
-    (slope, _), covariance = np.polyfit(np.log(x[fitted]), np.log(y[fitted]), 1, cov=True)
+    (slope, _), covariance = np.polyfit(np.log(x[in_range]), np.log(y[in_range]), 1, cov=True)
     return float(slope), math.sqrt(covariance[0, 0]), n
 
 
@@ -61,7 +61,7 @@ def deviation_floor(epsilon, deviation, error) -> float:
     return max(FLOOR_FACTOR * float(np.median(deviation[first])), float(np.median(error[first])))
 
 
-def breakdown(ds: Dataset) -> Dataset:
+def fit_breakdown(ds: Dataset) -> Dataset:
     r"""Fit the exponent p of |Ω²/Ω²_theory − 1| ∝ ε^p for each body and axis.
 
     The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
@@ -74,7 +74,7 @@ def breakdown(ds: Dataset) -> Dataset:
     Returns:
         A Dataset with `deviation` and `floor` (1; over all dimensions, and over all but epsilon), and `slope`,
         `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
-        NaN where the theory is 0 or fewer than `LEAST_FITTED` points remain.
+        NaN where the theory is 0 or fewer than `MIN_FIT_POINTS` points remain.
     """
     import xarray as xr
 
@@ -87,7 +87,7 @@ def breakdown(ds: Dataset) -> Dataset:
     along = {"input_core_dims": [["epsilon"], ["epsilon"]], "vectorize": True}
     floor = xr.apply_ufunc(lambda y, off: deviation_floor(epsilon, y, off), deviation, error, **along)
     fit = {"input_core_dims": [["epsilon"], []], "output_core_dims": [[], [], []], "vectorize": True}
-    law = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(FIT_ABOVE, low)), deviation, floor, **fit)
+    law = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(MIN_FIT_DEVIATION, low)), deviation, floor, **fit)
     slope, error, fitted = law
     return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
 
@@ -107,7 +107,7 @@ class Period:
     note: str  #: what a reader should know
 
 
-def periods(ds: Dataset) -> list[Period]:
+def compare_periods(ds: Dataset) -> list[Period]:
     """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
     Of several omega0, epsilon and phase, the least epsilon and else the first is taken.
@@ -116,8 +116,8 @@ def periods(ds: Dataset) -> list[Period]:
     if "epsilon" in ds.dims:
         first["epsilon"] = int(np.argmin(ds["epsilon"].values))
     euler = ds["euler_period"].isel({dim: at for dim, at in first.items() if dim in ds["euler_period"].dims})
-    seen = [one for one in _observations(ds) if one.axis in ds["axis"].values]
-    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / DAY) for o in seen]
+    observations = [observation for observation in _observations(ds) if observation.axis in ds["axis"].values]
+    return [replace(o, measured_days=float(euler.sel(body=o.body, axis=o.axis)) / DAY) for o in observations]
 
 
 def _observations(ds: Dataset) -> Iterator[Period]:
@@ -127,11 +127,13 @@ def _observations(ds: Dataset) -> Iterator[Period]:
     from sweeps.systems.rigid_body.system import Observed
 
     bodies = definition_of(ds.attrs).get("bodies")
-    named = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
+    names = set(ds["body"].values.tolist()) if "body" in ds.dims else set()
     for body in bodies if isinstance(bodies, tuple) else ():
-        given = body if isinstance(body, dict) else {}
-        name, axis, note = given.get("name"), given.get("axis"), given.get("note")
-        if isinstance(name, str) and name in named and isinstance(axis, int):
+        entry = body if isinstance(body, dict) else {}
+        name, axis, note = entry.get("name"), entry.get("axis"), entry.get("note")
+        if isinstance(name, str) and name in names and isinstance(axis, int):
             with suppress(ValidationError):
-                seen = Observed.model_validate(given.get("observed"))
-                yield Period(name, axis, math.nan, seen.period_days, seen.what, note if isinstance(note, str) else "")
+                observed = Observed.model_validate(entry.get("observed"))
+                yield Period(
+                    name, axis, math.nan, observed.period_days, observed.what, note if isinstance(note, str) else ""
+                )

@@ -12,7 +12,7 @@ from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import attitude_columns, check_finite, check_times, check_tolerance, sample_times, time_axis
-from sweeps.systems.rigid_body.system import SpunBody, span_of, start
+from sweeps.systems.rigid_body.system import SpunBody, initial_state, span_of
 
 SPIN = ("axis", "omega0", "epsilon", "phase")
 RATES = ("omega1", "omega2", "omega3")
@@ -21,13 +21,13 @@ STARTS = f"three angular velocities, or a mapping with {', '.join(SPIN)}, or wit
 
 def spin_of(start: Any) -> dict[str, Any]:
     """Return the axis, spin rate and perturbation in a start as `sweeps.motion` takes it; {} for angular velocities."""
-    given = _given(start)
-    if not (given.keys() <= {*SPIN} or given.keys() <= {*RATES}):
+    values = _start_values(start)
+    if not (values.keys() <= {*SPIN} or values.keys() <= {*RATES}):
         raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
-    return {name: value for name, value in given.items() if name in SPIN}
+    return {name: value for name, value in values.items() if name in SPIN}
 
 
-def _given(start: Any) -> dict[str, Any]:
+def _start_values(start: Any) -> dict[str, Any]:
     if start is None or hasattr(start, "keys"):
         return {} if start is None else dict(start)
     if isinstance(start, list | tuple | np.ndarray) and np.shape(start) == (3,):
@@ -35,7 +35,7 @@ def _given(start: Any) -> dict[str, Any]:
     raise DefinitionError(f"start: {display(start)}; allowed: {STARTS}")
 
 
-def from_start(
+def integrate_from(
     body: SpunBody, spun: Mapping[str, float], start: Any, times: Any, tolerance: float, samples: int | None = None
 ) -> Dataset:
     """Return the motion of a free rigid body from any start, in closed form and by direct integration.
@@ -60,18 +60,18 @@ def from_start(
         variables = attitude_columns(moments, omega, at - at[0], tolerance)
     check_finite(variables)
     fixed = {name: ((), value, {"units": "kg m2"}) for name, value in zip(MOMENTS, moments, strict=True)}
-    surface = {"outlines": outline.written({body.name: body.solid.surface})} if body.solid is not None else {}
+    surface = {"outlines": outline.format_outlines({body.name: body.solid.surface})} if body.solid is not None else {}
     return xr.Dataset(variables, {"time": time_axis(at, "the start")} | fixed, {"title": body.name} | surface)
 
 
-def _omega(body: SpunBody, spun: Mapping[str, float], given: Any) -> np.ndarray:
-    given, spinning = _given(given), spin_of(given)
-    if given and not spinning:
-        omega = np.array([parse_amount(f"start.{name}", given.get(name, 0.0), "rad s-1") for name in RATES])
+def _omega(body: SpunBody, spun: Mapping[str, float], start: Any) -> np.ndarray:
+    start, spin = _start_values(start), spin_of(start)
+    if start and not spin:
+        omega = np.array([parse_amount(f"start.{name}", start.get(name, 0.0), "rad s-1") for name in RATES])
         if not omega.any():
             raise DefinitionError("start: the body is at rest; allowed: an angular velocity other than 0")
         return omega
-    axis = spinning.get("axis", body.axis or int(np.argsort(body.moments, kind="stable")[1]) + 1)
+    axis = spin.get("axis", body.axis or int(np.argsort(body.moments, kind="stable")[1]) + 1)
     if np.ndim(axis) or axis not in (1, 2, 3):
         raise DefinitionError(f"start.axis: {display(axis)}; allowed: 1, 2 or 3")
-    return start(dict(zip(MOMENTS, body.moments, strict=True)) | spun | {"axis": axis})[1]
+    return initial_state(dict(zip(MOMENTS, body.moments, strict=True)) | spun | {"axis": axis})[1]

@@ -21,7 +21,7 @@ from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import principal_axes
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
 from sweeps.systems.motion import DAY, format_duration
-from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, start
+from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initial_state
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
 Axes, Moments = tuple[int, ...], tuple[float, float, float]
@@ -54,21 +54,23 @@ class Spin:
 
 
 @np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
-def spins(moments: Moments, omega0: float, epsilon: float, phase: float, axes: Axes = AXES) -> list[Spin]:
+def predict_spins(moments: Moments, omega0: float, epsilon: float, phase: float, axes: Axes = AXES) -> list[Spin]:
     """Return the perturbed spins of a body about some of its axes."""
-    return [_spin(moments, axis, omega0, epsilon, phase) for axis in axes]
+    return [_predict_spin(moments, axis, omega0, epsilon, phase) for axis in axes]
 
 
-def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
+def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
     regime = REGIMES[int(linear.regime(*moments, axis))]
     rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
-    top = exact.set_up(*moments, *start(point)[1])
+    top = exact.set_up(*moments, *initial_state(point)[1])
     tilt = math.degrees(exact.max_tilt(top, axis))
     slow = rate if regime == "stable_major" else -rate  # of the wobble, in space
     space = abs(abs(omega0) + slow) if regime.startswith("stable") and rate > 0 else 0.0
     euler = 2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None
-    wobble, precession = (None, None) if tilt > 90 or not euler else _periods(moments, axis, omega0, epsilon, phase)
+    wobble, precession = (
+        (None, None) if tilt > 90 or not euler else _exact_periods(moments, axis, omega0, epsilon, phase)
+    )
     return Spin(
         axis=axis,
         moment=moments[axis - 1],
@@ -85,11 +87,11 @@ def _spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Sp
     )
 
 
-def _periods(moments, axis: int, omega0: float, epsilon: float, phase: float) -> tuple[float, float | None]:
+def _exact_periods(moments, axis: int, omega0: float, epsilon: float, phase: float) -> tuple[float, float | None]:
     """Return the wobble period of a motion that keeps its axis, and the mean period of that axis about L, s."""
-    seen = np.roll(moments, 1 - axis) / max(moments)  # from the axis, in cyclic order
+    ratios = np.roll(moments, 1 - axis) / max(moments)  # from the axis, in cyclic order
     across = epsilon * math.cos(phase), epsilon * math.sin(phase)
-    wobble, rate, sigma = tumbling.periods(*map(float, seen), math.copysign(1.0, omega0), *across)
+    wobble, rate, sigma = tumbling.periods(*map(float, ratios), math.copysign(1.0, omega0), *across)
     rate = abs(rate + sigma * 2 * math.pi / wobble) * abs(omega0)
     return wobble / abs(omega0), 2 * math.pi / rate if rate > 0 else None
 
@@ -105,31 +107,31 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
     if order[0] == axis - 1 or moments[order[0]] == moments[order[1]]:
         return None
     body = dict(zip(MOMENTS, moments, strict=True))
-    values, omega = start({**spun, **body, "axis": axis, "omega0": 1.0})
+    values, omega = initial_state({**spun, **body, "axis": axis, "omega0": 1.0})
     along, second, third = (values / values.max() * omega)[order]
     angles = {"chi": math.atan2(third, second), "theta": math.atan2(math.hypot(second, third), along)}
     points = body | angles | {"omega0": 1.0}
     return abs(float(twist.survey(points, 1e-10, measured=False)["twist_exact"][0]))
 
 
-def in_words(spin: Spin) -> str:
+def describe_spin(spin: Spin) -> str:
     """Return the outcome of a perturbed spin in one sentence or two."""
     if spin.regime == "unstable":
         text = f"unstable: perturbations grow e-fold in {format_duration(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, but the body never flips (separatrix)"
         twist = f"up to {180 * spin.twist:.3g}°" if spin.twist >= 1e-3 else "less than 0.2°"
-        seen = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
-        return f"{text}, and the body flips every {format_duration(spin.flip_period)}{seen}"
+        throw = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
+        return f"{text}, and the body flips every {format_duration(spin.flip_period)}{throw}"
     verdict = VERDICTS[spin.regime]
-    more = f"; {verdict.more}" if verdict.more else ""
+    remark = f"; {verdict.more}" if verdict.more else ""
     if spin.euler_period is None:
         flips = f"; the body flips every {format_duration(spin.flip_period)}" if spin.flip_period else ""
         return f"{verdict.words}: {verdict.more}{flips}"
     if spin.flip_period is not None:
         wobble = f"{verdict.words}: wobble period {format_duration(spin.euler_period)} as ε → 0 (body frame)"
         flips = format_duration(spin.flip_period)
-        return f"{wobble}; this perturbation is too large, and the body flips every {flips}{more}"
+        return f"{wobble}; this perturbation is too large, and the body flips every {flips}{remark}"
     wobble = f"wobble period {_at_its_size(spin.wobble_period, spin.euler_period, 'body frame')}"
     text = f"{verdict.words}: {wobble}, tilt at most {spin.max_tilt:.2g}°"
     if spin.precession_period is not None:
@@ -137,7 +139,7 @@ def in_words(spin: Spin) -> str:
         turns = turns if spin.precession_turns >= 1.5 else turns.replace("turns", "of a turn")
         frame = f"inertial frame; {turns}"
         text += f"; precession period about L {_at_its_size(spin.precession_period, spin.space_period, frame)}"
-    return text + more
+    return text + remark
 
 
 def _at_its_size(period: float, limit: float | None, frame: str) -> str:
@@ -149,14 +151,14 @@ def _at_its_size(period: float, limit: float | None, frame: str) -> str:
 # -- the answer
 
 
-def bodies(definition: Definition, path: object) -> dict[str, SpunBody]:
+def bodies_by_name(definition: Definition, path: object) -> dict[str, SpunBody]:
     """Return name → body of a definition; `path` is used in messages."""
     if not isinstance(definition, NearAxisDefinition) or not definition.bodies:
         raise DefinitionError(f"{path}: bodies: is missing; allowed: a definition of rigid bodies with bodies")
     return {body.name: body for body in definition.bodies}
 
 
-def loaded(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition:
+def load_body(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition:
     """Return the definition of one body; refusals name the body's key."""
     try:
         return load(values)
@@ -165,19 +167,19 @@ def loaded(values: Mapping, load: Callable[[Mapping], Definition]) -> Definition
         raise DefinitionError(text.replace("definition: ", "body: ")) from None
 
 
-def checked(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
+def check_body(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
     """Return a body checked by the rules of a definition, with its requested spin."""
     rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
     grid = {} if "omega0" in rates else {"omega0": 1.0}
-    body = loaded({"bodies": [values | rates], "grid": grid}, load).bodies[0]
+    body = load_body({"bodies": [values | rates], "grid": grid}, load).bodies[0]
     shapes.refuse_impossible("body: moments", body.moments)
     return body
 
 
-def setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
+def spin_setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
     """Return spin rate and perturbation: as requested, else the body's own, else `DEFAULTS`."""
-    ways = {name: (getattr(requested, name), getattr(body, name), default) for name, default in DEFAULTS.items()}
-    return {name: next(value for value in values if value is not None) for name, values in ways.items()}
+    candidates = {name: (getattr(requested, name), getattr(body, name), default) for name, default in DEFAULTS.items()}
+    return {name: next(value for value in values if value is not None) for name, values in candidates.items()}
 
 
 def body_of(body: object, source: object, spin: Mapping[str, object], load: Callable) -> tuple[SpunBody, dict]:
@@ -188,16 +190,16 @@ def body_of(body: object, source: object, spin: Mapping[str, object], load: Call
     that ships.
     """
     if isinstance(body, str):
-        listed = bodies(load(source), source)
-        chosen = listed[match_name(body, list(listed), "body", DefinitionError)]
-        requested = checked({"name": chosen.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
+        bodies = bodies_by_name(load(source), source)
+        selected = bodies[match_name(body, list(bodies), "body", DefinitionError)]
+        requested = check_body({"name": selected.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
     else:
-        chosen = requested = checked({"name": "your body"} | body_entry(body), spin, load)
-    return chosen, setting(requested, chosen)
+        selected = requested = check_body({"name": "your body"} | body_entry(body), spin, load)
+    return selected, spin_setting(requested, selected)
 
 
-def answer(
-    body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, thrown: bool = False
+def predict_body(
+    body: SpunBody, spun: Mapping[str, float], axes: Axes = AXES, with_throw: bool = False
 ) -> tuple[dict, list[str], list[tuple[str, str]], list[str]]:
     """Return the answer for machines and for people.
 
@@ -212,22 +214,22 @@ def answer(
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
-    turn, size = format_duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
-    rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {turn})"
-    lines = [*_described(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
-    about_axes = spins(body.moments, **spun, axes=axes)
+    rotation, size = format_duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
+    rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {rotation})"
+    lines = [*_body_lines(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
+    about_axes = predict_spins(body.moments, **spun, axes=axes)
     if any(spin.flip_period is not None for spin in about_axes):
         lines.append(f"flip times are for ε = {size}; larger perturbations flip sooner")
-    for one in about_axes:
-        text, twist = in_words(one), twist_of(body.moments, one.axis, spun) if thrown else None
-        facts["axes"].append(asdict(one) | {"max_tilt": math.radians(one.max_tilt)})
-        if thrown:
+    for spin in about_axes:
+        text, twist = describe_spin(spin), twist_of(body.moments, spin.axis, spun) if with_throw else None
+        facts["axes"].append(asdict(spin) | {"max_tilt": math.radians(spin.max_tilt)})
+        if with_throw:
             facts["axes"][-1]["twist_thrown"] = twist
         if twist is not None:
             angle = f"{math.degrees(twist):.3g}°"
             text += f"; thrown with ε = {spun['epsilon']:.3g}, it twists by {angle} per revolution of its handle"
-        rows.append((f"axis {one.axis}" + (" (usual spin)" if body.axis == one.axis else ""), text))
-    return facts, lines, rows, list(_known(body))
+        rows.append((f"axis {spin.axis}" + (" (usual spin)" if body.axis == spin.axis else ""), text))
+    return facts, lines, rows, list(_observation_lines(body))
 
 
 def axes_of(value: object) -> Axes:
@@ -237,7 +239,7 @@ def axes_of(value: object) -> Axes:
     return AXES if value is None else (int(value),)
 
 
-def _described(body: SpunBody) -> Iterator[str]:
+def _body_lines(body: SpunBody) -> Iterator[str]:
     if (solid := body.solid) is not None:
         size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
         yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
@@ -246,13 +248,13 @@ def _described(body: SpunBody) -> Iterator[str]:
         yield "axes 1, 2, 3 in the order of ascending moments"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"
-    typed = "" if list(body.moments) == sorted(body.moments) else "; axes 1, 2, 3 in the order given"
-    yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}{typed}"
-    if broken := shapes.violation(body.moments):
-        yield f"no rigid body has these moments: {broken}"
+    order = "" if list(body.moments) == sorted(body.moments) else "; axes 1, 2, 3 in the order given"
+    yield f"{', '.join(MOMENTS)} = {', '.join(f'{moment:.6g}' for moment in body.moments)} {unit}{order}"
+    if problem := shapes.violation(body.moments):
+        yield f"no rigid body has these moments: {problem}"
 
 
-def _known(body: SpunBody) -> Iterator[str]:
+def _observation_lines(body: SpunBody) -> Iterator[str]:
     if body.observed is not None:
         yield f"observed: {format_duration(body.observed.period_days * DAY)}, {body.observed.what}"
     if body.note:

@@ -163,14 +163,14 @@ class RigidBodyIntegration(Integration):
     @property
     def table(self) -> dict[str, Variable]:
         """Name → variable of a map that is made so."""
-        left_out = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
-        return {name: variable for name, variable in self._possible.items() if name not in left_out}
+        omitted = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
+        return {name: variable for name, variable in self._possible.items() if name not in omitted}
 
     @property
     def _possible(self) -> dict[str, Variable]:
         certificate = CERTIFICATE if PROPAGATORS[self.propagator].is_certified else {}
-        seen = IN_SPACE if self.attitude else {}
-        return VARIABLES | certificate | (FLIPS if self.flips else {}) | seen | TERMS
+        attitude = IN_SPACE if self.attitude else {}
+        return VARIABLES | certificate | (FLIPS if self.flips else {}) | attitude | TERMS
 
     @model_validator(mode="after")
     def _check_variables(self) -> "RigidBodyIntegration":
@@ -227,7 +227,7 @@ ON_REQUEST = {  # key of `integration` → what it compiles
 
 # -- the system
 
-COMPARED = 32  # points of a block that a collapsed sweep also integrates as themselves
+COMPARED_POINTS = 32  # points of a block that a collapsed sweep also integrates as themselves
 
 
 class RigidBody(FreeBody):
@@ -271,7 +271,7 @@ class RigidBody(FreeBody):
 
         from sweeps.systems.motion import attitude_columns, sample_times, time_axis
 
-        moments, omega = start(point)
+        moments, omega = initial_state(point)
         rotation = 2 * np.pi / np.abs(omega).max()
         times = sample_times(span_of(moments, omega, rotation) if duration is None else duration, samples, rotation)
         return xr.Dataset(
@@ -294,21 +294,21 @@ class RigidBody(FreeBody):
         return Reference("omega_squared", ways, allowed_deviation)
 
 
-def start(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+def initial_state(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return moments (kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each, of a point of the rigid body.
 
     ω_a = ω0, ω_b = ε ω0 cos φ, ω_c = ε ω0 sin φ, with (a, b, c) cyclic and a the spin axis.
     """
     moments = np.array([point[f"I{i}"] for i in (1, 2, 3)], dtype=float)
-    spin, nudge, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
+    spin, epsilon, phase = float(point["omega0"]), float(point["epsilon"]), float(point["phase"])
     a = int(point["axis"]) - 1
     omega = np.zeros(3)
-    omega[[a, (a + 1) % 3, (a + 2) % 3]] = np.array([1.0, nudge * math.cos(phase), nudge * math.sin(phase)]) * spin
+    omega[[a, (a + 1) % 3, (a + 2) % 3]] = np.array([1.0, epsilon * math.cos(phase), epsilon * math.sin(phase)]) * spin
     return moments, omega
 
 
 def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
-    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MOST_ROTATIONS."""
+    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MAX_ROTATIONS."""
     from kernels import exact
     from sweeps.systems.motion import motion_span
 
@@ -354,7 +354,7 @@ def _compare_with_some_in_full(columns, points, settings, options):
     from kernels import survey
 
     size = next(iter(points.values())).size
-    some = np.random.default_rng(size).integers(0, size, min(size, COMPARED))
+    some = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
     sample = {name: values[some] for name, values in points.items()}
     both = {"wanted": {*options["wanted"], "omega_squared_error"}}
     at_their_spin = survey.measured(survey.as_motions(sample), *settings, rounded=True, **options | both)
@@ -385,12 +385,12 @@ def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
     return np.roll([point["I1"], point["I2"], point["I3"]], 1 - int(point["axis"]))
 
 
-def _spacing(point, integration) -> float:
+def _point_spacing(point, integration) -> float:
     return sample_spacing(np.abs(euler_coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
 
 
-def _times(point, integration) -> np.ndarray:
-    return _spacing(point, integration) * np.arange(integration.samples + 1)
+def _sample_times(point, integration) -> np.ndarray:
+    return _point_spacing(point, integration) * np.arange(integration.samples + 1)
 
 
 def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
@@ -400,18 +400,18 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
     if integration.samples > MAX_STEPPED_SAMPLES:
         return math.nan
     ca, cb, cc = euler_coefficients(_seen_from_axis(point))
-    times, e2 = _times(point, integration), point["epsilon"] ** 2
+    times, e2 = _sample_times(point, integration), point["epsilon"] ** 2
     start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
 
     def rates(_, w):
         return ca * e2 * w[1] * w[2], cb * w[2] * w[0], cc * w[0] * w[1]
 
-    def grown(_, w):
+    def growth(_, w):
         return math.hypot(w[1], w[2]) - 2.0 * MAX_GROWTH
 
-    grown.terminal = True
+    growth.terminal = True
     accuracy = {"rtol": 1e-13, "atol": 1e-14}
-    solution = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, events=grown, **accuracy)
+    solution = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, events=growth, **accuracy)
     return squared_rate(solution.y[1:].T, times[1], solution.y[0]) * point["omega0"] ** 2
 
 
@@ -423,10 +423,10 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
         return math.nan
     epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
     start = [math.copysign(1.0, point["omega0"]), epsilon * math.cos(phase), epsilon * math.sin(phase)]
-    moments, times = _seen_from_axis(point), _times(point, integration)
+    moments, times = _seen_from_axis(point), _sample_times(point, integration)
     omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
-    seen = np.roll(omega, 1 - axis, axis=1)
-    return squared_rate(seen[:, 1:] / epsilon, times[1], seen[:, 0]) * point["omega0"] ** 2
+    components = np.roll(omega, 1 - axis, axis=1)
+    return squared_rate(components[:, 1:] / epsilon, times[1], components[:, 0]) * point["omega0"] ** 2
 
 
 def allowed_deviation(point: Mapping[str, float], integration) -> float:
@@ -435,7 +435,7 @@ def allowed_deviation(point: Mapping[str, float], integration) -> float:
     Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
     by the tolerance, and the references by `ROUNDING_ERROR`.
     """
-    h = _spacing(point, integration)
+    h = _point_spacing(point, integration)
     return 8.0 * (integration.tolerance + ROUNDING_ERROR) / h**2 * point["omega0"] ** 2
 
 

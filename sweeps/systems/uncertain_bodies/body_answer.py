@@ -58,7 +58,9 @@ class BodyAnswer:
         if self._sampled is None:
             raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
         with style.drawn_for(style.ITS_OWN), replace_output(path) as temporary:
-            figure = figure_outlook.draw_cloud(self.name, next(uncertain.lines(self._sampled)), self._sampled.axes)
+            figure = figure_outlook.draw_cloud(
+                self.name, next(uncertain.sampling_lines(self._sampled)), self._sampled.axes
+            )
             figure.savefig(temporary, format="png")
 
 
@@ -75,17 +77,17 @@ def answer(
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
     chosen, spun = prediction.body_of(body, source, given, load)
     axes = prediction.axes_of(axis)
-    facts, lines, rows, more = prediction.answer(chosen, spun, axes, twist)
+    facts, lines, rows, more = prediction.predict_body(chosen, spun, axes, twist)
     if not is_sampled:
         return BodyAnswer(chosen.name, facts, lines, rows, more)
     from sweeps.systems.uncertain_bodies import prediction as uncertain
 
     entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
-    read = uncertain.definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
+    read = uncertain.make_definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
     machine.keep_freed()
-    sampled = uncertain.answer(read, machine.cores())
-    drawn = uncertain.facts(sampled)
+    sampled = uncertain.measure_body(read, machine.cores())
+    drawn = uncertain.collect_facts(sampled)
     measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
-    rows = [*uncertain.rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
-    lines = [*lines, *uncertain.lines(sampled)]
+    rows = [*uncertain.outcome_rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
+    lines = [*lines, *uncertain.sampling_lines(sampled)]
     return BodyAnswer(chosen.name, facts | drawn | {"axes": measured}, lines, rows, more, sampled)

@@ -90,7 +90,7 @@ class Distribution:
             return possible.from_entries(entries, self.delta, self.axes)
         return *possible.from_moments(entries, self.delta), None
 
-    def spun(self, normals: np.ndarray, omega0: float, epsilon: float, phase: float) -> tuple[np.ndarray, ...]:
+    def draw_spins(self, normals: np.ndarray, omega0: float, epsilon: float, phase: float) -> tuple[np.ndarray, ...]:
         """Return spin rate, size and direction of the perturbation of each draw; rates and sizes are log-normal."""
         columns = dict(zip(self.inputs, self.groups, strict=True))
         z = {name: normals[:, columns[name][0]] for name in SPIN if name in self.spin}

@@ -11,7 +11,7 @@ from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import format_duration
-from sweeps.systems.rigid_body.prediction import loaded
+from sweeps.systems.rigid_body.prediction import load_body
 from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.distribution import Distribution
@@ -32,49 +32,49 @@ class Answer:
     axes: dict[int, tuple[dict, dict]]
 
 
-def definition_of(bodies: object, uncertainty: object, omega0: float, more: Mapping) -> dict:
+def definition_of(bodies: object, uncertainty: object, omega0: float, other_keys: Mapping) -> dict:
     """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
-    listed = [bodies] if isinstance(bodies, Mapping) else bodies
-    if not (isinstance(listed, list | tuple) and listed and all(isinstance(body, Mapping) for body in listed)):
-        listed = [{"name": "body"} | body_entry(bodies)]
-    grid = dict(more.get("grid", {}))
-    listed = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in listed]
-    return {"bodies": listed, "uncertainty": uncertainty, **more}
+    entries = [bodies] if isinstance(bodies, Mapping) else bodies
+    if not (isinstance(entries, list | tuple) and entries and all(isinstance(body, Mapping) for body in entries)):
+        entries = [{"name": "body"} | body_entry(bodies)]
+    grid = dict(other_keys.get("grid", {}))
+    entries = [body if "omega0" in body or "omega0" in grid else {**body, "omega0": omega0} for body in entries]
+    return {"bodies": entries, "uncertainty": uncertainty, **other_keys}
 
 
 def entry_of(body: SpunBody) -> dict:
     """Return the entry of a definition for a named body."""
-    named = {"name": body.name}
+    entry = {"name": body.name}
     if body.tensor is not None:
-        return named | {"tensor": [list(row) for row in body.tensor]}
+        return entry | {"tensor": [list(row) for row in body.tensor]}
     moments = dict(zip(MOMENTS, body.moments, strict=True))
-    return named | ({"ratios": moments} if body.ratios is not None else moments)
+    return entry | ({"ratios": moments} if body.ratios is not None else moments)
 
 
-def definition(entry: Mapping, given: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
+def make_definition(entry: Mapping, options: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
     `given` has uncertainty (text of YAML, or its value) and `OPTIONS`, each None where it was not given.
     """
     try:
-        uncertainty = given["uncertainty"]
+        uncertainty = options["uncertainty"]
         uncertainty = plain(read_text(uncertainty)) if isinstance(uncertainty, str) else uncertainty
     except UnreadableError as unreadable:
         raise DefinitionError(f"body: uncertainty: {unreadable.problem}") from None
     values = {"bodies": [{**entry, "uncertainty": uncertainty, **spun}]}
-    return loaded(values | {name: given[name] for name in OPTIONS if given[name] is not None}, load)
+    return load_body(values | {name: options[name] for name in OPTIONS if options[name] is not None}, load)
 
 
-def answer(of_body: UncertainDefinition, threads: int = 1) -> Answer:
+def measure_body(definition: UncertainDefinition, threads: int = 1) -> Answer:
     """Sample and measure the one body of a definition."""
-    body = of_body.bodies[0]
-    distribution, sampling = of_body.distributions[body.name], of_body.sampling(body)
-    spins = [measuring.Spun(axis, body.omega0, body.epsilon, body.phase) for axis in of_body.axes]
-    measured = measuring.measured(distribution, spins, sampling, of_body.integration, threads)
-    return Answer(body, distribution, sampling, dict(zip(of_body.axes, measured, strict=True)))
+    body = definition.bodies[0]
+    distribution, sampling = definition.distributions[body.name], definition.sampling(body)
+    spins = [measuring.SpinSettings(axis, body.omega0, body.epsilon, body.phase) for axis in definition.axes]
+    measured = measuring.measure_spins(distribution, spins, sampling, definition.integration, threads)
+    return Answer(body, distribution, sampling, dict(zip(definition.axes, measured, strict=True)))
 
 
-def facts(result: Answer) -> dict:
+def collect_facts(result: Answer) -> dict:
     """Return the answer for JSON: numbers by axis under the names of a map."""
     sampling, axes, words = result.sampling, {}, VARIABLES["stability"].flags
     for axis, (summary, _) in result.axes.items():
@@ -85,20 +85,20 @@ def facts(result: Answer) -> dict:
     return how | {"impossible_naive": next(iter(axes.values()))["impossible_naive"], "axes": axes}
 
 
-def rows(result: Answer) -> list[tuple[str, str]]:
+def outcome_rows(result: Answer) -> list[tuple[str, str]]:
     """Return (axis, outcome) in words."""
-    return [(f"axis {axis}", _becomes(axis, summary, result)) for axis, (summary, _) in result.axes.items()]
+    return [(f"axis {axis}", _describe_outcome(axis, summary, result)) for axis, (summary, _) in result.axes.items()]
 
 
-def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
-    text = f"P(unstable) {_probability(summary, 'unstable', summary['draws'])}"
-    text += f"; P(intermediate axis) {_probability(summary, 'middle', summary['draws'])}"
+def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
+    text = f"P(unstable) {_format_probability(summary, 'unstable', summary['draws'])}"
+    text += f"; P(intermediate axis) {_format_probability(summary, 'middle', summary['draws'])}"
     theory = summary["probability_middle_theory"]
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
     for rate, chance in zip(summary["growth_rate_quantile"][3:], (5, 1), strict=True):
         if rate > 0:
             text += f"; with {chance} % probability perturbations grow e-fold in {format_duration(1 / rate)} or less"
-    probability = _probability(summary, "flip", summary["draws_followed"])
+    probability = _format_probability(summary, "flip", summary["draws_followed"])
     text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
@@ -106,18 +106,18 @@ def _becomes(axis: int, summary: Mapping, result: Answer) -> str:
     is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
-        thrown = f"; thrown with ε = {result.body.epsilon:.3g}, it twists by {middle:.3g}°"
-        text += f"{thrown} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
+        outcome = f"; thrown with ε = {result.body.epsilon:.3g}, it twists by {middle:.3g}°"
+        text += f"{outcome} per revolution of its handle (90 % of the draws: {low:.3g}° to {high:.3g}°)"
     shares, inputs = np.nan_to_num(summary["sensitivity_total"]), result.distribution.inputs
     if not shares.size or shares.max() <= 0:
         return text
-    most = int(shares.argmax())
-    return f"{text}; most of the variance of Ω² comes from {inputs[most]} (total Sobol index {shares[most]:.2f})"
+    largest = int(shares.argmax())
+    return f"{text}; most of the variance of Ω² comes from {inputs[largest]} (total Sobol index {shares[largest]:.2f})"
 
 
-def _probability(summary: Mapping, what: str, draws: int) -> str:
+def _format_probability(summary: Mapping, event: str, draws: int) -> str:
     """Return a probability with its standard error, "= 0.4758 ± 0.0009"; of no hit or no miss, its bound."""
-    value, error = summary[f"probability_{what}"], summary[f"probability_{what}_error"]
+    value, error = summary[f"probability_{event}"], summary[f"probability_{event}_error"]
     if value in (0.0, 1.0):  # the other end of the interval of 95 %
         bound = designs.wilson_end(draws)
         digits = 2 - math.floor(math.log10(bound))
@@ -126,7 +126,7 @@ def _probability(summary: Mapping, what: str, draws: int) -> str:
     return f"= {value:.{digits}f} ± {error:.{digits}f}"
 
 
-def lines(result: Answer) -> Iterator[str]:
+def sampling_lines(result: Answer) -> Iterator[str]:
     """Yield lines on the sampling and the draws."""
     sampling, inputs = result.sampling, result.distribution.inputs
     how = f"{sampling.method}, seed {sampling.seed}"
@@ -136,11 +136,11 @@ def lines(result: Answer) -> Iterator[str]:
         yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"
     first = next(iter(result.axes.values()))[0]
     if first["impossible_naive"] > 0:
-        wrong = f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality"
-        yield f"{wrong} and are projected to nearly flat bodies"
+        violation = f"{100 * first['impossible_naive']:.3g} % of Gaussian samples violate the triangle inequality"
+        yield f"{violation} and are projected to nearly flat bodies"
     for axis, (summary, _) in result.axes.items():
-        moved = summary["moment_mean"] / summary["moment_mean_requested"] - 1
-        spread = summary["moment_spread"] / wanted - 1 if (wanted := summary["moment_spread_requested"]) else 0
-        if abs(moved) > 1e-3 or abs(spread) > 1e-2:
-            mean = f"sampled mean {100 * moved:+.2f} % from the requested one"
+        shift = summary["moment_mean"] / summary["moment_mean_requested"] - 1
+        spread = summary["moment_spread"] / requested - 1 if (requested := summary["moment_spread_requested"]) else 0
+        if abs(shift) > 1e-3 or abs(spread) > 1e-2:
+            mean = f"sampled mean {100 * shift:+.2f} % from the requested one"
             yield f"moment about axis {axis}: {mean}, sigma {1 + spread:.3g} x the requested one"

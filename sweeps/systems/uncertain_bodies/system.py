@@ -345,7 +345,7 @@ class UncertainBodies(FreeBody):
     def cost(self, definition: UncertainDefinition) -> Cost:
         """Return the samples of all draws of the body that has most of them, and the memory for its draws."""
         most = _most(definition)
-        draws = WORK * most + FOLLOWING * min(most, measuring.FOLLOWED)
+        draws = WORK * most + FOLLOWING * min(most, measuring.MAX_FLIP_DRAWS)
         return Cost(draws * definition.integration.samples, measuring.DRAW_BYTES * most)
 
     def variables(self, definition: UncertainDefinition | None = None) -> dict[str, Variable]:
@@ -369,8 +369,10 @@ class UncertainBodies(FreeBody):
         for body in definition.bodies:
             numbers, distribution = np.flatnonzero(names == body.name), definition.distributions[body.name]
             inputs = [list(further["input"]).index(name) for name in distribution.inputs]
-            spins = (measuring.Spun(*(points[name][number].item() for name in ARGUMENTS[1:])) for number in numbers)
-            measured = measuring.measured(distribution, spins, definition.sampling(body), integration)
+            spins = (
+                measuring.SpinSettings(*(points[name][number].item() for name in ARGUMENTS[1:])) for number in numbers
+            )
+            measured = measuring.measure_spins(distribution, spins, definition.sampling(body), integration)
             for number, (summary, draws) in zip(numbers, measured, strict=False):  # without numbers none are drawn
                 _put(columns, number, summary, draws, inputs)
         return columns

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
 from sweeps.systems.motion import DAY, HOUR
-from sweeps.systems.rigid_body.fits import Period, periods, signed_rate
+from sweeps.systems.rigid_body.fits import Period, compare_periods, signed_rate
 from sweeps.systems.rigid_body.presentation.look import LINES, LOOK, cut_at, settings
 from sweeps.systems.rigid_body.system import REGIMES
 
@@ -31,7 +31,7 @@ OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
     part = _selected(ds)
-    all_periods = periods(ds.sel(body=part["body"].values))
+    all_periods = compare_periods(ds.sel(body=part["body"].values))
     observed = [all_periods[i] for i in style.few(len(all_periods), MOST_PERIODS)]
     rows = part.sizes["body"]
     row = 0.84 if style.is_narrow() else 0.46  # inches: marks of three axes, one above the other

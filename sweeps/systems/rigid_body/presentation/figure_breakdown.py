@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from sweeps.figure import colors, style
 from sweeps.schema.refusals import cut_text
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.rigid_body.fits import FIT_ABOVE, FIT_BELOW, breakdown
+from sweeps.systems.rigid_body.fits import MAX_FIT_DEVIATION, MIN_FIT_DEVIATION, fit_breakdown
 from sweeps.systems.rigid_body.presentation.look import LINES, cut_at, moments_over
 
 MOST_BODIES = 14
@@ -24,7 +24,7 @@ LETTERS = 29  # of a name in the table
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw |Ω²/Ω²_theory − 1| against ε for each body and axis, with a table of fitted exponents."""
     chosen, total = bodies(ds)
-    fits = breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
+    fits = fit_breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
     lines, columns, size = style.arranged(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
     figure = style.canvas(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
@@ -52,7 +52,7 @@ def _subtitle(ds: xr.Dataset, total: int, fits: xr.Dataset) -> str:
     slopes = fits["slope"].values[np.isfinite(fits["slope"].values)]
     near = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
     fitted = f"{near} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
-    low, high = (style.power(round(np.log10(bound))) for bound in (FIT_ABOVE, FIT_BELOW))
+    low, high = (style.power(round(np.log10(bound))) for bound in (MIN_FIT_DEVIATION, MAX_FIT_DEVIATION))
     return (
         f"{ds.attrs.get('title', '')}:  {count};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
         f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times its value for "
@@ -91,7 +91,7 @@ def _look(body: int, lit: list[int]) -> dict:
 def _panel(ax: Axes, fits: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = fits["epsilon"].values
-    ax.axhspan(FIT_ABOVE, FIT_BELOW, color=colors.BAND, zorder=0, lw=0)
+    ax.axhspan(MIN_FIT_DEVIATION, MAX_FIT_DEVIATION, color=colors.BAND, zorder=0, lw=0)
     for i, j in np.argwhere(belongs.transpose("body", "axis").values):
         _series(ax, fits.isel(body=i, axis=j), int(i), lit)
     _reference(ax, fits.where(belongs), epsilon)
@@ -102,7 +102,7 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     """Draw one body about one axis: at full strength where the deviation stands above its floor."""
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
-    above = np.where(drawn >= max(float(at["floor"]), FIT_ABOVE), drawn, np.nan)
+    above = np.where(drawn >= max(float(at["floor"]), MIN_FIT_DEVIATION), drawn, np.nan)
     look = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
     ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
     every, wide = max(1, epsilon.size // 7), 1.6 if index in lit else 0.9

@@ -22,7 +22,7 @@ from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.presentation.look import settings
-from sweeps.systems.rigid_body.system import start
+from sweeps.systems.rigid_body.system import initial_state
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
 FRAMES = 90
@@ -94,7 +94,7 @@ def frames(ds: Dataset) -> Iterator[np.ndarray]:
     point = racket(ds) or most_unstable(ds)
     if point is None:
         return
-    moments, omega = start(point)
+    moments, omega = initial_state(point)
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return
