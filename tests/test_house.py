@@ -74,7 +74,7 @@ def test_no_two_classes_share_a_name():
     assert {name: where for name, where in named(ast.ClassDef).items() if len(where) > 1} == {}
 
 
-@pytest.mark.parametrize("name", ["format_duration", "triangle_margin", "blocks", "dimensions", "flags"])
+@pytest.mark.parametrize("name", ["format_span", "triangle_margin", "blocks", "dimensions", "flags"])
 def test_one_name_stands_for_one_function(name):
     assert len(named(ast.FunctionDef)[name]) == 1
 

@@ -116,7 +116,7 @@ def check_finite(columns: Mapping[str, tuple]) -> None:
             raise MotionError(f"motion: {name} is not finite; allowed: {allowed}")
 
 
-def format_duration(seconds: float) -> str:
+def format_span(seconds: float) -> str:
     """Return a time span in a suitable unit: "0.853 s", "7.29 hours", "303.7 days", "never"."""
     if math.isinf(seconds):
         return "never"

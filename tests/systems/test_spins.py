@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from kernels import jit
 from sweeps.systems.bodies.variables import VERDICTS
-from sweeps.systems.motion import format_duration
+from sweeps.systems.motion import format_span
 from sweeps.systems.rigid_body.prediction import describe_spin, predict_spins
 from sweeps.systems.rigid_body.presentation.look import LOOK
 
@@ -136,11 +136,11 @@ def test_periods_are_those_of_the_motion_with_its_perturbation(moments, axis, om
     assert spin.precession_period == pytest.approx(about_l, rel=1e-8)
     assert spin.precession_turns == pytest.approx(about_l * abs(omega0) / (2 * math.pi), rel=1e-8)
     text = describe_spin(spin)
-    assert f"wobble period {format_duration(wobble)} (body frame" in text
-    assert f"precession period about L {format_duration(about_l)} (inertial frame" in text
-    limits = [format_duration(limit) for limit in (spin.euler_period, spin.space_period)]
+    assert f"wobble period {format_span(wobble)} (body frame" in text
+    assert f"precession period about L {format_span(about_l)} (inertial frame" in text
+    limits = [format_span(limit) for limit in (spin.euler_period, spin.space_period)]
     for period, limit in zip((wobble, about_l), limits, strict=True):
-        assert (f"{limit} as ε → 0" in text) == (limit != format_duration(period))
+        assert (f"{limit} as ε → 0" in text) == (limit != format_span(period))
 
 
 def test_periods_at_a_small_perturbation_are_their_limits():

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from sweeps.systems.bodies.inertia import Principal, axis_in_words, principal_axes
-from sweeps.systems.motion import format_duration
+from sweeps.systems.motion import format_span
 
 
 @pytest.mark.parametrize(
@@ -21,7 +21,7 @@ from sweeps.systems.motion import format_duration
     ],
 )
 def test_durations_come_in_the_unit_that_fits(seconds, words):
-    assert format_duration(seconds) == words
+    assert format_span(seconds) == words
 
 
 def test_axes_are_named_where_they_are_the_coordinates():

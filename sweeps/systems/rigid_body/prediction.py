@@ -20,7 +20,7 @@ from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.inertia import principal_axes
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
-from sweeps.systems.motion import DAY, format_duration
+from sweeps.systems.motion import DAY, format_span
 from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initial_state
 
 DEFAULTS = {"omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}  # rad s-1, relative, rad
@@ -117,20 +117,20 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
 def describe_spin(spin: Spin) -> str:
     """Return the outcome of a perturbed spin in one sentence or two."""
     if spin.regime == "unstable":
-        text = f"unstable: perturbations grow e-fold in {format_duration(spin.e_folding_time)}"
+        text = f"unstable: perturbations grow e-fold in {format_span(spin.e_folding_time)}"
         if spin.flip_period is None:
             return f"{text}, but the body never flips (separatrix)"
         twist = f"up to {180 * spin.twist:.3g}°" if spin.twist >= 1e-3 else "less than 0.2°"
         throw = f"; thrown at the best ε, it twists by {twist} per revolution of its handle"
-        return f"{text}, and the body flips every {format_duration(spin.flip_period)}{throw}"
+        return f"{text}, and the body flips every {format_span(spin.flip_period)}{throw}"
     verdict = VERDICTS[spin.regime]
     remark = f"; {verdict.more}" if verdict.more else ""
     if spin.euler_period is None:
-        flips = f"; the body flips every {format_duration(spin.flip_period)}" if spin.flip_period else ""
+        flips = f"; the body flips every {format_span(spin.flip_period)}" if spin.flip_period else ""
         return f"{verdict.words}: {verdict.more}{flips}"
     if spin.flip_period is not None:
-        wobble = f"{verdict.words}: wobble period {format_duration(spin.euler_period)} as ε → 0 (body frame)"
-        flips = format_duration(spin.flip_period)
+        wobble = f"{verdict.words}: wobble period {format_span(spin.euler_period)} as ε → 0 (body frame)"
+        flips = format_span(spin.flip_period)
         return f"{wobble}; this perturbation is too large, and the body flips every {flips}{remark}"
     wobble = f"wobble period {_at_its_size(spin.wobble_period, spin.euler_period, 'body frame')}"
     text = f"{verdict.words}: {wobble}, tilt at most {spin.max_tilt:.2g}°"
@@ -144,7 +144,7 @@ def describe_spin(spin: Spin) -> str:
 
 def _at_its_size(period: float, limit: float | None, frame: str) -> str:
     """Return a period in words, with its limit for small perturbations where that differs."""
-    here, small = format_duration(period), format_duration(limit) if limit else ""
+    here, small = format_span(period), format_span(limit) if limit else ""
     return f"{here} ({frame})" if small in ("", here) else f"{here} ({frame}; {small} as ε → 0)"
 
 
@@ -214,7 +214,7 @@ def predict_body(
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
-    rotation, size = format_duration(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
+    rotation, size = format_span(2 * math.pi / abs(spun["omega0"])), f"{spun['epsilon']:.2g}"
     rate = f"spin {spun['omega0']:.6g} rad s⁻¹ (one turn in {rotation})"
     lines = [*_body_lines(body), f"{rate}, perturbed by ε = {size} (transverse ω over ω₀)"]
     about_axes = predict_spins(body.moments, **spun, axes=axes)
@@ -256,6 +256,6 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
 
 def _observation_lines(body: SpunBody) -> Iterator[str]:
     if body.observed is not None:
-        yield f"observed: {format_duration(body.observed.period_days * DAY)}, {body.observed.what}"
+        yield f"observed: {format_span(body.observed.period_days * DAY)}, {body.observed.what}"
     if body.note:
         yield f"note: {' '.join(body.note.split())}"

@@ -10,7 +10,7 @@ from sweeps.reading.definitions import plain, read_text
 from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
-from sweeps.systems.motion import format_duration
+from sweeps.systems.motion import format_span
 from sweeps.systems.rigid_body.prediction import load_body
 from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
@@ -97,12 +97,12 @@ def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
     text += f" (normal distribution: {theory:.4g})" if math.isfinite(theory) else ""
     for rate, chance in zip(summary["growth_rate_quantile"][3:], (5, 1), strict=True):
         if rate > 0:
-            text += f"; with {chance} % probability perturbations grow e-fold in {format_duration(1 / rate)} or less"
+            text += f"; with {chance} % probability perturbations grow e-fold in {format_span(1 / rate)} or less"
     probability = _format_probability(summary, "flip", summary["draws_followed"])
     text += f"; P(flips within {result.sampling.turns:g} turns) {probability}"
     sooner = summary["flip_period_quantile"]
     if np.isfinite(sooner[2]):
-        text += f", median time between flips {format_duration(sooner[2])}"
+        text += f", median time between flips {format_span(sooner[2])}"
     is_handle = result.body.moments[axis - 1] == min(result.body.moments)  # whose own direction stays near L
     if "twist_quantile" in summary and not is_handle and np.isfinite(summary["twist_quantile"]).all():
         low, middle, high = np.degrees(summary["twist_quantile"][1:4])
