@@ -175,12 +175,9 @@ SCALAR = {"note_excess"}  # one product a lane of the second sample: too short f
 COMPILED = """
 import pickle, sys
 from pathlib import Path
-from kernels import lanes
+from kernels import examples, lanes
 from kernels.cache import CHECKSUM
-from sweeps.systems.rigid_body.system import KERNELS
-for kernel in KERNELS:
-    if kernel.module == "lanes":
-        getattr(lanes, kernel.name).compile(kernel.types)
+examples.follow_block()
 for part in vars(lanes).values():
     if getattr(part, "signatures", ()) and "whole_vectors" in part.py_func.__code__.co_names:
         # what lies in the cache, for Numba shows no assembly of what it has loaded

@@ -4,7 +4,7 @@ import pytest
 import repeated
 import sympy as sp
 from oscillators import LIBRARY, shipped
-from sympy import cos, pi, sin
+from sympy import cos, cot, pi, sin
 
 from sweeps.mechanics import DescriptionError, System, derivation
 from sweeps.mechanics.derivation import derive
@@ -40,6 +40,24 @@ def central_potential(mass, strength, exponent, angular_momentum, r, r_dot, thet
     return [[mass, 0], [0, mass * r**2]], [radial, polar], [mass, mass * r**2]
 
 
+def spherical_pendulum(mass, length, gravity, angular_momentum, theta, theta_dot, phi, phi_dot):
+    A = sp.Symbol("A0")
+    cone = angular_momentum**2 / (mass**2 * length**4) * cot(theta) / sin(theta) ** 2
+    return [[mass * length**2]], [A - cone + gravity / length * sin(theta)], [mass * length**2]
+
+
+def bead_on_wire(mass, length, gravity, spin_rate, x, x_dot):
+    A = sp.Symbol("A0")
+    slope = x / length
+    equation = (1 + slope**2) * A + slope * x_dot**2 / length + gravity * slope - spin_rate**2 * x
+    return [[mass * (1 + slope**2)]], [equation], [mass]
+
+
+def double_well(mass, alpha, beta, x, x_dot):
+    A = sp.Symbol("A0")
+    return [[mass]], [mass * A - alpha * x + beta * x**3], [1]
+
+
 def double_pendulum(mass1, mass2, length1, length2, gravity, theta1, theta1_dot, theta2, theta2_dot):
     A, B = sp.symbols("A0 A1")
     both, apart = mass1 + mass2, theta1 - theta2
@@ -51,6 +69,14 @@ def double_pendulum(mass1, mass2, length1, length2, gravity, theta1, theta1_dot,
     lower = length2 * B + length1 * (A * cos(apart) - theta1_dot**2 * sin(apart))
     equations = [upper + both * gravity * sin(theta1), lower + gravity * sin(theta2)]
     return a, equations, [length1, mass2 * length2]
+
+
+def linear_triatomic(outer_mass, inner_mass, stiffness, bond, depth, x1, x1_dot, x2, x2_dot, x3, x3_dot):
+    A, B, C = sp.symbols("A0 A1 A2")
+    width = sp.sqrt(stiffness / (2 * depth))
+    pull = [2 * depth * width * (1 - sp.exp(-width * s)) * sp.exp(-width * s) for s in (x2 - x1 - bond, x3 - x2 - bond)]
+    equations = [outer_mass * A - pull[0], inner_mass * B + pull[0] - pull[1], outer_mass * C + pull[1]]
+    return sp.diag(outer_mass, inner_mass, outer_mass).tolist(), equations, [1, 1, 1]
 
 
 @pytest.mark.parametrize("name", repeated.but(("double_pendulum", "bead_on_hoop"), LIBRARY))
@@ -107,6 +133,13 @@ def derive_of(system, T):
     return derive(system)
 
 
+def test_refuses_an_unbound_symbol():
+    system, m, x = bead()
+    system.particle(m, (x,))
+    with pytest.raises(DescriptionError, match=r"V: unbound symbol k; allowed: mass, t, x"):
+        system.potential(sp.Symbol("k") * x**2)
+
+
 @pytest.mark.parametrize(
     ("describe", "said"),
     [
@@ -146,6 +179,13 @@ def test_explicit_time_stands_in_forces_and_masses():
     assert sp.simplify(derived.a[0] - length**2) == 0
     assert sp.simplify(derived.forces[0] - by_hand) == 0
     assert not derived.conservative
+
+
+def test_refuses_a_potential_of_velocities():
+    system, m, x = bead()
+    system.particle(m, (x,))
+    with pytest.raises(DescriptionError, match="V: unbound symbol x_dot; allowed: mass, t, x"):
+        system.potential(x * system.velocity(x))
 
 
 @pytest.mark.parametrize(
