@@ -416,3 +416,21 @@ def test_a_point_has_its_whole_spectrum_and_a_slice_keeps_or_chooses(name, tmp_p
         assert set(part[variable].dims) == {*plane}
         at = {d: ds[d].values[-1] for d in others if d not in plane} | {dim: 2}
         np.testing.assert_array_equal(part[variable], ds[variable].sel(at).squeeze().transpose(*part[variable].dims))
+
+
+@pytest.mark.parametrize("tool", [["cdo", "-s", "infon", "-selname,growth_rate"], ["ncks", "-m", "-v", "growth_rate"]])
+@pytest.mark.parametrize("of_bodies", [False, True])
+def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bodies):
+    if shutil.which(tool[0]) is None:
+        pytest.skip(f"{tool[0]} is not here")
+    out = tmp_path / "slice.nc"
+    said(
+        capsys,
+        "slice",
+        *([bodies, "--axis", 2] if of_bodies else [path, "--axis", 2, "--omega0", 1, "--epsilon", 1e-6]),
+        "-o",
+        out,
+    )
+    answer = subprocess.run([*tool, out], capture_output=True, text=True, check=False)
+    assert answer.returncode == 0
+    assert "growth_rate" in answer.stdout

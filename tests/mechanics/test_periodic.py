@@ -700,3 +700,41 @@ def test_a_satellites_platform_may_be_nearly_symmetric(B):
     found = of_model(Model(system), B=B)
     assert found["status"] == OK
     assert abs(found["trace"] - M[0] - M[3]) <= found["trace_error"] + 1e-12  # of SciPy
+
+
+@pytest.mark.slow
+def test_perturbations_of_two_rods_that_are_driven():
+    """A torque on the first of two rods, whose accelerations are coupled: the base motion has some of its own."""
+    system = System("Driven rods")
+    drive, drag = system.parameter("drive", default=1.0), system.parameter("drag", default=0.2)
+    first, second = (system.coordinate(name, "rad", bounds=(-3, 3)) for name in ("first", "second"))
+    v, w = system.velocity(first), system.velocity(second)
+    system.kinetic_energy(v**2 + w**2 / 2 + v * w * sp.cos(first - second))
+    system.potential(-2 * sp.cos(first) - sp.cos(second))
+    system.dissipation(drag * (v**2 + w**2) / 2)
+    system.force(first, drive * sp.cos(2 * system.time))
+    system.period(sp.pi)
+    system.equilibrium("hanging", {first: 0, second: 0})
+    found = of_model(Model(system), drive=[0.5, 2.0], drag=0.2)
+    names = ("first", "second", "first_dot", "second_dot")
+
+    def rates(t, x, drive):
+        c, s = np.cos(x[0] - x[1]), np.sin(x[0] - x[1])
+        f = [drive * np.cos(2 * t) - s * x[3] ** 2 - 2 * np.sin(x[0]) - 0.2 * x[2]]
+        f.append(s * x[2] ** 2 - np.sin(x[1]) - 0.2 * x[3])
+        return np.array([*x[2:], (f[0] - c * f[1]) / (2 - c * c), (2 * f[1] - c * f[0]) / (2 - c * c)])
+
+    def slopes(t, y, drive):
+        h = 1e-30j  # a step in the complex plane: nothing is subtracted
+        A = np.array([rates(t, y[:4] + h * e, drive).imag / 1e-30 for e in np.eye(4)]).T
+        return [*rates(t, y[:4], drive), *(A @ y[4:].reshape(4, 4)).ravel()]
+
+    for i, drive in enumerate((0.5, 2.0)):
+        start = [found[f"{name}_start"][i] for name in names]
+        y = solve_ivp(slopes, (0, np.pi), [*start, *np.eye(4).ravel()], "DOP853", rtol=1e-13, atol=1e-15, args=(drive,))
+        assert y.y[:4, -1] == pytest.approx(start, abs=1e-11)
+        trace = np.trace(y.y[4:, -1].reshape(4, 4))
+        assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-11
+        assert abs(trace - found["trace_theory"][i]) <= 1e-11
+    assert found["trace_error"].max() < 1e-9
+    assert covered(found)

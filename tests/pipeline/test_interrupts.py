@@ -16,6 +16,7 @@ from houses import PATIENCE, wait_for
 
 import sweeps
 from sweeps import __main__
+from sweeps.__main__ import main
 from sweeps.commands import program
 from sweeps.maps import storage
 from sweeps.process import interrupts
@@ -230,3 +231,14 @@ def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, secon
     assert wait_for(lambda: all(is_over(number) for number in psutil.pids() if is_in(drawing.pid, number)))
     assert {path.name for path in tmp_path.iterdir()} == {"map.nc", "temporary"}
     assert not any((tmp_path / "temporary").iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.0, 1.0, 2.0])
+def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_on(tmp_path, seconds):
+    drawing, _, said = disturbed(tmp_path, seconds, "[child.kill() for child in multiprocessing.active_children()]")
+    assert (drawing.returncode, said.count("\n")) in ((1, 1), (0, 0)), said  # 0: it had drawn its last picture
+    assert not said or said.startswith("a process that this command started was ended from outside")
+    assert not list(tmp_path.glob(".drawn*"))
+    assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn")]) == 0
+    assert list((tmp_path / "drawn").glob("*.png"))
