@@ -137,7 +137,7 @@ def helmholtz_points(count):
     return rng.uniform(0.01, 0.2, count), rng.uniform(0.3, 1.6, count), np.arange(count) % 2
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(300, marks=pytest.mark.slow)])
 def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count):
     force, w, name = helmholtz_points(count)
     found = survey(helmholtz(), force, w, 0.1, name)
@@ -148,7 +148,7 @@ def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count
 
 @pytest.mark.parametrize(
     ("count", "size"),
-    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(60, 1), (20, 0.1), (20, 10)])],
+    [(4, 1), *(pytest.param(*case, marks=pytest.mark.slow) for case in [(300, 1), (60, 0.1), (60, 10)])],
 )
 def test_a_driven_duffing_oscillator_is_followed_from_rest(count, size):
     rng = np.random.default_rng(4)
@@ -251,8 +251,7 @@ def jumping():
     return system
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [60])
+@pytest.mark.parametrize("count", [12, pytest.param(300, marks=pytest.mark.slow)])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
     rng, model, kinds = np.random.default_rng(4), Model(jumping()), np.arange(count) % len(JUMPING)
