@@ -225,15 +225,15 @@ class Polhode:
         from rich.console import Console
 
         from sweeps.maps import selection, summary
-        from sweeps.maps.description import describe_map, pointwise
+        from sweeps.maps.description import pointwise
         from sweeps.views import textmap
 
         ds = pointwise(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
         selection.nearest(ds, {})
-        description = describe_map(ds)
-        textmap.write(console, description, summary.summarise(ds), textmap.draw(ds, description, {}, console.width))
+        totals = summary.summarise(ds)
+        textmap.write(console, totals, textmap.draw(ds, totals.description, {}, console.width))
         return written.getvalue()
 
 

@@ -26,22 +26,24 @@ def add_show(commands) -> None:
 
 def _show(args):
     from sweeps.maps import selection, storage, summary
-    from sweeps.maps.description import describe_map, pointwise
+    from sweeps.maps.description import pointwise
     from sweeps.views import textmap
 
     with storage.open_map(args.map) as whole:
         ds = pointwise(whole)
         places = selection.nearest(ds, args.coordinates, "--")
-        description, totals = describe_map(ds), summary.summarise(ds)
+        totals = summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
-            printing.print_json(_facts(description, totals))
+            printing.print_json(_facts(totals))
         else:
             console = printing.console()
-            textmap.write(console, description, totals, textmap.draw(ds, description, chosen, console.width))
+            textmap.write(console, totals, textmap.draw(ds, totals.description, chosen, console.width))
 
 
-def _facts(description, totals) -> dict:
+def _facts(totals) -> dict:
+    description = totals.description
+
     def said(worst):
         return {"value": worst.value, "at": description.place(worst.at), "points": worst.points}
 

@@ -102,6 +102,7 @@ class Summary:
     """Gathers a map's numbers while it is read box by box."""
 
     def __init__(self, description: MapDescription):
+        self.description = description
         self._specs, variables = description.specs, description.variables
         self._all = tuple(variables)
         self._flags = {name: variable.flags for name, variable in variables.items() if variable.flags}
@@ -204,9 +205,8 @@ def _values(meanings: Mapping[int, str], word: str) -> list[int]:
 
 def summarise(ds: "xr.Dataset") -> Summary:
     """Summarise a map block by block, so that it may exceed the memory."""
-    description = describe_map(ds)
-    summary = Summary(description)
-    for box in blocks(description.sizes, BLOCK_POINTS):
+    summary = Summary(describe_map(ds))
+    for box in blocks(summary.description.sizes, BLOCK_POINTS):
         summary.add(box, {name: read(ds, name, box) for name in summary.names})
     return summary
 

@@ -62,10 +62,14 @@ SCRIPTS = (
 class Contents:
     """All that a page says of a map but for its packed columns."""
 
-    map: MapDescription
     part: Page  #: of the map's system
     opening: Opening  #: where the page begins, given by the map's system
     summary: Summary
+
+    @property
+    def map(self) -> MapDescription:
+        """Return the description of the map."""
+        return self.summary.description
 
 
 def write(ds: "xr.Dataset", path: str | Path, limit: int = LIMIT) -> None:
@@ -82,7 +86,7 @@ def write(ds: "xr.Dataset", path: str | Path, limit: int = LIMIT) -> None:
     description = describe_map(ds)
     part, opening = description.presentation.page(ds), description.presentation.opening(ds)
     summary, columns, page_grid = gather(ds, description)
-    contents = Contents(description, part, opening, summary)
+    contents = Contents(part, opening, summary)
     packed_columns, page_grid = _fit_columns(contents, columns, page_grid, limit)
     page = _page(contents, packed_columns, page_grid)
     with replace_output(path) as temporary:

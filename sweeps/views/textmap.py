@@ -47,9 +47,9 @@ class TextMap:
     colors: dict[str, str]  #: character → colour, "" where it has none
 
 
-def write(console: "Console", description: MapDescription, totals: Summary, drawn: TextMap | None) -> None:
+def write(console: "Console", totals: Summary, drawn: TextMap | None) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
-    look = description.presentation.look
+    description, look = totals.description, totals.description.presentation.look
     console.print(description.title, style="bold")
     console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in description.sizes.items())}")
     console.print()
@@ -60,7 +60,7 @@ def write(console: "Console", description: MapDescription, totals: Summary, draw
     if totals.impossible:
         console.print(f"physically impossible: {totals.impossible:,} points")
     console.print()
-    worst = _worst(description, totals)
+    worst = _worst(totals)
     if worst.row_count:
         console.print(worst)
     if totals.deviations:
@@ -81,7 +81,8 @@ def _counts(totals: Summary, lead: str, look: Look) -> "Table":
     return made
 
 
-def _worst(description: MapDescription, totals: Summary) -> "Table":
+def _worst(totals: Summary) -> "Table":
+    description = totals.description
     made = table("worst", "value", "where", right=(1,))
     rows = [(_against(deviation), deviation.worst) for deviation in totals.deviations.values()]
     at_zero = [(f"{d.name} over its error, {d.reference} 0", d.worst_at_zero) for d in totals.deviations.values()]
