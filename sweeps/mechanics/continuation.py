@@ -127,12 +127,13 @@ def is_equilibrium(rates_at, sizes, place) -> np.ndarray:
     return (shift <= MAX_SHIFT) | (np.abs(mean).max(axis=0) <= MAX_MEAN_FORCE * largest_varying)
 
 
-def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
+def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.ndarray]:
     """Follow the motions of points until the drive has its full amplitude.
 
     Args:
+        variation: of the equations (`sweeps.mechanics.periodic.Variation`): number of places, and whether rates jump in
+            time, so that the harmonics fall off as a power of their order.
         rates: (points' numbers, states, phases) → rates and slopes (`periodic.BaseMotions.mean_rates`).
-        has_jumps: the rates may jump in time, so that the harmonics fall off as a power of their order.
         period: s, shape (points,).
         sizes: of the states, shape (points, n).
         curves: (points' numbers, phases) → y_0, shape (points, places, phases).
@@ -143,7 +144,7 @@ def follow(rates, has_jumps: bool, period, sizes, curves, branch) -> tuple[list,
         the name has ended at a fold, NOT_FOUND if the search has ended. States of these are NaN.
     """
     status, open_points = np.full(period.size, statuses.NOT_FOUND), np.arange(period.size)
-    n, m = sizes.shape[1], curves(open_points[:1], np.zeros(1)).shape[1]
+    n, m, has_jumps = sizes.shape[1], variation.m, variation.has_jumps
     states = [np.full((n, 1), np.nan)] * period.size
     for count in PHASE_COUNTS:
         chunk_size, remaining = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []

@@ -215,7 +215,8 @@ class Variation:
             terms = [solve_elementwise(a, J) if self.is_second_order else J for J in terms]
         else:
             all_slopes, factors = self.rates_and_slopes(parameters, x, phases, at_rest)[1], np.empty((len(phases), 0))
-            terms = [[[y[t] for y in row] for row in all_slopes] for t in range(len(phases))]
+            velocities = np.eye(m, n, m)[: self.unknowns - m].tolist()  # they are states of the flow if there are jumps
+            terms = [[*velocities, *([y[t] for y in row] for row in all_slopes)] for t in range(len(phases))]
         slopes = np.empty((len(terms), len(entries), points))
         for term, J in zip(slopes, terms, strict=True):
             for row, (i, j) in zip(term, entries, strict=True):
@@ -228,7 +229,6 @@ class Variation:
         for row, addition in zip(J, mass_slopes, strict=not at_rest and self.is_second_order):
             row[: self.m] = [y - z for y, z in zip(row, addition, strict=False)]
         J, shape = solve_elementwise(a, J) if self.is_second_order else J, (len(phases), parameters[0].size)
-        J = [*np.eye(self.m, self.equations.n, self.m)[: self.unknowns - self.m], *J]
         return [np.broadcast_to(y, shape) for y in rates], [[np.broadcast_to(y, shape) for y in row] for row in J]
 
     def term_bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
@@ -387,9 +387,9 @@ class BaseMotions:
             def rates(numbers, x, phases):
                 return self.mean_rates(which[numbers], x, phases)
 
-            named_curves, has_jumps = self._named_curves(which, rates), self.model.variation.has_jumps
+            variation, named_curves = self.model.variation, self._named_curves(which, rates)
             curves, self.status[which] = continuation.follow(
-                rates, has_jumps, period, sizes, named_curves, self.branch[which]
+                variation, rates, period, sizes, named_curves, self.branch[which]
             )
             for point, curve in zip(which, curves, strict=True):
                 if self.status[point] == statuses.OK:
@@ -423,7 +423,6 @@ class BaseMotions:
             if (share > 0.0).any():
                 values = [*parameters[:first], *self.switches[which, k].T]
                 rates, slopes = self.model.variation.rates_and_slopes(values, x, times)
-                slopes = slopes[-len(rates) :]  # velocities are states if there are jumps
                 share = np.maximum(share, 0.0)
                 means.append((share * np.array(rates), share * np.array(slopes)))
         return tuple(np.sum(terms, axis=0) for terms in zip(*means, strict=True))
