@@ -28,7 +28,7 @@ MAX_ROTATIONS = 20_000  # A search is given up after so many rotations of the sp
 MAX_STEPS = 2_000_000  # The search of a physically impossible body is given up after so many steps each way.
 STEPS_TO_A_FLIP = 20.0  # The steps' error stays below the tolerance over so many of them, a typical number.
 
-COLUMNS = (  # of :func:`fill`
+COLUMNS = (  # The columns that :func:`fill` writes, in the order of its rows.
     Column("flip_period", power=-1),
     Column("flip_period_exact", power=-1),
     Column("max_tilt", power=0),

@@ -30,6 +30,6 @@ TAYLOR_8, NEAR_8, NEAREST_8, TAYLOR_10, NEAR_10, NEAREST_10, TAYLOR_12, NEAR_12,
 EXACT, RECURRENCE = range(9, 11)
 
 IS_EXACT = (*9 * (False,), True, True)  # True if the step has no truncation error
-ORDER = (*3 * (8.0,), *3 * (10.0,), *3 * (12.0,), 12.0, 12.0)  # of the Taylor series; not used if the step is exact
+ORDER = (*3 * (8.0,), *3 * (10.0,), *3 * (12.0,), 12.0, 12.0)  # Taylor order; not used if the step is exact
 IS_NEAR = (*3 * (False, True, False), False, False)  # True if the step is short as in :func:`kernels.direct.is_near`
 IS_NEAREST = (*3 * (False, False, True), False, False)  # True if it is short as in :func:`kernels.direct.is_nearest`

@@ -124,7 +124,7 @@ def exact_turn(moments, begin, chi):
     L = math.sqrt(n1 * n1 + (n2 * n2 + n3 * n3))
     low, high = TWO_PI * moments[1] / L, TWO_PI * moments[2] / L
     t, change, missing = low, 0.0, TWO_PI
-    rounding = 1e-14 + 8.0 * EPSILON * abs(begin[0]) * high  # of phi: of a turn, and of those about the handle
+    rounding = 1e-14 + 8.0 * EPSILON * abs(begin[0]) * high  # error of phi, and of turns about the handle
     for _ in range(100):
         phi, change, m2, m3 = _angles(t, top, chi)
         previous, missing = missing, TWO_PI - phi

@@ -31,9 +31,9 @@ LIGHT = {
     CHARCOAL: "#333333",
     GREY: "#8a8d91",
     LIGHT_GREY: "#bdbdbd",
-    OUTLINE: "#55585c",  # of what is physically impossible
-    BAND: "#f3f4f6",  # of a range behind curves
-    MISSING: "#e6e6e6",  # of cells without a value
+    OUTLINE: "#55585c",  # outline of the region of physically impossible bodies
+    BAND: "#f3f4f6",  # shaded range behind curves
+    MISSING: "#e6e6e6",  # cells without a value
 }
 DARK = LIGHT | {
     PAPER: "#15181c",

@@ -26,7 +26,7 @@ from report_pages import (
 import sweeps
 from kernels import exact
 from sweeps import systems
-from sweeps.figure.colors import LIGHT
+from sweeps.figure.colors import in_light
 from sweeps.handbook import gallery
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
@@ -173,7 +173,7 @@ def test_axis_slider_plane_and_color_change_the_map(opened, plane):
     regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(opened.row("omega0")[0])).squeeze()
     look = systems.presentation_of(plane).look
     words = dict(zip(plane.regime.flag_values, plane.regime.flag_meanings.split(), strict=True))
-    assert painted(opened) == [LIGHT[look.color(words[v])] for v in regime.transpose("I2", "I1").values.reshape(-1)]
+    assert painted(opened) == [in_light(look.color(words[v])) for v in regime.transpose("I2", "I1").values.reshape(-1)]
     page.get_by_label("x axis").select_option("omega0")
     assert page.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
     assert page.evaluate("polhode.map.plane.x") == [2.0, 10.0]
