@@ -1,11 +1,10 @@
 """Driven motions from their names, against harmonic balance along curves of its own, and DOP853."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from test_jumps import solve_between
 
 from kernels.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
 from sweeps.mechanics import DescriptionError, System, periodic
@@ -287,17 +286,14 @@ def by_scipy(model, f, point, found, i):
     period = 2 * np.pi / point["w"]
     given = model.with_switches([np.array([point[name]]) for name in model.names])
     edges, _ = model.jumps.of_point([float(p[0]) for p in given], 0.0, period)
-    y = np.array([found["x_start"][i], found["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
-    for begin, end in pairwise(edges):
-        inside = begin + (end - begin) * np.array([1e-14, 1 - 1e-14])
 
-        def rates(t, y, inside=inside):
-            force = point["force"] * float(f(point["w"] * np.clip(t, *inside)))
-            stiffness, c = 1.0 + 3.0 * y[0] ** 2, point["damping"]
-            first, second = -c * y[3] - stiffness * y[2], -c * y[5] - stiffness * y[4]
-            return [y[1], force - c * y[1] - y[0] - y[0] ** 3, y[3], first, y[5], second]
+    def rates(t, y, inside):
+        force = point["force"] * float(f(point["w"] * np.clip(t, *inside)))
+        stiffness, c = 1.0 + 3.0 * y[0] ** 2, point["damping"]
+        first, second = -c * y[3] - stiffness * y[2], -c * y[5] - stiffness * y[4]
+        return [y[1], force - c * y[1] - y[0] - y[0] ** 3, y[3], first, y[5], second]
 
-        y = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+    y = solve_between(edges, rates, [found["x_start"][i], found["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
     return y[:2], y[2] + y[5]
 
 

@@ -124,6 +124,14 @@ def test_the_edge_of_meissners_equation_is_a_cantilevers_first_root():
     assert [REGIMES[code + 1] for code in found["regime"]] == ["stable", "marginal", "period_doubling"]
 
 
+def solve_between(edges, rates, y):
+    """Return y at the last edge by DOP853 from jump to jump; rates(t, y, inside) clip t to a piece's inside."""
+    for begin, end in pairwise(edges):
+        inside = begin + (end - begin) * np.array([1e-14, 1 - 1e-14])
+        y = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15, args=(inside,)).y[:, -1]
+    return y
+
+
 @pytest.mark.parametrize("name", ["three levels", "rectified", "sawtooth", "duty cycle by a wave", "inner"])
 def test_multipliers_beside_jumps(name):
     """Against DOP853 from jump to jump; damped, of points of different numbers of pieces, alone and together."""
@@ -135,15 +143,12 @@ def test_multipliers_beside_jumps(name):
     f = sp.lambdify([t, (p := sp.Symbol("d", real=True))], 1.3 + 2 * p * wave(t, p), "mpmath")
     for k, value in enumerate(d.tolist()):
         edges, _ = model.jumps.of_point(model.with_switches([value]), 0.0, 2 * np.pi)
-        y = np.array([1.0, 0.0, 0.0, 1.0])
-        for begin, end in pairwise(edges):
-            inside = begin + (end - begin) * np.array([1e-14, 1 - 1e-14])
 
-            def rates(time, y, value=value, inside=inside):
-                stiffness = float(f(np.clip(time, *inside), value))
-                return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
+        def rates(time, y, inside, value=value):
+            stiffness = float(f(np.clip(time, *inside), value))
+            return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
 
-            y = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+        y = solve_between(edges, rates, np.array([1.0, 0.0, 0.0, 1.0]))
         assert abs(found["trace"][k] - y[0] - y[3]) <= found["trace_error"][k] + 2e-12  # of SciPy
         alone = of_model(model, d=value)
         assert (alone["trace"] == found["trace"][k]).all()
