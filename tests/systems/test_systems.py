@@ -120,7 +120,7 @@ def test_a_system_compiles_all_that_it_runs(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 
 def compiled():
     modules = [vars(m).values() for name, m in sys.modules.items() if name.startswith("kernels.")]
@@ -129,9 +129,9 @@ def compiled():
 
 from sweeps.points import compile, compiler
 compile.compile_examples = lambda examples: None
-sweep = read({{"system": {name!r}}} | {SMALL[name]!r})
+sweep = read_sweep({{"system": {name!r}}} | {SMALL[name]!r})
 for example in sweep.system.examples(sweep.definition):
-    compiler.call(example)
+    compiler.call_example(example)
 before = compiled()
 dataset.survey_grid(sweep)
 assert any(before.values())
@@ -239,8 +239,8 @@ def test_a_system_names_the_kernels_that_make_its_columns(name):
 import sys
 from sweeps import systems
 from sweeps.maps import dataset
-from sweeps.points.loading import read
-dataset.survey_grid(read({{"system": {name!r}}} | {small!r}))
+from sweeps.points.loading import read_sweep
+dataset.survey_grid(read_sweep({{"system": {name!r}}} | {small!r}))
 print(*(name for name in sys.modules if name.startswith("kernels.")))
 """
     loaded = {KERNELS / f"{module.removeprefix('kernels.')}.py" for module in python(code).split()}
