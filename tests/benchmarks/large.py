@@ -143,7 +143,7 @@ from sweeps.points.loading import read
 from sweeps.reading.stored_values import StoredValues
 from sweeps.pipeline import steps as pipeline
 
-small, large, cores, rounds = *map(read, sys.argv[1:3]), *map(int, sys.argv[3:])
+small, large, cores, rounds = *map(read_sweep, sys.argv[1:3]), *map(int, sys.argv[3:])
 path = Path(sys.argv[1]).with_name("made") / "map.nc"
 pipeline.measure(small, path, cores, True)  # kernels into memory
 for _ in range(rounds):
