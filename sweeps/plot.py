@@ -208,7 +208,7 @@ class Polhode:
 
     def words(self) -> "xr.Dataset":
         """Return the map with its flag variables as words in place of numbers."""
-        from sweeps.schema.boxes import flags
+        from sweeps.schema.datasets import flags
 
         return self._ds.map(lambda one: _worded(one, meanings) if (meanings := flags(one)) else one, keep_attrs=True)
 

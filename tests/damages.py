@@ -478,12 +478,12 @@ def known(path):
     """Return the hash of all that the door lets in of a file, with every value; None where it lets nothing in."""
     import sweeps
     from sweeps.schema.refusals import RefusedError
-    from sweeps.shards import content
+    from sweeps.shards import content_hash
 
     try:
         with sweeps.open_map(path) as ds:
             attributes = [(n, k, str(w)) for n, v in ds.variables.items() for k, w in v.attrs.items()]
-            inside = sorted(ds.attrs.items()), sorted(attributes), ds.encoding["ignored"], content.content_hash(ds)
+            inside = sorted(ds.attrs.items()), sorted(attributes), ds.encoding["ignored"], content_hash.content_hash(ds)
             return hashlib.sha256(repr(inside).encode()).hexdigest()
     except RefusedError:
         return None

@@ -23,7 +23,7 @@ REASONS = {
     "kernels/straight.py: llvmlite.ir": "writes instructions for LLVM: Numba's documented way to extend it",
     "kernels/jit.py: numba.core.registry": "a kernel without a form for Python refuses to be called",
     "kernels/straight.py: numba.core": "cgutils, the helpers of that way",
-    "sweeps/maps/admission.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
+    "sweeps/maps/validation.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
     "sweeps/pipeline/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock in a Snakefile",
     "sweeps/pipeline/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",
 }

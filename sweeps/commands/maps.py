@@ -126,7 +126,7 @@ def _value(variable) -> str:
 
 
 def _plain(variable):
-    from sweeps.schema.boxes import flags
+    from sweeps.schema.datasets import flags
 
     value, meanings = variable.values.tolist(), flags(variable)
     if isinstance(value, list):

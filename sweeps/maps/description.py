@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps import systems
-from sweeps.schema.boxes import dimensions, flags, own_of_points
+from sweeps.schema.datasets import dimensions, flags, own_of_points
 from sweeps.schema.variables import POINT, POINT_NAME, Role, Variable, of_role
 
 if TYPE_CHECKING:

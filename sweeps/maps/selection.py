@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.schema import units as in_units
-from sweeps.schema.boxes import dimensions, id_coordinates, nearest_by
+from sweeps.schema.datasets import dimensions, id_coordinates, nearest_by
 from sweeps.schema.refusals import MapError, cut_text, hint, list_names, match_name
 from sweeps.schema.variables import POINT, POINT_NAME
 

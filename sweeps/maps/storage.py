@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import admission
+from sweeps.maps import validation
 from sweeps.process.files import replace_output
 from sweeps.process.machine import cores
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.content import ContentHash, chunk_shape, hash_content
+from sweeps.shards.content_hash import ContentHash, chunk_shape, hash_content
 
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
@@ -90,7 +90,7 @@ class _Backend(xr.backends.BackendEntrypoint):
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """Return the map at a path; see `open_map`."""
-        return admission.read(filename_or_obj, any_flags).drop_vars(drop_variables or ())
+        return validation.read(filename_or_obj, any_flags).drop_vars(drop_variables or ())
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -104,8 +104,8 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
         MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
             that are read are damaged.
     """
-    path = admission.map_of(path)
-    return admission.whole(path, xr.open_dataset(path, engine=_Backend, **options))
+    path = validation.map_of(path)
+    return validation.whole(path, xr.open_dataset(path, engine=_Backend, **options))
 
 
 def holds_map(path: str | Path, sweep: "Sweep") -> bool:

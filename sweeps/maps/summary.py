@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.maps.description import MapDescription, describe_map
-from sweeps.schema.boxes import blocks
+from sweeps.schema.iteration import blocks
 from sweeps.schema.variables import Role, of_role
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from sweeps import systems
-from sweeps.maps import admission, storage
+from sweeps.maps import storage, validation
 from sweeps.points import catalogue
 from sweeps.points.columns import measure_points
 from sweeps.points.loading import read_sweep
@@ -28,11 +28,11 @@ from sweeps.reading.definitions import mapping_of
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import read_structure
 from sweeps.schema import DEFAULT_SYSTEM
-from sweeps.schema.boxes import runs
 from sweeps.schema.definition import DEFAULT_NAME, Definition
+from sweeps.schema.iteration import runs
 from sweeps.schema.refusals import DefinitionError, UnreadableError, cut_text
 from sweeps.schema.variables import Role, of_role
-from sweeps.shards import content, contract
+from sweeps.shards import content_hash, contract
 from sweeps.systems.system import Reference
 
 BLOCK_POINTS = 2**18
@@ -89,7 +89,7 @@ def _shown(findings: list[str]) -> tuple[str, ...]:
 
 def _content(ds: xr.Dataset) -> Check:
     """Return findings where a variable no longer holds the bytes that were written."""
-    digest = content.hash_content(ds, BLOCK_POINTS)
+    digest = content_hash.hash_content(ds, BLOCK_POINTS)
     promised = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
     differing = [n for n, actual in digest.digests().items() if promised[n] and promised[n] != actual]
     findings = [f"{name}: holds other values than were written" for name in differing]
@@ -182,7 +182,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
         boxes = runs(stored.shape, BLOCK_POINTS)
         if stored.dims != dims or (stored.dtype.kind != values.dtype.kind and stored.dtype.kind not in "OU"):
             yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
-        elif any(content.as_bytes(stored[box].values) != content.as_bytes(values[box]) for box in boxes):
+        elif any(content_hash.as_bytes(stored[box].values) != content_hash.as_bytes(values[box]) for box in boxes):
             yield f"{name}: has other values than the definition's"
     beside = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in beside - set(expected) - set(sweep.variables):
@@ -194,7 +194,7 @@ def _attributes(path: str | Path, sweep: Sweep) -> Check:
 
     Readers of the file take them from there; `open_map` takes them from the system's own tables.
     """
-    with closing(FileBytes(admission.map_of(path))) as file:
+    with closing(FileBytes(validation.map_of(path))) as file:
         structure = read_structure(file)
     expected = {name: dict(attributes) for name, (_, _, attributes) in contract.coordinates(sweep).items()}
     expected |= {name: spec.attributes_among(sweep.variables) for name, spec in sweep.variables.items()}
@@ -460,7 +460,7 @@ def checked(path: str, points: int, seed: int, definition: str | None, any_kerne
 
 def _expected(path: str, definition: str | None) -> Sweep | None:
     """Return the sweep of a definition; left out, of the one that ships and whose folder the map lies in."""
-    folder = Path(os.path.realpath(admission.map_of(path))).parent
+    folder = Path(os.path.realpath(validation.map_of(path))).parent
     shipped = catalogue.shipped_files() if folder.parent.name == "results" else {}
     source = catalogue.find_definition(definition) if definition is not None else shipped.get(folder.name)
     return None if source is None else read_sweep(source)

@@ -12,7 +12,7 @@ from sweeps import systems
 from sweeps.points import catalogue, compile
 from sweeps.points.loading import read_sweep
 from sweeps.points.sweep import Sweep
-from sweeps.schema.boxes import DataArray, Dataset
+from sweeps.schema.datasets import DataArray, Dataset
 from sweeps.schema.refusals import DefinitionError, display
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from isal import isal_zlib
 
 from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import DEFLATE, FLETCHER, SHUFFLE, StoredVariable
-from sweeps.schema.boxes import runs
+from sweeps.schema.iteration import runs
 from sweeps.schema.refusals import MapError
 
 PART_VALUES = 2**18  # maximum number of values per read of a variable without chunks

@@ -15,10 +15,10 @@ import numpy as np
 from isal import isal_zlib
 
 from sweeps.process.files import NO_LOCKS, replace_output
-from sweeps.schema.boxes import runs
+from sweeps.schema.iteration import runs
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
-from sweeps.shards.content import ContentHash, as_bytes, chunk_shape
+from sweeps.shards.content_hash import ContentHash, as_bytes, chunk_shape
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from pathlib import Path
 from sweeps.points.scattered import PART_POINTS
 from sweeps.points.sweep import Grid, Sweep
 from sweeps.process.files import remove_leftovers
-from sweeps.schema.boxes import runs
+from sweeps.schema.iteration import runs
 from sweeps.shards import contract
 from sweeps.shards.mapfile import MapFile, new_file
 from sweeps.shards.shard import (

@@ -24,7 +24,7 @@ from sweeps.reading.hdf5 import Structure, read_structure
 from sweeps.reading.stored_values import StoredValues
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import POINT
-from sweeps.shards.content import ContentHash
+from sweeps.shards.content_hash import ContentHash
 from sweeps.shards.contract import identity
 from sweeps.shards.mapfile import new_file
 

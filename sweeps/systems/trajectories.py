@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.refusals import DefinitionError, cut_text, display, hint
 from sweeps.schema.variables import Variable, parse_amount
 from sweeps.systems.motion import MIN_SAMPLES, check_times, check_tolerance

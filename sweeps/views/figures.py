@@ -20,7 +20,7 @@ from sweeps.maps import slices, storage
 from sweeps.maps.summary import read
 from sweeps.process import startup
 from sweeps.process.files import replace_output
-from sweeps.schema.boxes import blocks
+from sweeps.schema.iteration import blocks
 from sweeps.schema.refusals import RefusedError, cut_text, hint
 from sweeps.views import films
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from sweeps.maps.description import MapDescription
 from sweeps.maps.summary import Summary, read
-from sweeps.schema.boxes import blocks
+from sweeps.schema.iteration import blocks
 
 if TYPE_CHECKING:
     import xarray as xr

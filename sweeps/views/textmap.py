@@ -11,7 +11,7 @@ from sweeps.figure.printing import table
 from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, in_words
 from sweeps.maps.summary import Deviation, Summary, rule, share
-from sweeps.schema.boxes import along
+from sweeps.schema.datasets import along
 from sweeps.schema.refusals import cut_text
 from sweeps.schema.variables import POINT
 from sweeps.systems.presentation.look import Look

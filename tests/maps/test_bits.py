@@ -15,12 +15,12 @@ import pytest
 from maps import DEFINITION, write
 
 import sweeps
-from sweeps.maps import admission
+from sweeps.maps import validation
 from sweeps.points.loading import read_sweep
 from sweeps.reading import hdf5
 from sweeps.reading.files import FileBytes
 from sweeps.schema.refusals import RefusedError
-from sweeps.shards import content, shard
+from sweeps.shards import content_hash, shard
 
 KINDS = ["omega_squared", "growth_rate_error", "regime", "status", "energy_drift", "samples_used"]
 SMALL = DEFINITION | {"integration": {"variables": KINDS}}  # of each type, deflated and in one piece
@@ -38,7 +38,7 @@ def outcome(opened, is_whole):
     """What becomes of a map with a bit turned over: refused, found by its hashes, without effect, or a text changed."""
     try:
         with opened() as ds:
-            if content.content_hash(ds) != ds.attrs.get("content_hash"):
+            if content_hash.content_hash(ds) != ds.attrs.get("content_hash"):
                 return "found"
     except RefusedError:
         return "refused"
@@ -65,7 +65,7 @@ def test_a_bit_of_a_maps_numbers_is_noticed_or_changes_none(whole, tmp_path, fli
         bit = 8 * address + rng.randrange(8 * size)
         flipped(path, bit)
         # what is told and not found is the same as before: definitions, names and attributes were not touched
-        end = outcome(lambda: admission.admitted(path, FileBytes(path), told, any_flags=True), lambda: True)
+        end = outcome(lambda: validation.admitted(path, FileBytes(path), told, any_flags=True), lambda: True)
         ends[end, "deflated" if filters else "plain"] += 1
         flipped(path, bit)
     print(dict(ends))

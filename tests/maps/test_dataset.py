@@ -11,7 +11,7 @@ from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
 from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import plain, read_text
-from sweeps.shards import content
+from sweeps.shards import content_hash
 from sweeps.systems.rigid_body import system as rigid_body
 
 TINY = catalogue.shipped_files()["tiny"]
@@ -144,7 +144,7 @@ def test_lazy_equals_eager_bit_for_bit(tiny, chunks):
     assert all(dask.is_dask_collection(lazy[name].data) for name in lazy.data_vars)
     assert "content_hash" not in lazy.attrs
     with dask.config.set(scheduler="threads", num_workers=2):
-        assert content.content_hash(lazy) == tiny.attrs["content_hash"]
+        assert content_hash.content_hash(lazy) == tiny.attrs["content_hash"]
         assert_same_bits(lazy.compute(), tiny)
 
 

@@ -25,7 +25,7 @@ from sweeps.__main__ import main
 from sweeps.reading import files, hdf5, sandbox
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import extremes
-from sweeps.shards import content
+from sweeps.shards import content_hash
 
 QUICK_DAMAGES = 2
 DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 45))  # of each system's map; there are some 1,500
@@ -171,7 +171,7 @@ def turned(path):
 
 def test_values_are_what_other_libraries_read(stored, path):
     with sweeps.open_map(stored) as ds, h5py.File(stored) as file, sweeps.open_map(path) as own:
-        assert content.content_hash(ds) == own.attrs["content_hash"]
+        assert content_hash.content_hash(ds) == own.attrs["content_hash"]
         for name in ds.variables:
             np.testing.assert_array_equal(ds[name].values, file[name][()])
 
@@ -217,7 +217,7 @@ def test_no_attribute_decides_how_numbers_are_read(path, tmp_path, attribute):
         for holder in ("omega_squared", "regime", "I1"):
             damages.told(copy, holder, attribute, value)
         with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
-            assert content.content_hash(ds) == own.attrs["content_hash"]
+            assert content_hash.content_hash(ds) == own.attrs["content_hash"]
             assert list(ds.variables) == list(own.variables)
             assert all(ds[name].attrs.keys() == own[name].attrs.keys() for name in ds.variables)
 
@@ -236,7 +236,7 @@ def test_a_lazy_map_travels_between_processes(path):
 
     with sweeps.open_map(path, chunks={}) as ds:
         twin = pickle.loads(pickle.dumps(ds))
-        assert content.content_hash(twin) == ds.attrs["content_hash"]
+        assert content_hash.content_hash(twin) == ds.attrs["content_hash"]
 
 
 def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):

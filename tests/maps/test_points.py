@@ -16,7 +16,7 @@ from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.refusals import MapError
-from sweeps.shards import content, merging
+from sweeps.shards import content_hash, merging
 from sweeps.shards.shard import write_shard
 
 DEFINITION = {
@@ -175,7 +175,7 @@ def test_a_grid_of_shapes_has_moments_along_its_dimensions(shapes):
     with sweeps.open_map(shapes) as ds:
         assert (ds["I1"].dims, ds["I2"].dims) == (("I1_over_I3", "I3"), ("I1_over_I3", "thickness", "I3"))
         xr.testing.assert_equal(ds.load(), made.load())
-        assert ds.attrs["content_hash"] == content.hash_content(made).hexdigest()
+        assert ds.attrs["content_hash"] == content_hash.hash_content(made).hexdigest()
         assert float((ds.I1 + ds.I2 - ds.I3).min()) > 0  # every point is a body
         assert int((ds["triangle_margin"] < 0).sum()) == 0
     with netCDF4.Dataset(shapes) as file:  # CF: auxiliary coordinates are named by every variable

@@ -8,7 +8,8 @@ from sweeps import systems
 from sweeps.maps import storage, summary, verify
 from sweeps.maps.description import describe_map
 from sweeps.maps.selection import nearest
-from sweeps.schema.boxes import blocks, dimensions
+from sweeps.schema.datasets import dimensions
+from sweeps.schema.iteration import blocks
 from sweeps.systems.presentation import agreement
 from sweeps.systems.presentation.look import Compared
 from sweeps.systems.relative_equilibrium.system import REGIMES

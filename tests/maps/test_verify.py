@@ -17,7 +17,7 @@ from sweeps.maps import verify
 from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
 from sweeps.reading.definitions import plain, read_text
-from sweeps.shards import content
+from sweeps.shards import content_hash
 
 TINY = read_sweep(catalogue.shipped_files()["tiny"])
 TOP = {"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}}
@@ -42,7 +42,7 @@ def sealed(path):
     """The file with hashes that are right again, as a forger would leave it."""
     with netCDF4.Dataset(path, "a") as file:
         file.set_auto_maskandscale(False)
-        digest = content.ContentHash()
+        digest = content_hash.ContentHash()
         for name, variable in file.variables.items():
             digest.declare(name, variable.dimensions, variable.shape, variable.dtype)
             digest.update(name, variable[:])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sweeps.schema.variables import Variable, table
-from sweeps.shards import content, mapfile
-from sweeps.shards.content import ContentHash
+from sweeps.shards import content_hash, mapfile
+from sweeps.shards.content_hash import ContentHash
 from sweeps.shards.mapfile import new_file
 
 SIZES = {"x": 3, "y": 11, "k": 2}
@@ -23,7 +23,7 @@ VARIABLES = table(
 
 @pytest.mark.parametrize("cuts", [[33], [1, 10, 12, 30, 33], [*range(1, 34)]])
 def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, monkeypatch, cuts):
-    monkeypatch.setattr(content, "CHUNK_POINTS", 6)  # a line of y is two chunks, the second of which sticks out
+    monkeypatch.setattr(content_hash, "CHUNK_POINTS", 6)  # a line of y is two chunks, the second of which sticks out
     rng, wanted = np.random.default_rng(7), ContentHash()
     values = {
         name: (rng.normal(size=(33, *(2 for _ in spec.over))) * 100).astype(spec.dtype)

@@ -23,7 +23,7 @@ from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError
 from sweeps.schema.variables import Role, Variable
-from sweeps.shards import content, merging
+from sweeps.shards import content_hash, merging
 from sweeps.shards import shard as shards
 from sweeps.systems import shared_variables
 from sweeps.systems.rigid_body.system import TERMS
@@ -101,16 +101,16 @@ CUT = {
 @pytest.mark.parametrize("name", repeated.but(("symmetric_top",), CUT))
 def test_shards_threads_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     sweep = read_sweep({"system": name} | CUT[name])
-    whole = content.content_hash(dataset.survey_grid(sweep))
+    whole = content_hash.content_hash(dataset.survey_grid(sweep))
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
         shards.write_shard(sweep, number, 3, path, threads=2)
     assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
     with sweeps.open_map(tmp_path / "map.nc") as ds:
-        assert content.content_hash(ds) == whole
+        assert content_hash.content_hash(ds) == whole
         assert ds.attrs["kernel_fingerprint"] == sweep.system.fingerprint()
-    assert content.content_hash(dataset.survey_grid(sweep, threads=2)) == whole
-    assert content.content_hash(dataset.survey_grid(sweep, chunks=5)) == whole
+    assert content_hash.content_hash(dataset.survey_grid(sweep, threads=2)) == whole
+    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=5)) == whole
 
 
 @pytest.mark.slow

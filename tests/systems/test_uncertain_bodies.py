@@ -15,7 +15,7 @@ from sweeps.maps import dataset, storage, verify
 from sweeps.points.loading import read_sweep
 from sweeps.schema.definition import Integration
 from sweeps.schema.refusals import DefinitionError
-from sweeps.shards import content, merging
+from sweeps.shards import content_hash, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
 from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
@@ -320,7 +320,7 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
     sweep = read_sweep(
         {"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings
     )
-    whole = content.content_hash(dataset.survey_grid(sweep, threads=2))
+    whole = content_hash.content_hash(dataset.survey_grid(sweep, threads=2))
     for count in (1, 3, 7):
         paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
         for number, path in enumerate(paths, 1):
@@ -330,7 +330,7 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
     paths[5].unlink()
     shards.write_shard(sweep, 6, 7, paths[5])
     assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
-    assert content.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
+    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
 
 
 def test_verify_finds_the_draws_again(tmp_path):

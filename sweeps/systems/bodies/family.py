@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels import statuses
 from kernels.triangle import triangle_margin
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS

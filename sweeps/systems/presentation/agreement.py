@@ -13,7 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import Dataset, along, blocks, flags
+from sweeps.schema.datasets import Dataset, along, flags
+from sweeps.schema.iteration import blocks
 from sweeps.schema.variables import Role, Variable, of_role
 from sweeps.systems.presentation.look import Compared, Look
 

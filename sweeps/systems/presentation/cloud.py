@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.schema.datasets import dimensions, flags, own_of_points, spreads_by_ratio
 from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.motion import DAY
 
 # Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.

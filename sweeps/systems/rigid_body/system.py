@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from kernels import statuses
 from kernels.propagators import PROPAGATORS
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import Strict, grid_model, key, mapping, switch
 from sweeps.schema.refusals import Problem, display, hint, refusals

@@ -9,7 +9,7 @@ import numpy as np
 
 from kernels import statuses
 from kernels.triangle import triangle_margin
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model, key, mapping
 from sweeps.schema.values import MIN_SPIN_RATE, TOLERANCE, Positive, Tolerance, number, spin_rate

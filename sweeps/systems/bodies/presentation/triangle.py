@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import Dataset, along
+from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.bodies.variables import SHAPE_COORDINATES
 
 SHAPE = tuple(SHAPE_COORDINATES)

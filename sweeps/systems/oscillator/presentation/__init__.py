@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Animations, Page, Presentation, moving

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sweeps.figure import colors
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Drawings, Page, Presentation, moving
 from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
 

@@ -6,7 +6,7 @@ For the pages of systems that descriptions make. Their own script says, in `part
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import DRAWING
 from sweeps.systems.presentation.moving.equations import facts
 

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.periodic.presentation import COMPARED, MARKS
 from sweeps.systems.presentation import Animations, Drawings, Page, Presentation

@@ -1,6 +1,6 @@
 """Presentation of free rigid bodies."""
 
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Animations, Drawings, Opening, Page, Presentation
 from sweeps.systems.presentation.look import Compared
 from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, is_grid, is_of_shapes

@@ -15,7 +15,8 @@ from matplotlib.collections import PolyCollection
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import Dataset, along, blocks, dimensions, nearest_by
+from sweeps.schema.datasets import Dataset, along, dimensions, nearest_by
+from sweeps.schema.iteration import blocks
 from sweeps.systems.bodies import outline as outlines
 from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from kernels import exact
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import Dataset, along
+from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
 from sweeps.systems.rigid_body.presentation.look import LOOK, moments_over

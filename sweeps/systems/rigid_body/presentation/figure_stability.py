@@ -16,7 +16,7 @@ from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
 from sweeps.figure import colors, style
 from sweeps.reading.definitions import file_text, plain, read_text
-from sweeps.schema.boxes import Dataset, along
+from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings

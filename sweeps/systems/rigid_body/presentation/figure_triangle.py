@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from sweeps.figure import colors, style
-from sweeps.schema.boxes import Dataset, dimensions
+from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from sweeps.figure import colors
-from sweeps.schema.boxes import Dataset, dimensions
+from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
 from sweeps.systems.presentation.look import COMMON, Look, Mark, Symbol

@@ -1,7 +1,7 @@
 """Presentation of uncertain bodies."""
 
 from sweeps.figure import colors
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.look import COMMON, Look, Mark
 from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.systems import rates
 from sweeps.systems.bodies import outline
 from sweeps.systems.bodies.presentation import TRIANGLE, turning

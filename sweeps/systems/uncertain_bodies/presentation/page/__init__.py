@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.reading.definitions import definition_of
-from sweeps.schema.boxes import Dataset, dimensions, flags
+from sweeps.schema.datasets import Dataset, dimensions, flags
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.presentation import Page
 from sweeps.systems.rigid_body.presentation.page import FILES as OF_RIGID_BODIES

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sweeps.schema.boxes import runs, tiles
+from sweeps.schema.iteration import runs, tiles
 
 if TYPE_CHECKING:
     import netCDF4

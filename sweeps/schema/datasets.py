@@ -1,7 +1,6 @@
-"""Dimensions of a map, boxes of bounded size that cover it, and meanings of flags."""
+"""Dimensions, coordinates and flags of a map's Dataset."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,24 +63,3 @@ def flags(variable: DataArray) -> dict[int, str]:
     words = str(variable.attrs.get("flag_meanings", "")).split()
     values = np.atleast_1d(variable.attrs.get("flag_values", [])).tolist()
     return dict(zip(values, words, strict=False)) if variable.dtype.kind in "iub" else {}
-
-
-def runs(shape: Sequence[int], max_size: int) -> Iterator[tuple[slice, ...]]:
-    """Yield boxes of at most `most` values (or one) that cover an array in C order."""
-    box, size_left = [], max_size
-    for size in reversed(shape):
-        box.append(max(1, min(size, size_left)))
-        size_left = size_left // box[-1] if box[-1] == size else 1
-    yield from tiles(shape, box[::-1])
-
-
-def tiles(shape: Sequence[int], box: Sequence[int]) -> Iterator[tuple[slice, ...]]:
-    """Yield the boxes of shape `box` that cover an array, in C order; at the end of a dimension they may be smaller."""
-    for corner in product(*(range(0, n, step) for n, step in zip(shape, box, strict=True))):
-        yield tuple(slice(at, min(at + step, n)) for at, step, n in zip(corner, box, shape, strict=True))
-
-
-def blocks(sizes: Mapping[str, int], max_points: int) -> Iterator[dict[str, slice]]:
-    """Yield boxes (dimension → slice) of at most `most` points (or one) that cover a grid once, in storage order."""
-    for box in runs(tuple(sizes.values()), max_points):
-        yield dict(zip(sizes, box, strict=True))

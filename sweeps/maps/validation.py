@@ -17,7 +17,7 @@ from sweeps.reading.files import FileBytes
 from sweeps.reading.hdf5 import ALLOWED, MAX_TEXT, StoredVariable, Structure, read_structure
 from sweeps.reading.limits import MAX_FILE_BYTES
 from sweeps.reading.stored_values import StoredValues
-from sweeps.schema.boxes import runs
+from sweeps.schema.iteration import runs
 from sweeps.schema.refusals import MapError, cut_text, display
 from sweeps.schema.variables import (
     CONTRACT_VERSION,
