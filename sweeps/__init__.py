@@ -87,11 +87,11 @@ def survey(
         (3, 2)
     """
     from sweeps.maps import dataset
-    from sweeps.points import sources
+    from sweeps.points import in_memory_definitions
     from sweeps.shards import content_hash
 
     plot.register()
-    ds = dataset.survey_grid(sources.sweep_of(definition, keywords), chunks, threads)
+    ds = dataset.survey_grid(in_memory_definitions.sweep_of(definition, keywords), chunks, threads)
     return ds if chunks is not None else ds.assign_attrs(content_hash=content_hash.content_hash(ds))
 
 
@@ -221,18 +221,18 @@ def motion(
     from sweeps.maps import motion
     from sweeps.points import catalogue
     from sweeps.systems import trajectories
-    from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.rigid_body.motion import integrate_from, spin_of
 
     if hasattr(system, "data_vars"):
         return motion.of_point(system, times, tolerance)
     is_name = isinstance(system, str) and not trajectories.is_described(system)
-    names = prediction.bodies_by_name(catalogue.load_definition("bodies"), "bodies") if is_name else ()
+    names = spin_outcomes.bodies_by_name(catalogue.load_definition("bodies"), "bodies") if is_name else ()
     if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
         start, parameters = ({} if given is None else given for given in (start, parameters))
         times = [] if times is None else times
         return trajectories.integrate_motions(system, start, times, parameters, tolerance)
-    chosen_body, spun = prediction.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
+    chosen_body, spun = spin_outcomes.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
     return integrate_from(chosen_body, spun, start, times, tolerance)
 
 
@@ -267,7 +267,7 @@ def uncertainty(
         >>> bool(ds.probability_unstable.sel(axis=3).item() > 0.1)
         True
     """
-    from sweeps.systems.uncertain_bodies.prediction import definition_of
+    from sweeps.systems.uncertain_bodies.sampled_body import definition_of
 
     return survey(definition_of(bodies, uncertainty, omega0, more), chunks=chunks, threads=threads)
 

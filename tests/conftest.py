@@ -19,7 +19,7 @@ import pytest
 from hypothesis import settings
 
 from sweeps import systems
-from sweeps.points import compile
+from sweeps.points import compile_kernels
 
 LEFT_TO_THE_SLOW = {
     "spectrum",
@@ -44,9 +44,9 @@ def pytest_configure(config):
     slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
     examples = [example for example in systems.all_examples() if slow or example.module not in LEFT_TO_THE_SLOW]
     shared = not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None)
-    if shared and not numba.config.DISABLE_JIT and compile.missing_examples(examples):
+    if shared and not numba.config.DISABLE_JIT and compile_kernels.missing_examples(examples):
         with byte_code_made_beside(config.args):
-            compile.compile_examples(examples)
+            compile_kernels.compile_examples(examples)
 
 
 @contextlib.contextmanager

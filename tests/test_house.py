@@ -141,7 +141,7 @@ def outside_of_systems():
     found = [path for room in ROOMS for path in (ROOT / "sweeps" / room).rglob("*") if path.is_file()]
     found += [
         ROOT / "sweeps/systems" / name
-        for name in ("__init__.py", "system.py", "presentation/__init__.py", "presentation/look.py")
+        for name in ("__init__.py", "system.py", "presentation/__init__.py", "presentation/appearance.py")
     ]
     return [p for p in found if p.suffix in (".py", ".js", ".html", ".css") and p.name not in OWN_COMMANDS]
 
@@ -152,7 +152,7 @@ def test_no_room_asks_for_a_systems_name_or_a_coordinates():
     assert {"axis", "I1", "body", "omega0", "half_angle", "energy"} <= of_coordinates
     found = {path: asked_for(path) & (of_systems | of_coordinates) for path in outside_of_systems()}
     found[ROOT / "sweeps/commands/parser.py"] -= {"I1", "I2", "I3"}  # --moments I1 I2 I3
-    found[ROOT / "sweeps/points/sources.py"] -= {"axis"}  # `axes` of a definition, in a Dataset
+    found[ROOT / "sweeps/points/in_memory_definitions.py"] -= {"axis"}  # `axes` of a definition, in a Dataset
     found[ROOT / "sweeps/schema/__init__.py"] -= {DEFAULT_SYSTEM}  # where the default is named, once
     found[ROOT / "sweeps/systems/__init__.py"] -= of_systems - {DEFAULT_SYSTEM}  # those that describe many
     found[ROOT / "sweeps/schema/refusals.py"] -= {"input"}  # a word of pydantic's

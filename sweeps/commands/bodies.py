@@ -52,12 +52,12 @@ def add_body(commands) -> None:
 def _body(args):
     if args.uncertainty is None:
         startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
-    from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.uncertain_bodies import body_answer
 
     body = parser.body(args)
     if body is None:
-        names = list(prediction.bodies_by_name(catalogue.load_definition(args.definition), args.definition))
+        names = list(spin_outcomes.bodies_by_name(catalogue.load_definition(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
     setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty")}
@@ -117,7 +117,7 @@ def _motion(args):
 
 def _of_body(args, _):
     """Return the motion of a body, and the function that draws its frames."""
-    from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.rigid_body.motion import RATES, SPIN, integrate_from, spin_of
     from sweeps.systems.rigid_body.presentation import figure_flip
 
@@ -130,7 +130,7 @@ def _of_body(args, _):
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
-    chosen_body, spun = prediction.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
+    chosen_body, spun = spin_outcomes.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
     with progress.waiting(WAIT):
         return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
 

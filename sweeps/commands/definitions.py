@@ -146,14 +146,14 @@ def add_compile(commands) -> None:
 def _compile(args):
     from kernels.cache import why_unkept
     from sweeps import systems
-    from sweeps.points import compile
+    from sweeps.points import compile_kernels
     from sweeps.points.loading import read_sweep
 
     sweep = read_sweep(catalogue.find_definition(args.definition or catalogue.DEFAULT))  # refused before any work
     if why := why_unkept():
-        raise DefinitionError(f"compile: {compile.cache_warning(why)}")
+        raise DefinitionError(f"compile: {compile_kernels.cache_warning(why)}")
     examples = [*sweep.system.examples(sweep.definition), *(systems.all_examples() if args.all else ())]
-    compile.compile_examples(examples)
+    compile_kernels.compile_examples(examples)
 
 
 def add_shard(commands) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from sweeps.maps import storage
 from sweeps.pipeline import claims, up_to_date
 from sweeps.pipeline.up_to_date import FIGURES, MAP, REPORT
-from sweeps.points import catalogue, compile
+from sweeps.points import catalogue, compile_kernels
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine, progress
 from sweeps.shards import merging
@@ -43,7 +43,7 @@ def make(
         is_new = again or not storage.holds_map(folder / MAP, sweep)
         old_outputs = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
         if is_new:
-            compile.ensure_compiled(sweep)  # the search for equilibria in the check is compiled, too
+            compile_kernels.ensure_compiled(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
         draws = workers > 1 and FIGURES in old_outputs
         with drawing_worker() if draws else nullcontext() as worker:  # It loads Matplotlib while this process measures.

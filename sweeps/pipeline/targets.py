@@ -13,7 +13,7 @@ from pathlib import Path
 
 from snakemake.cli import get_argument_parser
 
-from sweeps.points import compile
+from sweeps.points import compile_kernels
 from sweeps.points.catalogue import Plan
 from sweeps.schema.refusals import DefinitionError, cut_text
 
@@ -65,7 +65,9 @@ def threads_of_shard(workflow, count: int) -> int:
 def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
     """Yield a line for each sweep without a map whose kernels the first of its shards will compile."""
     for sweep in (plan.sweep for plan in plans):
-        if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (line := compile.compile_notice(sweep)):
+        if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (
+            line := compile_kernels.compile_notice(sweep)
+        ):
             yield line
 
 

@@ -76,10 +76,10 @@ def load_definition(source: str | Path | Mapping) -> "Definition":
 
 def load_compiled(source: str | Path | Mapping) -> "Definition":
     """Return a definition as `load_definition`, and compile its kernels if this process has the compiler."""
-    from sweeps.points import compile, sweep
+    from sweeps.points import compile_kernels, sweep
 
     definition = load_definition(source)
-    compile.ensure_compiled(sweep.build_sweep(definition))
+    compile_kernels.ensure_compiled(sweep.build_sweep(definition))
     return definition
 
 

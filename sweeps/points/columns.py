@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sweeps.points import compile
+from sweeps.points import compile_kernels
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
@@ -50,7 +50,7 @@ def submit_points(
         pool: the threads.
         num_parts: number of parts.
     """
-    compile.ensure_compiled(sweep)
+    compile_kernels.ensure_compiled(sweep)
     if not machine.rounds_to_nearest():
         problem = "another program in this process has set the processor's rounding mode"
         raise DefinitionError(f"arithmetic: {problem}; allowed: rounding to nearest, without flushing to zero")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from sweeps.points import compile
+from sweeps.points import compile_kernels
 from sweeps.points.scattered import POINT
 from sweeps.points.sweep import Grid, Sweep
 from sweeps.schema.refusals import DefinitionError
@@ -56,7 +56,7 @@ def estimate_needs(sweep: Sweep) -> Estimate:
     lazy_bytes = 8 * (num_rows + sum(v.size for _, v in grid.auxiliary.values()))  # made a part at a time
     headers = FILE_BYTES + VARIABLE_BYTES * len(sweep.variables | system.coordinates(definition))
     seconds = integration_seconds(sweep, grid.size)
-    compile_time = compile.compile_seconds(sweep)
+    compile_time = compile_kernels.compile_seconds(sweep)
     working_bytes = system.cost(definition).working_bytes
     return Estimate(
         points=grid.size,

@@ -142,13 +142,13 @@ def payload(contents: Contents, packed_columns: list[Packed], page_grid: Grid) -
 
 def _look(description: MapDescription) -> dict:
     """Return meanings of flags in words and colours, and symbols of parameters, of the map's system."""
-    look = description.presentation.look
+    appearance = description.presentation.appearance
     columns = description.variables | description.coordinates
     words = {word for column in columns.values() for word in column.flags.values()}
     return {
-        "words": {word: look.words(word) for word in sorted(words)},
-        "colors": {word: color for word in sorted(words) if (color := colors.in_light(look.color(word)))},
-        "symbols": {name: symbol.text for name, symbol in look.symbols.items()},
+        "words": {word: appearance.words(word) for word in sorted(words)},
+        "colors": {word: color for word in sorted(words) if (color := colors.in_light(appearance.color(word)))},
+        "symbols": {name: symbol.text for name, symbol in appearance.symbols.items()},
     }
 
 
@@ -219,7 +219,7 @@ def _page(contents: Contents, packed_columns: list[Packed], page_grid) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "share": share, "words": description.presentation.look.words}
+    environment.filters |= {"number": _text, "share": share, "words": description.presentation.appearance.words}
     environment.filters["long_name"] = description.long_name
     scripts = _texts(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))

@@ -14,7 +14,7 @@ from sweeps.maps.summary import Deviation, Summary, rule, share
 from sweeps.schema.datasets import along
 from sweeps.schema.refusals import cut_text
 from sweeps.schema.variables import POINT
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.appearance import Appearance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,12 +49,12 @@ class TextMap:
 
 def write(console: "Console", totals: Summary, drawn: TextMap | None) -> None:
     """Print the counts, the worst points and the small map in characters of a map."""
-    description, look = totals.description, totals.description.presentation.look
+    description, appearance = totals.description, totals.description.presentation.appearance
     console.print(description.title, style="bold")
     console.print(f"{totals.points:,} points = {' × '.join(f'{n:,} {dim}' for dim, n in description.sizes.items())}")
     console.print()
     if totals.table:
-        console.print(_counts(totals, description.leading_flag, look))
+        console.print(_counts(totals, description.leading_flag, appearance))
     for name, number in totals.unlike.items():
         console.print(f"{name} differs from theory at {number:,} of {totals.points:,} points")
     if totals.impossible:
@@ -67,17 +67,17 @@ def write(console: "Console", totals: Summary, drawn: TextMap | None) -> None:
         console.print(f"compared with theory: {rule(totals)}", style="dim")
     if drawn is not None:
         console.print()
-        _print_map(console, drawn, look)
+        _print_map(console, drawn, appearance)
 
 
-def _counts(totals: Summary, lead: str, look: Look) -> "Table":
+def _counts(totals: Summary, lead: str, appearance: Appearance) -> "Table":
     statuses = list(dict.fromkeys(status for (_, status), number in totals.table.items() if number))
     made = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
     for meaning in dict.fromkeys(m for m, _ in totals.table):
         numbers = [totals.table[meaning, status] for status in statuses]
         if sum(numbers):
             row = [f"{n:,}" for n in (sum(numbers), *numbers)]
-            made.add_row(look.words(meaning), row[0], share(sum(numbers), totals.points), *row[1:])
+            made.add_row(appearance.words(meaning), row[0], share(sum(numbers), totals.points), *row[1:])
     return made
 
 
@@ -99,7 +99,7 @@ def _against(deviation: Deviation) -> str:
     return f"{deviation.name} against {deviation.reference}, {over}"
 
 
-def _print_map(console: "Console", drawn: TextMap, look: Look) -> None:
+def _print_map(console: "Console", drawn: TextMap, appearance: Appearance) -> None:
     at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
     axes = f"y axis {drawn.y}" + (f", x axis {drawn.x}" if drawn.x else "")
     console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
@@ -120,8 +120,8 @@ def _print_map(console: "Console", drawn: TextMap, look: Look) -> None:
             for panel, width in zip(drawn.panels, wide, strict=True)
         ]
         console.print(" " * (label + 1) + "  ".join(ends), no_wrap=True, crop=False)
-    console.print("  ".join(f"{glyph} {look.words(meaning)}" for glyph, meaning in drawn.legend.items()))
-    for mark in filter(None, map(look.mark, drawn.legend.values())):
+    console.print("  ".join(f"{glyph} {appearance.words(meaning)}" for glyph, meaning in drawn.legend.items()))
+    for mark in filter(None, map(appearance.mark, drawn.legend.values())):
         if mark.more:
             console.print(f"{mark.words}; {mark.more}", style="dim")
 
@@ -153,8 +153,8 @@ def draw(ds: "xr.Dataset", description: MapDescription, places: dict[str, Place]
     if beside and not np.ptp(values.values, axis=values.dims.index(beside)).any():  # a regime is one of all eigenvalues
         values, names, count = values.isel({beside: 0}), [f"{names[0]} … {ds[beside].values[-1]}"], 1
     room = max(NARROWEST, (width - drawn.label_width() - 2 * (count - 1)) // count)
-    look, meanings = description.presentation.look, description.variables[flag].flags
-    glyphs = _glyphs(meanings, look)
+    appearance, meanings = description.presentation.appearance, description.variables[flag].flags
+    glyphs = _glyphs(meanings, appearance)
     panels = []
     for number in range(count):
         labels, cells = drawn.cells(values.isel({beside: number}) if count > 1 else values, room)
@@ -163,13 +163,13 @@ def draw(ds: "xr.Dataset", description: MapDescription, places: dict[str, Place]
     occurs = {character for panel in panels for _, row in panel.rows for character in row}
     legend = {glyphs[value]: meaning for value, meaning in meanings.items() if glyphs[value] in occurs}
     at = description.place({dim: i for dim, i in fixed.items() if description.sizes[dim] > 1})
-    tints = {glyph: colors.in_light(look.color(meaning)) for glyph, meaning in legend.items()}
+    tints = {glyph: colors.in_light(appearance.color(meaning)) for glyph, meaning in legend.items()}
     return TextMap(flag, drawn.x, drawn.y, at, panels, legend, tints)
 
 
-def _glyphs(meanings: dict[int, str], look: Look) -> dict[int, str]:
+def _glyphs(meanings: dict[int, str], appearance: Appearance) -> dict[int, str]:
     """Return flag → its character; a letter for those without one of their own."""
-    marks = {value: look.mark(meaning) for value, meaning in meanings.items()}
+    marks = {value: appearance.mark(meaning) for value, meaning in meanings.items()}
     return {value: mark.glyph if mark else chr(ord("a") + k % 26) for k, (value, mark) in enumerate(marks.items())}
 
 

@@ -102,7 +102,7 @@ def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
 def test_show_prints_the_counts_of_the_file(path, capsys):
     out = said(capsys, "show", path)
     with sweeps.open_map(path) as ds:
-        look = systems.presentation_of(ds).look
+        look = systems.presentation_of(ds).appearance
         for value, word in zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True):
             count = int((ds.regime == value).sum())
             line = [line for line in out.splitlines() if line.startswith(f"{look.words(word)} ")]

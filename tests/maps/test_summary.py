@@ -11,9 +11,9 @@ from sweeps.maps.selection import nearest
 from sweeps.schema.datasets import dimensions
 from sweeps.schema.iteration import blocks
 from sweeps.systems.presentation import agreement
-from sweeps.systems.presentation.look import Compared
+from sweeps.systems.presentation.appearance import Compared
 from sweeps.systems.relative_equilibrium.system import REGIMES
-from sweeps.systems.rigid_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE
 from sweeps.views import report_columns, textmap
 
 
@@ -113,7 +113,7 @@ def test_characters_are_the_regimes(ds):
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
     names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
     for panel, values in zip(drawn.panels, plane.regime.values, strict=True):
-        expected = ["".join(LOOK.mark(names[v]).glyph for v in row) for row in values[::-1]]
+        expected = ["".join(APPEARANCE.mark(names[v]).glyph for v in row) for row in values[::-1]]
         assert [text for _, text in panel.rows] == expected
         assert [label for label, _ in panel.rows] == ["1.4", "1", "0.75"]
     assert set(drawn.legend.values()) <= set(names.values())

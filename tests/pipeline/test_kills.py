@@ -49,7 +49,7 @@ SAYS = {  # what `run` says as a stage begins, in one process
     "figures": "broken/figures",
     "report": "broken/report.html",
 }
-PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compiler"]}  # below a shard
+PROGRAMS = {"compile": ["-P", "-m", "sweeps.points.compile_worker"]}  # below a shard
 NOTES = {claims.CLAIM, claims.DEFINITION, up_to_date.NOTE}
 MADE = {*NOTES, "stability_map.nc", "figures", "report.html", "logs", "benchmarks"}
 

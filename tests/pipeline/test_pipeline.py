@@ -143,8 +143,8 @@ def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, me
 
 def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, monkeypatch):
     mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
-    monkeypatch.setattr(pipeline.compile, "compile_seconds", lambda sweep: 1.0)
-    monkeypatch.setattr(pipeline.compile, "ensure_compiled", lambda sweep: measured.append(sweep.system.name))
+    monkeypatch.setattr(pipeline.compile_kernels, "compile_seconds", lambda sweep: 1.0)
+    monkeypatch.setattr(pipeline.compile_kernels, "ensure_compiled", lambda sweep: measured.append(sweep.system.name))
     made(mine)
     assert measured[0] == "pendulum"
     assert [number for number in measured if number != "pendulum"] == [1, 2]

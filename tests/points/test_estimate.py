@@ -64,7 +64,7 @@ def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
 
 def test_the_wait_holds_more_than_the_integration(monkeypatch):
     sweep, left = sweep_of(100, integration={"flips": True}), [0.0]
-    monkeypatch.setattr(module.compile, "compile_seconds", lambda sweep: left[0])
+    monkeypatch.setattr(module.compile_kernels, "compile_seconds", lambda sweep: left[0])
     found = estimate_needs(sweep)
     assert found.wait_seconds > module.MEASURE_FACTOR * found.seconds + 5  # start, pictures and report
     assert found.compile_seconds == 0.0

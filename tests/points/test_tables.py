@@ -8,8 +8,8 @@ import xarray as xr
 import sweeps
 from sweeps.__main__ import main
 from sweeps.points import tables
+from sweeps.points.in_memory_definitions import sweep_of
 from sweeps.points.loading import read_sweep
-from sweeps.points.sources import sweep_of
 from sweeps.reading import tables as formats
 from sweeps.schema import units
 from sweeps.schema.refusals import DefinitionError

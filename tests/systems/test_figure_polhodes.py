@@ -5,8 +5,8 @@ import pytest
 import sweeps
 from sweeps.figure.style import STYLE
 from sweeps.systems.rigid_body.presentation import figure_polhodes
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE
 from sweeps.systems.rigid_body.presentation.figure_polhodes import Scene
-from sweeps.systems.rigid_body.presentation.look import LOOK
 
 ORDERS = [(1.0, 1.5, 2.2), (2.2, 1.0, 1.5), (1.5, 2.2, 1.0), (2.2, 1.5, 1.0), (1.0, 2.2, 1.5), (1.5, 1.0, 2.2)]
 
@@ -67,7 +67,7 @@ def test_near_and_far_halves_make_the_curves():
         near, far = lines(figure, f"{kind} near"), lines(figure, f"{kind} far")
         assert len(near) == len(far) >= 2
         for one, other in zip(near, far, strict=True):
-            assert one.get_color() == other.get_color() == LOOK.color(kind)
+            assert one.get_color() == other.get_color() == APPEARANCE.color(kind)
             assert one.get_linewidth() > other.get_linewidth()
             assert (np.isnan(one.get_xdata()) != np.isnan(other.get_xdata())).all()
     assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "direction"]) > 4

@@ -10,7 +10,7 @@ from sweeps.points import estimate as counted
 from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems import resolve
-from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, figure_held, figure_shapes
+from sweeps.systems.pumped_body.presentation import PumpedBodyPresentation, figure_kapitza_racket, figure_shapes
 from sweeps.systems.pumped_body.system import least_margin
 
 GRID = {"I1": 1.0, "I2": 1.9, "I3": 2.0, "frequency": 0.3, "omega0": 0.5}
@@ -115,17 +115,17 @@ def test_sides_are_logarithmic_where_values_spread_by_ratio():
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
     ds = sweeps.survey(RACKET | {"grid": RACKET["grid"] | {"I2": [1.9, 2.0182]}})
-    point = figure_held.held(ds)
+    point = figure_kapitza_racket.held(ds)
     assert point["I2"] == 2.0182  # the only intermediate axis of the two
     times = np.linspace(0.0, 150.0, 2_000)
     for depth, flips in ((point["depth2"], False), (0.0, True)):
-        moments, L, turned = figure_held.followed(point | {"depth2": depth}, True, times)
+        moments, L, turned = figure_kapitza_racket.followed(point | {"depth2": depth}, True, times)
         assert (L[:, 2] < 0.0).any() == flips
         assert np.abs(turned @ turned.swapaxes(1, 2) - np.eye(3)).max() < 1e-7  # DOP853 at 1e-9, some hundred steps
         energy = (L**2 / moments).sum(axis=1)
         assert (np.ptp(energy) < 1e-8) == flips
     pictures = list(PumpedBodyPresentation(resolve("pumped_body")).animations(ds)["held"]())
-    assert len(pictures) == figure_held.FRAMES + 1
+    assert len(pictures) == figure_kapitza_racket.FRAMES + 1
     assert np.ptp([picture[::7, ::7].astype(float) for picture in pictures[::50]], axis=0).max() > 100  # it moves
     steady = ds.isel(I2=[0])
     assert not list(PumpedBodyPresentation(resolve("pumped_body")).animations(steady)["held"]())

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from kernels import jit
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.motion import format_span
-from sweeps.systems.rigid_body.prediction import describe_spin, predict_spins
-from sweeps.systems.rigid_body.presentation.look import LOOK
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE
+from sweeps.systems.rigid_body.spin_outcomes import describe_spin, predict_spins
 
 RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
@@ -170,14 +170,14 @@ def test_the_command_words_a_spin_as_its_verdict_does(moments, axis, words):
     assert words in text
     assert text.startswith(f"{verdict.words}: ")
     assert verdict.more in text
-    assert LOOK.words(spin.regime) == verdict.words  # of figures, `show` and the page
+    assert APPEARANCE.words(spin.regime) == verdict.words  # of figures, `show` and the page
     assert ("flat spin" in text) == (spin.regime == "stable_minor")
 
 
 ODD = """
 import math
 from dataclasses import asdict
-from sweeps.systems.rigid_body.prediction import predict_spins
+from sweeps.systems.rigid_body.spin_outcomes import predict_spins
 BODIES = [(0.3, 1.7, 1.1), (2e-3, 1.0, 0.9999), (1.0, 1.0, 2.0), (1.0, 2.0, 2.0), (1.0, 1.0, 1.0), (1.0, 5.0, 9.0)]
 BODIES += [(1.0, 2.0, math.nextafter(2.0, 3.0)), (3e-300, 4e-300, 5e-300), (7.0, 5.0, 4.0)]
 ASKED = [(1.0, 1e-6, 0.6), (-10.0, 0.3, 2.0), (3.0, 0.0, 0.0), (1e-9, 1e-200, 0.5)]

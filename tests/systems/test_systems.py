@@ -127,11 +127,11 @@ def compiled():
     functions = [f for m in modules for f in m if getattr(f, "signatures", ())]
     return {{(f.__module__, f.__name__): [*f.signatures] for f in functions}}
 
-from sweeps.points import compile, compiler
-compile.compile_examples = lambda examples: None
+from sweeps.points import compile_kernels, compile_worker
+compile_kernels.compile_examples = lambda examples: None
 sweep = read_sweep({{"system": {name!r}}} | {SMALL[name]!r})
 for example in sweep.system.examples(sweep.definition):
-    compiler.call_example(example)
+    compile_worker.call_example(example)
 before = compiled()
 dataset.survey_grid(sweep)
 assert any(before.values())

@@ -57,13 +57,13 @@ def test_each_point_is_in_one_group(tiny):
     ds["regime"].values[1, 0] = 2
     presentation = systems.presentation_of(ds)
     for found in compared(ds):
-        groups = agreement._groups(ds, presentation.system.layout().variables, found.columns, presentation.look)
+        groups = agreement._groups(ds, presentation.system.layout().variables, found.columns, presentation.appearance)
         masks = {name: at for name, at, *_ in groups}
         columns = found.columns
         drawable = np.isfinite(columns["deviation"]) & (columns["theory"] > 0)
         np.testing.assert_array_equal(sum(at.astype(int) for at in masks.values()), drawable)
     frequency = compared(ds)[0]
-    groups = agreement._groups(ds, presentation.system.layout().variables, frequency.columns, presentation.look)
+    groups = agreement._groups(ds, presentation.system.layout().variables, frequency.columns, presentation.appearance)
     some = {name for name, at, *_ in groups if at.any()}
     assert {"stable_minor", "stable_major", "impossible", "short_window", "not_converged", "differs"} <= some
 

@@ -171,7 +171,7 @@ def test_axis_slider_plane_and_color_change_the_map(opened, plane):
     assert painted(opened) != second
     page.get_by_label("colour by").select_option("regime")
     regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(opened.row("omega0")[0])).squeeze()
-    look = systems.presentation_of(plane).look
+    look = systems.presentation_of(plane).appearance
     words = dict(zip(plane.regime.flag_values, plane.regime.flag_meanings.split(), strict=True))
     assert painted(opened) == [in_light(look.color(words[v])) for v in regime.transpose("I2", "I1").values.reshape(-1)]
     page.get_by_label("x axis").select_option("omega0")

@@ -16,7 +16,7 @@ from kernels import direct, exact
 from sweeps.__main__ import main
 from sweeps.maps.storage import open_map, write_map
 from sweeps.systems.bodies.variables import VERDICTS
-from sweeps.systems.rigid_body import prediction
+from sweeps.systems.rigid_body import spin_outcomes
 from sweeps.views import report
 
 
@@ -296,7 +296,7 @@ SPUN = [
 def test_the_page_words_each_spin_as_the_command_does(visit, plane_path):
     page, epsilon = visit(plane_path).page, 0.9
     for moments in SPUN:
-        for spin in prediction.predict_spins(moments, 10.0, epsilon, 0.6):
+        for spin in spin_outcomes.predict_spins(moments, 10.0, epsilon, 0.6):
             verdict = VERDICTS[spin.regime]
             found = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, spin.axis, 10.0, epsilon, 0.6])
             assert found["regime"] == spin.regime

@@ -18,7 +18,7 @@ from sweeps.figure import colors, style
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.presentation import regimes
-from sweeps.systems.relative_equilibrium.presentation import LOOK, figure_spectra
+from sweeps.systems.relative_equilibrium.presentation import APPEARANCE, figure_spectra
 from sweeps.views import figures, films
 
 
@@ -253,11 +253,11 @@ def test_in_print_a_map_only_grows_lighter():
 def test_regimes_of_equilibria_are_hatched_on_paper_alone():
     """In grey, the shades of one regime's colour are those of another's."""
     regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
-    words = [LOOK.words(name) for name in figure_spectra.REGIMES[1:5]]
+    words = [APPEARANCE.words(name) for name in figure_spectra.REGIMES[1:5]]
     for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
         with style.drawn_for(style.ITS_OWN, theme):
             figure = style.canvas(5.0, 4.0, "", "")
-            ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, LOOK, 1.0)
+            ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, APPEARANCE, 1.0)
             drawn.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
             drawn.explain(figure, [ax], "growth")
         (told,) = figure.legends

@@ -19,7 +19,7 @@ import numpy as np
 
 from sweeps.reading.mesh import SUFFIXES, MeshError, read
 from sweeps.schema.refusals import display
-from sweeps.systems.bodies import outline, shapes, shells
+from sweeps.systems.bodies import mesh_shells, outline, shapes
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # metres
 CAD = " (export the part as STL from your CAD program, in its own unit, and give that by --unit)"
@@ -228,9 +228,9 @@ def _made_separate(mesh) -> tuple[str, ...]:
     count = part.max() + 1
     if count == 1:
         return ()
-    if count > shells.MOST_SURFACES:
-        raise MeshError(f"holds {count:,} closed surfaces", f"at most {shells.MOST_SURFACES:,}")
-    parts = shells.arrangement([mesh.triangles[part == k] for k in range(count)])
+    if count > mesh_shells.MOST_SURFACES:
+        raise MeshError(f"holds {count:,} closed surfaces", f"at most {mesh_shells.MOST_SURFACES:,}")
+    parts = mesh_shells.arrangement([mesh.triangles[part == k] for k in range(count)])
     if parts.twice:
         involved = len({k for pair in parts.twice for k in pair})
         wrong = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"

@@ -12,7 +12,7 @@ from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import BodiesDefinition
-from sweeps.systems.bodies.family import FreeBody
+from sweeps.systems.bodies.free_body import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.shared_variables import make_status, parse_rows

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sweeps.schema.datasets import Dataset
-from sweeps.systems.presentation.look import Compared, Look
+from sweeps.systems.presentation.appearance import Appearance, Compared
 from sweeps.systems.system import Dynamics
 
 Drawing = Callable[..., Any]  # of an optional place (Axes): a Figure, or None where there is nothing to draw
@@ -47,7 +47,7 @@ class Presentation:
     That of the system in `tests/toy` is `tests/toy/damped_top/presentation.py`.
     """
 
-    look: Look = Look()  #: how flags and parameters look in figures, terminal and page
+    appearance: Appearance = Appearance()  #: how flags and parameters look in figures, terminal and page
     part: Page = Page()  #: the system's part of the page
     least: tuple[str, ...] = ()  #: names of the dimensions at whose least value the page begins
     #: (name, "module.function" of this package that draws it from a map) of each figure.
@@ -67,7 +67,7 @@ class Presentation:
 
         held = [one for one in self.compared if {*one.names} <= {*ds.variables}]
         held = [one for one in held if not one.is_spare] or held
-        draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.look)
+        draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.appearance)
         return {"theory_against_measured": draw} if held else {}
 
     def drawing(self, where: str, ds: Dataset, *more) -> Drawing:
@@ -79,7 +79,7 @@ class Presentation:
         """Return name → drawing function of the figures of a map of sampled or listed points."""
         from sweeps.systems.presentation import cloud
 
-        return {"points": partial(cloud.draw, ds, self.system.layout().variables, self.look)}
+        return {"points": partial(cloud.draw, ds, self.system.layout().variables, self.appearance)}
 
     def animations(self, ds: Dataset) -> Animations:
         """Return name → function that draws the frames of each animation of a map."""

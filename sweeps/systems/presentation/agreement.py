@@ -16,7 +16,7 @@ from sweeps.figure import colors, style
 from sweeps.schema.datasets import Dataset, along, flags
 from sweeps.schema.iteration import blocks
 from sweeps.schema.variables import Role, Variable, of_role
-from sweeps.systems.presentation.look import Compared, Look
+from sweeps.systems.presentation.appearance import Appearance, Compared
 
 BLOCK_POINTS = 2**18
 MOST_DRAWN = 200_000
@@ -116,7 +116,9 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
 # -- the picture
 
 
-def draw(ds: Dataset, specs: Specs, compared: Iterable[Compared], look: Look, ax: Axes | None = None) -> Figure | None:
+def draw(
+    ds: Dataset, specs: Specs, compared: Iterable[Compared], appearance: Appearance, ax: Axes | None = None
+) -> Figure | None:
     """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
 
     None is drawn without a point to compare. `specs` is the system's table, `look` how its flags look.
@@ -127,17 +129,17 @@ def draw(ds: Dataset, specs: Specs, compared: Iterable[Compared], look: Look, ax
         return None
     compared, comparisons = zip(*some, strict=True)
     lines, columns, size = style.arranged(len(comparisons), (3.9, 5.2), (0.8 if len(comparisons) > 1 else 2.5, 1.6))
-    figure = style.canvas(*size, "Measured against theory", _subtitle(ds, specs, comparisons, look), ax=ax)
+    figure = style.canvas(*size, "Measured against theory", _subtitle(ds, specs, comparisons, appearance), ax=ax)
     axes = figure.subplots(2 * lines, columns, height_ratios=(1.0, 1.35) * lines, squeeze=False)
     axes = axes if lines == 1 else axes.reshape(len(comparisons), 2).T
     for one, values, (upper, lower) in zip(compared, comparisons, axes.T, strict=True):
         spec = specs[one.names[0]]
-        unit = f" / {look.symbol(one.per)}" if one.per else style.with_unit("", spec.units, "  ({})")
+        unit = f" / {appearance.symbol(one.per)}" if one.per else style.with_unit("", spec.units, "  ({})")
         upper.set_title(one.title, loc="left", fontweight="bold")
         upper.set(xscale="log", xlabel="deviation from theory / error", ylabel="number of points")
-        words = f"deviation / {look.symbol(spec.scale)}" if spec.scale else "relative deviation"
+        words = f"deviation / {appearance.symbol(spec.scale)}" if spec.scale else "relative deviation"
         lower.set(xscale="log", yscale="log", xlabel=f"theory{unit}", ylabel=words)
-        _side(upper, lower, values, _groups(ds, specs, values.columns, look))
+        _side(upper, lower, values, _groups(ds, specs, values.columns, appearance))
     deviations = np.concatenate([values.columns["deviation"] for values in comparisons])
     deviations = np.clip(deviations[np.isfinite(deviations)], EXACT, MOST_DEVIATION)
     for lower in axes[1]:  # the same range in all, with the line that stands for "equal to the last bit"
@@ -151,14 +153,14 @@ def draw(ds: Dataset, specs: Specs, compared: Iterable[Compared], look: Look, ax
     return figure
 
 
-def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], look: Look) -> str:
+def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], appearance: Appearance) -> str:
     stride, first = comparisons[0].stride, comparisons[0]
     ending = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
     thinned = "all drawn" if stride == 1 else f"every {stride:,}{ending} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
-        rows.append(f"{name}:  " + " · ".join(f"{n:,} {look.words(meanings[k])}" for k, n in counts.items() if n))
+        rows.append(f"{name}:  " + " · ".join(f"{n:,} {appearance.words(meanings[k])}" for k, n in counts.items() if n))
     worst = np.fmax.reduce([one.worst for one in comparisons])
     rows[-1] += "" if np.isnan(worst) else f";  largest relative deviation, status ok: {style.number(worst, 2)}"
     rows += [BOUND] if "amplitude_shift" in specs else []
@@ -171,7 +173,7 @@ def _is_drawable(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.isfinite(columns["deviation"]) & (columns["theory"] > 0)
 
 
-def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], look: Look) -> list[tuple]:
+def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], appearance: Appearance) -> list[tuple]:
     """Return name, mask, words and look of each group of points; each point that can be drawn is in one."""
     drawable = _is_drawable(columns)
     size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))
@@ -181,12 +183,14 @@ def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], look: 
     alike = sound & columns["possible"]
     groups = [("impossible", sound & ~columns["possible"], "physically impossible", point | {"color": IMPOSSIBLE})]
     for number, name in (_meanings(ds, specs, Role.HEADLINE) or {math.nan: ""}).items():
-        dot = {"color": look.color(name) or colors.STABLE}
-        groups.append((name or "ok", alike & ((columns["flag"] == number) | (not name)), look.words(name), point | dot))
+        dot = {"color": appearance.color(name) or colors.STABLE}
+        groups.append(
+            (name or "ok", alike & ((columns["flag"] == number) | (not name)), appearance.words(name), point | dot)
+        )
     for number, name in _meanings(ds, specs, Role.STATUS).items():
         if number:
             at = drawable & ~columns["differs"] & (columns["status"] == number)
-            groups.append((name, at, look.words(name), mark | {"marker": MARKS[(number - 1) % len(MARKS)]}))
+            groups.append((name, at, appearance.words(name), mark | {"marker": MARKS[(number - 1) % len(MARKS)]}))
     return [*groups, ("differs", drawable & columns["differs"], "differs from theory", mark | {"marker": "v"})]
 
 
@@ -195,12 +199,12 @@ def _side(upper: Axes, lower: Axes, comparison: Agreement, groups: list[tuple]) 
     theory = np.maximum(columns["theory"], LEAST_THEORY * np.nanmax(columns["theory"]))
     at = (columns["status"] == 0) & (columns["theory"] > 0)
     draw_ratios(upper, columns["ratio"][at], columns["epsilon"][at])
-    sound = np.any([at for _, at, _, look in groups if look["marker"] == "o"], axis=0)
+    sound = np.any([at for _, at, _, props in groups if props["marker"] == "o"], axis=0)
     _draw_errors(lower, theory, columns["error"], sound)
-    for name, at, words, look in groups:
+    for name, at, words, props in groups:
         if at.any():
             drawn = np.clip(columns["deviation"][at], EXACT, MOST_DEVIATION)
-            lower.plot(theory[at], drawn, ls="none", gid=name, label=words, rasterized=True, **look)
+            lower.plot(theory[at], drawn, ls="none", gid=name, label=words, rasterized=True, **props)
     style.plain_log_ticks(lower.xaxis)
     lower.minorticks_off()
 
@@ -243,8 +247,8 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     """Draw relative errors: each as a dash or, where they are many, their middle 90 % along theory as a band."""
     at = at & np.isfinite(error) & (error > 0)
     if np.count_nonzero(at) <= MOST_ERROR_POINTS:
-        look = {"ms": 6, "mew": 1.2, "color": ERROR, "zorder": 1, "gid": "error", "label": "relative error"}
-        ax.plot(theory[at], np.maximum(error[at], EXACT), "_", **look)
+        props = {"ms": 6, "mew": 1.2, "color": ERROR, "zorder": 1, "gid": "error", "label": "relative error"}
+        ax.plot(theory[at], np.maximum(error[at], EXACT), "_", **props)
         return
     x, y = np.log(theory[at]), error[at]
     cuts = np.linspace(x.min() - 1e-9, x.max() + 1e-9, BINS + 1)
@@ -253,5 +257,5 @@ def _draw_errors(ax: Axes, theory, error, at) -> None:
     for i in np.unique(which):
         low[i], high[i] = np.percentile(y[which == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    look = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
-    ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **look)
+    props = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
+    ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **props)

@@ -14,7 +14,7 @@ from sweeps.schema.datasets import dimensions, flags, own_of_points, spreads_by_
 from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:
-    from sweeps.systems.presentation.look import Look
+    from sweeps.systems.presentation.appearance import Appearance
 
 MOST_DRAWN = 20_000  # points of a panel
 MOST_PANELS = 4
@@ -22,7 +22,9 @@ MAX_NAMED = 20  # points up to which their names are drawn next to them
 BINS = 60
 
 
-def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes | None = None) -> Figure | None:
+def draw(
+    ds: xr.Dataset, specs: Mapping[str, Variable], appearance: "Appearance", ax: Axes | None = None
+) -> Figure | None:
     """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable."""
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
     held = {name: spec for name, spec in specs.items() if name in ds.data_vars}
@@ -39,15 +41,15 @@ def draw(ds: xr.Dataset, specs: Mapping[str, Variable], look: "Look", ax: Axes |
     figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
-    colored = {value: look.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
+    colored = {value: appearance.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
     for column, (number, panel) in zip(axes.T, enumerate(panels), strict=True):
-        _scatter(column[0], panel, names, flag, colored, look)
+        _scatter(column[0], panel, names, flag, colored, appearance)
         if along:
             column[0].set_title(f"{along} {ds[along].values[number]}", loc="left", fontweight="bold")
         if measured:
             _histogram(column[1], ds[measured], panel, flag, colored)
     used, dot = set(np.unique(part[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
-    words = {value: look.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
+    words = {value: appearance.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
     style.legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
     return figure
 
@@ -61,7 +63,7 @@ def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
     return part, along, [part.isel({along: k}) for k in range(part.sizes[along])] if along else [part]
 
 
-def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look") -> None:
+def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, appearance: "Appearance") -> None:
     """Draw the points; later ones lie above earlier ones, in the order in which they stand."""
     x = panel[names[0]].values
     y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
@@ -72,7 +74,7 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, look: "Look
         for text, *place in zip(panel["name"].values, x, y, strict=True):
             ax.annotate(str(text), place, (3, 3), textcoords="offset points", fontsize="x-small", gid="name")
     for side, values, name in zip("xy", (x, y), names, strict=False):
-        label = style.with_unit(look.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
+        label = style.with_unit(appearance.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
         ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})
     if len(names) == 1:
         ax.set_yticks([])

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from kernels.statuses import STATUSES
 from sweeps.figure import colors, style
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.appearance import Appearance
 
 MOST_DRAWN = 400  # values a dimension
 
@@ -32,10 +32,10 @@ def few(values: xr.DataArray, panel_sides: Iterable[str | None], whole: Collecti
     return middle | {name: style.few(values.sizes[name], MOST_DRAWN) for name in panel_sides if name}
 
 
-def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, look: Look) -> str:
+def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, appearance: Appearance) -> str:
     """Return where a map is cut, and how many points are not ok, for the line below a title."""
     counts = np.bincount(ds["status"].values.ravel(), minlength=len(STATUSES))
-    words = [f"{n:,} of {counts.sum():,} {look.words(STATUSES[k])}" for k, n in enumerate(counts) if n and k]
+    words = [f"{n:,} of {counts.sum():,} {appearance.words(STATUSES[k])}" for k, n in enumerate(counts) if n and k]
     fixed = [name for name in values.dims if name not in part.dims and name not in ("eigenvalue", "epsilon", "phase")]
     cut = ", ".join(style.fixed_at(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
     return ";  ".join(filter(None, [cut, *words])) or "as measured"

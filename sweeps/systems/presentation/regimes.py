@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from sweeps.figure import colors, style
-from sweeps.systems.presentation.look import Look, missing_words
+from sweeps.systems.presentation.appearance import Appearance, missing_words
 
 SHADES = 6  # of a regime's colour, by the square root of the growth
 HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx", "period_doubling": "\\\\\\\\"}
@@ -31,11 +31,13 @@ def rated(names: Sequence[str]) -> list[int]:
     return [k - 1 for k, name in enumerate(names) if name in HATCHES]
 
 
-def dots(ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Sequence[str], look: Look, **marks) -> None:
+def dots(
+    ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Sequence[str], appearance: Appearance, **marks
+) -> None:
     """Draw points, those of each regime in its colour and named in the legend; names in the order of codes from 0."""
     for k, name in enumerate(names):
         if (at := codes == k).any():
-            marker = {"color": look.color(name), "gid": name, "label": look.words(name)}
+            marker = {"color": appearance.color(name), "gid": name, "label": appearance.words(name)}
             ax.plot(x[at], y[at], "o", **{"mew": 0.0} | marker | marks)
 
 
@@ -57,16 +59,18 @@ class Regimes:
     Names are in the order of their codes from -1; growth or decay of `top` has the full colour, 0 shows none.
     """
 
-    def __init__(self, names: Sequence[str], look: Look, top: float):
-        self.names, self.look, self.top, self.rated, self.most = names[1:], look, top, rated(names), 0.0
-        self.shades = style.Shades([look.color(name) for name in self.names], SHADES).with_extremes(bad=colors.MISSING)
+    def __init__(self, names: Sequence[str], appearance: Appearance, top: float):
+        self.names, self.appearance, self.top, self.rated, self.most = names[1:], appearance, top, rated(names), 0.0
+        self.shades = style.Shades([appearance.color(name) for name in self.names], SHADES).with_extremes(
+            bad=colors.MISSING
+        )
         self.seen: set[int] = set()
         self.shaded: set[int] = set()
         self.without: list[int] = []
 
-    def _mesh(self, ax: Axes, x: np.ndarray, y: np.ndarray, code: np.ndarray, **look) -> None:
+    def _mesh(self, ax: Axes, x: np.ndarray, y: np.ndarray, code: np.ndarray, **props) -> None:
         norm = BoundaryNorm(np.arange(self.shades.N + 1) - 0.5, self.shades.N)
-        ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **look)
+        ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **props)
 
     def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
         """Draw cells in the colour of their regime, paler where |growth| is small, but for 0.
@@ -98,8 +102,10 @@ class Regimes:
             scale.yaxis.tick_right()
             scale.yaxis.set_label_position("right")
             scale.set(xticks=[], ylabel=label)
-        names = [(name, self.look.words(name)) for name in (self.names[k] for k in sorted(self.seen))]
-        handles = [Patch(facecolor=self.look.color(name), label=words, **_hatch_of(name)) for name, words in names]
+        names = [(name, self.appearance.words(name)) for name in (self.names[k] for k in sorted(self.seen))]
+        handles = [
+            Patch(facecolor=self.appearance.color(name), label=words, **_hatch_of(name)) for name, words in names
+        ]
         if self.without:
             handles.append(Patch(facecolor=colors.MISSING, label=missing_words(self.without)))
         style.legend(figure, [*handles, *more])

@@ -10,7 +10,7 @@ from pathlib import Path
 from sweeps.schema.variables import Variable
 from sweeps.systems.shared_variables import parse_rows
 
-FILES = tuple(Path(__file__).parent / name for name in ("nudges.html", "rates.js"))
+FILES = tuple(Path(__file__).parent / name for name in ("perturbations.html", "rates.js"))
 
 
 def rate_variables(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:

@@ -18,7 +18,7 @@ from sweeps.schema.variables import Parameter, Variable
 from sweeps.systems import rates
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import AXES, BODIES, BodiesDefinition, Body, list_of
-from sweeps.systems.bodies.family import FreeBody
+from sweeps.systems.bodies.free_body import FreeBody
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS, Axes, SignedSpin
 from sweeps.systems.reintegration import (

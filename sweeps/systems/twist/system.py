@@ -12,7 +12,7 @@ from sweeps.schema.values import Phase, number
 from sweeps.schema.variables import Parameter, Quantity
 from sweeps.systems.bodies import variables as bodies
 from sweeps.systems.bodies.body import BODIES, Body, FollowedDefinition, Once, list_of
-from sweeps.systems.bodies.family import MeasuredOnce
+from sweeps.systems.bodies.free_body import MeasuredOnce
 from sweeps.systems.bodies.shapes import RATIOS
 from sweeps.systems.bodies.variables import MOMENTS, Spin
 from sweeps.systems.reintegration import ROUNDING_ERROR, euler_coefficients

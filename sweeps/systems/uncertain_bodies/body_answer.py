@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.rigid_body import prediction
+from sweeps.systems.rigid_body import spin_outcomes
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-SPIN = tuple(prediction.DEFAULTS)
+SPIN = tuple(spin_outcomes.DEFAULTS)
 SAMPLING = ("draws", "seed", "method", "turns")
 
 
@@ -52,14 +52,14 @@ class BodyAnswer:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
         from sweeps.figure import style
         from sweeps.process.files import replace_output
-        from sweeps.systems.uncertain_bodies import prediction as uncertain
+        from sweeps.systems.uncertain_bodies import sampled_body
         from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
         if self._sampled is None:
             raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
         with style.drawn_for(style.ITS_OWN), replace_output(path) as temporary:
             figure = figure_outlook.draw_cloud(
-                self.name, next(uncertain.sampling_lines(self._sampled)), self._sampled.axes
+                self.name, next(sampled_body.sampling_lines(self._sampled)), self._sampled.axes
             )
             figure.savefig(temporary, format="png")
 
@@ -75,19 +75,19 @@ def answer(
     is_sampled = given["uncertainty"] is not None
     if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
         raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
-    chosen, spun = prediction.body_of(body, source, given, load)
-    axes = prediction.axes_of(axis)
-    facts, lines, rows, more = prediction.predict_body(chosen, spun, axes, twist)
+    chosen, spun = spin_outcomes.body_of(body, source, given, load)
+    axes = spin_outcomes.axes_of(axis)
+    facts, lines, rows, more = spin_outcomes.predict_body(chosen, spun, axes, twist)
     if not is_sampled:
         return BodyAnswer(chosen.name, facts, lines, rows, more)
-    from sweeps.systems.uncertain_bodies import prediction as uncertain
+    from sweeps.systems.uncertain_bodies import sampled_body
 
-    entry = uncertain.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
-    read = uncertain.make_definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
+    entry = sampled_body.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
+    read = sampled_body.make_definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
     machine.keep_freed()
-    sampled = uncertain.measure_body(read, machine.cores())
-    drawn = uncertain.collect_facts(sampled)
+    sampled = sampled_body.measure_body(read, machine.cores())
+    drawn = sampled_body.collect_facts(sampled)
     measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
-    rows = [*uncertain.outcome_rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
-    lines = [*lines, *uncertain.sampling_lines(sampled)]
+    rows = [*sampled_body.outcome_rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
+    lines = [*lines, *sampled_body.sampling_lines(sampled)]
     return BodyAnswer(chosen.name, facts | drawn | {"axes": measured}, lines, rows, more, sampled)

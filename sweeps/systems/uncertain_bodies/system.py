@@ -15,7 +15,7 @@ from sweeps.schema.values import Positive, choice, finite, integer
 from sweeps.schema.variables import Variable, table
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import list_of
-from sweeps.systems.bodies.family import FreeBody
+from sweeps.systems.bodies.free_body import FreeBody
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.rigid_body.system import FLIPPED, REGIMES, SHAREABLE, SURVEY, NearAxisDefinition, SpunBody

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from sweeps.figure import colors
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Mark, Symbol
 
 
 class DampedTopPresentation(Presentation):
     """The decay over the time constant; a page with the drag."""
 
-    look = Look(
+    appearance = Appearance(
         marks={"slows": Mark("slows down", "v", colors.UNSTABLE), "lasts": Mark("lasts", "^", colors.STABLE)},
         symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import turning
 from sweeps.systems.presentation import Page
-from sweeps.systems.presentation.look import Mark, Symbol
+from sweeps.systems.presentation.appearance import Mark, Symbol
 
 MODES = {"sam": Mark("short-axis mode", "+", colors.STABLE), "lam": Mark("long-axis mode", "-", colors.LIGHT_BLUE)}
 

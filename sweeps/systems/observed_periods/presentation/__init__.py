@@ -3,13 +3,13 @@
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import MODES, SYMBOLS
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.presentation.look import Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Mark, Symbol
 
 
 class ObservedPeriodsPresentation(Presentation):
     """The energies over the inertia triangle; a page without a motion."""
 
-    look = Look(
+    appearance = Appearance(
         MODES
         | {"none": Mark("excluded in both modes", "x", colors.GREY), "both": Mark("either mode", "*", colors.UNSTABLE)},
         SYMBOLS

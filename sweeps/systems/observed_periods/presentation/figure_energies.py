@@ -22,12 +22,12 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     first = {dim: 0 for dim in ds.dims if dim not in SHAPE}
     title = "Energy of a tumbling body from its two periods"
     figure, axes = style.panels(2, (4.2, 3.8), title, ds.attrs.get("title", ""), ax, sharex=True, sharey=True)
-    look = {"cmap": style.color_map("size"), "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
+    props = {"cmap": style.color_map("size"), "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):
             excess = np.log10(triangle.values(ds, f"energy_{mode}", first) - 1.0)
         excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", first) > MAX_EXCLUSION)
-        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), excess, **look)
+        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), excess, **props)
         none = ax.contourf(*triangle.places(ds), excluded, [0.5, 1.5], colors="none", hatches=["////"])
         none.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
         triangle.frame(ax, 3, False)

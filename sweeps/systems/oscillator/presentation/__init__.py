@@ -7,9 +7,9 @@ from sweeps.schema.datasets import Dataset
 from sweeps.systems import rates
 from sweeps.systems.oscillator.system import ANIMATED
 from sweeps.systems.presentation import Animations, Page, Presentation, moving
-from sweeps.systems.presentation.look import Compared, Look, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Symbol
 
-LOOK = Look(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
+APPEARANCE = Appearance(symbols={"epsilon": Symbol(r"$\varepsilon$", "ε"), "phase": Symbol(r"$\varphi$", "φ")})
 
 _PAGE = Path(__file__).parent / "page"
 _FILES = (*moving.FILES, *(_PAGE / name for name in ("places.html", "places.js")), *rates.FILES, _PAGE / "part.js")
@@ -18,7 +18,7 @@ _FILES = (*moving.FILES, *(_PAGE / name for name in ("places.html", "places.js")
 class OscillatorPresentation(Presentation):
     """Figures, animations and page of small oscillations."""
 
-    look = LOOK
+    appearance = APPEARANCE
     least = ("epsilon",)
     part = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
     drawn = (("oscillations", "figure_oscillations.draw"),)

@@ -115,9 +115,9 @@ def _drawn(model, point, runs, q, times):
     yield from animation.played(figure, frames())
 
 
-def _lines(ax, runs, **look):
+def _lines(ax, runs, **props):
     """Draw one animated line a motion, in its colour."""
-    return [ax.plot([], [], color=COLORS[run.regime], animated=True, **look)[0] for run in runs]
+    return [ax.plot([], [], color=COLORS[run.regime], animated=True, **props)[0] for run in runs]
 
 
 def _scene(ax, model, point, runs, q):

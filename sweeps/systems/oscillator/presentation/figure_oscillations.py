@@ -14,11 +14,11 @@ from matplotlib.patches import Patch
 from sweeps.figure import colors, style
 from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.look import Look, Mark, missing_words
+from sweeps.systems.presentation.appearance import Appearance, Mark, missing_words
 from sweeps.systems.presentation.regimes import dots
 
 MOST_PANELS = 8
-LOOK = Look(marks={"marginal": Mark("marginal", "=", colors.INK)})
+APPEARANCE = Appearance(marks={"marginal": Mark("marginal", "=", colors.INK)})
 ROUNDING = 1e-12  # of ω²/scale²: what is below is no sign
 MOST_DOTS = 1000  # marginal points of a panel; more stand on a coarser lattice
 GREEK = re.compile(r"^(theta|phi|psi|alpha|beta)$")
@@ -41,7 +41,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     count = len(panels)
     below = places and style.is_narrow()  # the positions above the panels, and not beside
     rows, columns, size = style.arranged(count, (3.3, 2.7), (1.0 + LARGE * (places and not below), 1.5 + 2.7 * below))
-    subtitle = "\n".join([planes.subtitle(ds, part, ds["omega_squared"], LOOK), *marginal])
+    subtitle = "\n".join([planes.subtitle(ds, part, ds["omega_squared"], APPEARANCE), *marginal])
     figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
     beside = int(places and not below)
     ratios_of_width = [LARGE / 3.3] * beside + [1.0] * columns
@@ -110,8 +110,8 @@ def _map(ax, one, x, y, most):
         every = max(1, math.ceil(math.sqrt(rows.size / MOST_DOTS)))
         kept = (rows % every == 0) & (columns % every == 0)
         rows, columns = rows[kept], columns[kept]
-        look = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
-        ax.plot(one[x].values[columns], one[y].values[rows], "o", ms=2.0, mew=0.0, **look)
+        props = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
+        ax.plot(one[x].values[columns], one[y].values[rows], "o", ms=2.0, mew=0.0, **props)
     planes.name_sides(ax, one, x, y)
     return image
 
@@ -152,8 +152,8 @@ def _law(ax, one, x, y):
         line = {"color": colors.INK, "lw": 0.9, "gid": "theory", "label": names[0]}
         ax.plot(row[x].values, theory, **line)
         measured = np.sqrt(np.abs(row["omega_squared"].values[every]))
-        look = {"color": LOOK.color(regime), "label": names[1], "gid": regime}
-        ax.plot(row[x].values[every], measured, "o", ms=3.4, mew=0.0, **look)
+        props = {"color": APPEARANCE.color(regime), "label": names[1], "gid": regime}
+        ax.plot(row[x].values[every], measured, "o", ms=3.4, mew=0.0, **props)
     if style.is_logarithmic(one[x].values):
         ax.set(yscale="log")
     style.scale_as_spread(ax.xaxis, one[x].values)
@@ -161,8 +161,8 @@ def _law(ax, one, x, y):
     heights = style.spread(ax, one[x].values[-1], rates[:, -1], LEAST_ROOM)
     for k, height in zip(some, heights, strict=True):
         text = style.with_unit(style.number(float(one[y].values[k]), 3), one[y].attrs.get("units", "1"))
-        look = {"xycoords": "axes fraction", "va": "center", "fontsize": 7.5}
-        style.note(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **look)
+        props = {"xycoords": "axes fraction", "va": "center", "fontsize": 7.5}
+        style.note(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **props)
     ax.set_title(f"{ax.get_title(loc='left')}, by {y.replace('_', ' ')}", loc="left")
 
 
@@ -172,7 +172,7 @@ def _lines(ax, one, x):
     theory, measured, regime = (one[name].values.ravel() for name in ("theory", "measured", "regime"))
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(at, theory, color=colors.INK, lw=0.9, gid="theory", label="theory")
-    dots(ax, at, measured, regime, REGIMES[1:], LOOK, ms=3.0)
+    dots(ax, at, measured, regime, REGIMES[1:], APPEARANCE, ms=3.0)
     style.scale_as_spread(ax.xaxis, at)
     ax.set(xlabel=style.label_of(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
 
@@ -189,7 +189,7 @@ def _places(ax, part, name, x, y):
             if np.isfinite(there).any():
                 ax.plot(*_forked(one[x].values, there), ls=dash, label=f"equilibrium, {word}", **line)
     places, at = row[name].transpose("equilibrium", x).values, row["regime"].transpose("equilibrium", x).values
-    dots(ax, np.broadcast_to(row[x].values, at.shape), places, at, REGIMES[1:], LOOK, ms=2.6)
+    dots(ax, np.broadcast_to(row[x].values, at.shape), places, at, REGIMES[1:], APPEARANCE, ms=2.6)
     style.scale_as_spread(ax.xaxis, row[x].values)
     cut = f", {style.fixed_at(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
     ax.set_title(f"equilibria{cut}", loc="left")

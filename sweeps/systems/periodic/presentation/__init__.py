@@ -6,7 +6,7 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Drawings, Page, Presentation, moving
-from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
 MARKS = {
     "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
@@ -17,13 +17,13 @@ MARKS = {
     "not_found": Mark("not found", "x", ""),
 }
 COMPARED = (Compared(("trace",), "trace"), Compared(("growth_rate",), "growth rate"))
-LOOK = Look(marks=MARKS, symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")})
+APPEARANCE = Appearance(marks=MARKS, symbols={"epsilon": Symbol(r"$\varepsilon$", "ε")})
 
 
 class PeriodicPresentation(Presentation):
     """Figures of the regimes."""
 
-    look = LOOK
+    appearance = APPEARANCE
     least = ("epsilon",)
     compared = COMPARED
     part = Page(
@@ -43,7 +43,7 @@ class PeriodicPresentation(Presentation):
         curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
         tongues = {}
         for name in ds["equilibrium"].values.tolist():
-            more = {"equilibrium": name}, f"perturbed motion: {name}", LOOK, curves
+            more = {"equilibrium": name}, f"perturbed motion: {name}", APPEARANCE, curves
             tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *more)
         return tongues | self.against_theory(ds)
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.rigid_body.fits import deviation_floor, power_law
 
 LEAST_SIZES = 6  # of the perturbation that a power law needs
@@ -17,7 +17,7 @@ MOST_SERIES = 12
 SMALLEST = 1e-16
 
 
-def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
+def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figure:
     """Draw |trace - theory| over max(1, |theory|) against epsilon for points of a map, with fitted exponents."""
     part = ds[["trace", "trace_theory", "trace_error", "regime_theory"]].sortby("epsilon")
     varied = [name for name in part["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
@@ -30,8 +30,8 @@ def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
         size = np.maximum(1.0, np.abs(one["trace_theory"].values))
         deviation, error = np.abs(one["trace"] - one["trace_theory"]).values / size, one["trace_error"].values / size
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, SMALLEST * size))
-        label = [f"{look.symbol(name)} = {style.number(float(one[name]), 3)}" for name in varied]
-        label += [look.words(REGIMES[1 + int(one["regime_theory"][0])])]
+        label = [f"{appearance.symbol(name)} = {style.number(float(one[name]), 3)}" for name in varied]
+        label += [appearance.words(REGIMES[1 + int(one["regime_theory"][0])])]
         label += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
         line = {"color": colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)], "linewidth": 1.5}
         line["marker"], line["markevery"] = style.SERIES_MARKERS[number % len(style.SERIES_MARKERS)], 6

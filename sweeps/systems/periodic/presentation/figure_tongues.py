@@ -12,7 +12,7 @@ from scipy.linalg import eigvalsh_tridiagonal
 from kernels.codes import REGIMES
 from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
 
 DEEPEST = 1.0  # growth in a period that has the full colour
@@ -25,7 +25,9 @@ Curves = Sequence[tuple[np.ndarray, np.ndarray]]  # (x, y) of each
 EXACT, THEORY = "Mathieu's curves, exact", "boundary by linear theory"
 
 
-def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Axes | None = None) -> Figure | None:
+def draw(
+    ds: xr.Dataset, at: Mapping, what: str, appearance: Appearance, curves=None, ax: Axes | None = None
+) -> Figure | None:
     """Draw regimes over the two longest parameters, a panel for each value of a third.
 
     There is no picture where one parameter varies at most, and where all of it would be of one colour. The figure is of
@@ -41,7 +43,7 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         return None  # all would be of one colour
     values = part[third].values[:MOST_PANELS] if third else [None]
     figure, axes = style.panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), what, ax)
-    regimes = Regimes(REGIMES, look, DEEPEST)
+    regimes = Regimes(REGIMES, appearance, DEEPEST)
     for place, value in zip(axes, values, strict=True):
         one = part.sel({third: value}) if third else part
         if third:
@@ -56,7 +58,7 @@ def draw(ds: xr.Dataset, at: Mapping, what: str, look: Look, curves=None, ax: Ax
         for number, pair in enumerate(pairs):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
-        planes.name_sides(place, one, x, y, look.symbols)
+        planes.name_sides(place, one, x, y, appearance.symbols)
         place.set(xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes, "growth per period")
     return figure

@@ -72,12 +72,12 @@ def mover(ax: Axes, parts: Iterable[tuple[str, np.ndarray, dict]], trail: int) -
     ax.set_aspect("equal")
     ax.axis("off")
     lines = []
-    for kind, seen, look in parts:
+    for kind, seen, props in parts:
         if kind == "mass":
-            line = ax.plot([], [], color=look["color"], alpha=0.4, lw=2.0, animated=True)[0]
+            line = ax.plot([], [], color=props["color"], alpha=0.4, lw=2.0, animated=True)[0]
             lines.append((line, seen[:, 0], trail))
         closed = seen[:, [*range(seen.shape[1]), 0]] if kind == "face" else seen
-        lines.append((ax.plot([], [], animated=True, **look | MARKS.get(kind, {}))[0], closed, 0))
+        lines.append((ax.plot([], [], animated=True, **props | MARKS.get(kind, {}))[0], closed, 0))
 
     def move(k):
         for line, seen, past in lines:

@@ -9,10 +9,10 @@ from sweeps.schema.datasets import Dataset
 from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.periodic.presentation import COMPARED, MARKS
 from sweeps.systems.presentation import Animations, Drawings, Page, Presentation
-from sweeps.systems.presentation.look import Look, Symbol
-from sweeps.systems.rigid_body.presentation.look import is_of_shapes
+from sweeps.systems.presentation.appearance import Appearance, Symbol
+from sweeps.systems.rigid_body.presentation.appearance import is_of_shapes
 
-LOOK = Look(
+APPEARANCE = Appearance(
     marks=MARKS,
     symbols=SYMBOLS
     | {
@@ -25,7 +25,7 @@ LOOK = Look(
 class PumpedBodyPresentation(Presentation):
     """Figures of the regimes, and a page with the body turning."""
 
-    look = LOOK
+    appearance = APPEARANCE
     compared = COMPARED
     part = on_triangle(
         "Does a spin stay stable while the moments of inertia change?", Path(__file__).parent / "page" / "part.js"
@@ -42,19 +42,21 @@ class PumpedBodyPresentation(Presentation):
         from sweeps.systems.pumped_body.presentation import figure_shapes
 
         if is_of_shapes(ds):
-            return {"triangle": partial(figure_shapes.draw, ds, LOOK)}
+            return {"triangle": partial(figure_shapes.draw, ds, APPEARANCE)}
         if ds.sizes["epsilon"] >= figure_breakdown.LEAST_SIZES:
-            return {"breakdown": partial(figure_breakdown.draw, ds, LOOK)}
+            return {"breakdown": partial(figure_breakdown.draw, ds, APPEARANCE)}
         tongues = {}
         for axis in ds["axis"].values.tolist():
             title = f"Spin about axis {axis} with moments that change periodically; colours as measured"
             curves = partial(figure_shapes.mathieu, axis) if _is_inverse(ds) else None
-            tongues[f"tongues_axis_{axis}"] = partial(figure_tongues.draw, ds, {"axis": axis}, title, LOOK, curves)
+            tongues[f"tongues_axis_{axis}"] = partial(
+                figure_tongues.draw, ds, {"axis": axis}, title, APPEARANCE, curves
+            )
         return tongues | self.against_theory(ds)
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""
-        return {"held": self.drawing("figure_held.frames", ds, _is_inverse(ds))}
+        return {"held": self.drawing("figure_kapitza_racket.frames", ds, _is_inverse(ds))}
 
 
 def _is_inverse(ds: Dataset) -> bool:

@@ -12,20 +12,20 @@ from sweeps.figure import colors, style
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.look import Look
+from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
 from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
 
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")
 
 
-def draw(ds: xr.Dataset, look: Look, ax: Axes | None = None) -> Figure:
+def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figure:
     """Draw a panel for each axis of a map over a grid of shapes."""
     aside = ("epsilon", "phase", "multiplier")
     fixed = {name: ds[name].values[i] for name, i in fixed_at(ds).items() if name not in aside}
-    words = ", ".join(style.fixed_at(ds, name, value, look.symbols) for name, value in fixed.items() if value)
+    words = ", ".join(style.fixed_at(ds, name, value, appearance.symbols) for name, value in fixed.items() if value)
     figure, places = style.panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
-    regimes = Regimes(REGIMES, look, DEEPEST)
+    regimes = Regimes(REGIMES, appearance, DEEPEST)
     for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)

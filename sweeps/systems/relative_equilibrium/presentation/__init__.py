@@ -6,10 +6,10 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Animations, Page, Presentation, moving
-from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
 _PAGE = Path(__file__).parent / "page"
-LOOK = Look(
+APPEARANCE = Appearance(
     marks={
         "asymptotically_stable": Mark("stable, decays", "-", colors.SERIES_COLORS[2]),
         "flutter": Mark("flutter", "~", colors.SERIES_COLORS[3]),
@@ -25,7 +25,7 @@ LOOK = Look(
 class RelativeEquilibriumPresentation(Presentation):
     """Figures and animation of relative equilibria; a page with the eigenvalues of the chosen point in the plane."""
 
-    look = LOOK
+    appearance = APPEARANCE
     least = ("epsilon",)
     part = Page(
         (*moving.FILES, *(_PAGE / name for name in ("spectrum.html", "spectrum.js", "part.js"))),

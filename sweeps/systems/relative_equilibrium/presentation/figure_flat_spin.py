@@ -95,8 +95,8 @@ def _drawn(point, times, momenta):
     curve.axhline(90.0, color=colors.FAINT, lw=0.8)
     curve.set(xlim=(0.0, times[-1]), ylim=(0.0, 94.0), xlabel="time (s)", ylabel="L from the spin axis (°)")
     curve.legend(fontsize=7, loc="upper left", frameon=False)
-    look = {"color": colors.INK, "ms": 5, "animated": True}
-    (dot,), (tip,) = curve.plot([], [], "o", **look), ball.plot([], [], "o", **look)
+    props = {"color": colors.INK, "ms": 5, "animated": True}
+    (dot,), (tip,) = curve.plot([], [], "o", **props), ball.plot([], [], "o", **props)
     finer = style.film.get().finer
 
     def frames():

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.regimes import Regimes, at_most, dots, rated
-from sweeps.systems.relative_equilibrium.presentation import LOOK
+from sweeps.systems.relative_equilibrium.presentation import APPEARANCE
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
 MOST_PANELS = 6
@@ -25,9 +25,9 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     part = _thinned(ds, x, y, third)
     top = at_most(np.abs(part["relative"].values)) if y else 0.0
     panels, plain = _panels(ds, part, third, top)
-    subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], LOOK), *plain])
+    subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], APPEARANCE), *plain])
     figure, axes = style.panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
-    regimes = Regimes(REGIMES, LOOK, top)
+    regimes = Regimes(REGIMES, APPEARANCE, top)
     for ax, (title, one) in zip(axes, panels, strict=True):
         ax.set_title(title, loc="left")
         if not y:
@@ -55,7 +55,7 @@ def _panels(ds, part, third, top):
     for title, one in planes.once(titled, ("regime", "relative", "shade")):
         kinds = np.unique(one["regime"].values)
         if top and kinds.size == 1 and not one["relative"].values.any():
-            plain.append(f"{title}: {LOOK.words(REGIMES[int(kinds[0]) + 1])} everywhere")
+            plain.append(f"{title}: {APPEARANCE.words(REGIMES[int(kinds[0]) + 1])} everywhere")
         else:
             panels.append((title, one))
     return panels[:MOST_PANELS], plain
@@ -80,9 +80,9 @@ def _frequencies(ax, one, x, y, most):
     edges = style.edges(one[x].values), style.edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
     palette = style.color_map("size").with_extremes(bad=colors.MISSING)
-    look = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
+    props = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
     planes.name_sides(ax, one, x, y)
-    return ax.pcolormesh(*edges, values, cmap=palette, **look)
+    return ax.pcolormesh(*edges, values, cmap=palette, **props)
 
 
 def _map(ax, one, x, y, regimes):
@@ -126,8 +126,8 @@ def _lines(ax, one, x):
         for k in np.flatnonzero(margin[1:] * margin[:-1] < 0.0):
             limit = at[k] - margin[k] * (at[k + 1] - at[k]) / (margin[k + 1] - margin[k])
             ax.axvline(limit, color=colors.QUIET, lw=0.9, ls=(0, (4, 2)), gid="limit")
-            look = {"xycoords": ax.get_xaxis_transform(), "va": "top", "ha": "right"}
-            style.note(ax, f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), **look)
-    dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], LOOK, ms=3.0)
+            props = {"xycoords": ax.get_xaxis_transform(), "va": "top", "ha": "right"}
+            style.note(ax, f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), **props)
+    dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], APPEARANCE, ms=3.0)
     style.scale_as_spread(ax.xaxis, at)
     ax.set(xlabel=style.label_of(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")

@@ -2,8 +2,8 @@
 
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Animations, Drawings, Opening, Page, Presentation
-from sweeps.systems.presentation.look import Compared
-from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, is_grid, is_of_shapes
+from sweeps.systems.presentation.appearance import Compared
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, is_grid, is_of_shapes
 
 LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
 
@@ -11,7 +11,7 @@ LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law nee
 class RigidBodyPresentation(Presentation):
     """Figures, animation and page of free rigid bodies."""
 
-    look = LOOK
+    appearance = APPEARANCE
     least = ("epsilon",)
     compared = (
         Compared(("frequency",), "oscillates in theory", "omega0"),

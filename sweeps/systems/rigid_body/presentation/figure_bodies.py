@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from sweeps.figure import colors, style
 from sweeps.systems.motion import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, compare_periods, signed_rate
-from sweeps.systems.rigid_body.presentation.look import LINES, LOOK, cut_at, settings
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, LINES, cut_at, settings
 from sweeps.systems.rigid_body.system import REGIMES
 
 MOST_BODIES, MOST_PERIODS = 30, 10
@@ -51,7 +51,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         _histogram(axes[1], ds)
     present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
     words = [word for word in REGIMES if word in present]
-    handles = [Line2D([], [], ls="none", label=LOOK.words(word), **_marker(word)) for word in words]
+    handles = [Line2D([], [], ls="none", label=APPEARANCE.words(word), **_marker(word)) for word in words]
     handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
     style.legend(figure, handles)
     return figure
@@ -69,7 +69,7 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
 
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
-    varied = [LOOK.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+    varied = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
     bodies = style.count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
@@ -117,8 +117,8 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
     for row in rate:
         axis = int(row["axis"])
-        look = {"histtype": "step", "lw": 1.6, "color": colors.SERIES_COLORS[axis - 1], "ls": LINES[axis]}
-        ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **look)
+        props = {"histtype": "step", "lw": 1.6, "color": colors.SERIES_COLORS[axis - 1], "ls": LINES[axis]}
+        ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **props)
     ax.axvline(0.0, color=colors.QUIET, lw=0.8)
     ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)", ylabel="bodies")
     ax.set_title(f"All {ds.sizes['body']:,} bodies", loc="left", fontweight="bold", fontsize=9.5)
@@ -127,7 +127,7 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
 
 def _times(ax: Axes, part: xr.Dataset) -> None:
     """Write the unstable axis, its e-folding time and the time between flips beside each row."""
-    look = {"va": "center", "fontsize": 8.5, "color": LOOK.color("unstable")}
+    props = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
     flips = "flip_period" in part
     nudge = f"ε = {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
     heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
@@ -137,18 +137,18 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
         unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
             at = part.isel(body=i, axis=int(unstable[0]))
-            _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **look)
+            _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **props)
             if rate := float(at["growth_rate"]):
-                _beside(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **look)
+                _beside(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **props)
         if unstable.size and flips and np.isfinite(at["flip_period"]):
-            _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **look)
+            _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **props)
 
 
-def _beside(ax: Axes, row: int | None, inches: float, text: str, **look) -> None:
+def _beside(ax: Axes, row: int | None, inches: float, text: str, **props) -> None:
     """Write a text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
     at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
     shift = (72 * inches, 4 if row is None else 0)
-    style.note(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **look)
+    style.note(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **props)
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -157,7 +157,7 @@ def _row_label(body: xr.Dataset) -> str:
 
 
 def _marker(word: str) -> dict:
-    color = LOOK.color(word)
+    color = APPEARANCE.color(word)
     return {"marker": "o", "ms": 7, "mec": color, "mfc": colors.PAPER if word in HOLLOW else color}
 
 
@@ -171,31 +171,31 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
         y = row + 0.42 / inches
         pair = [period.measured_days, period.observed_days]
         ax.plot(pair, [y, y], color=colors.FAINT, lw=2.5, zorder=1, solid_capstyle="butt")
-        for x, look in zip(pair, (MEASURED, OBSERVED), strict=True):
-            ax.plot(x, y, ls="none", zorder=3, gid=look["label"], **look)
+        for x, props in zip(pair, (MEASURED, OBSERVED), strict=True):
+            ax.plot(x, y, ls="none", zorder=3, gid=props["label"], **props)
         _period_texts(ax, period, row, y, inches)
         if row:
             ax.axhline(row, color=colors.FAINT, lw=0.5)
     style.plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("" if style.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
-    handles = [Line2D([], [], ls="none", **look) for look in (MEASURED, OBSERVED)]
+    handles = [Line2D([], [], ls="none", **props) for props in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
     style.grid(ax, "x")
 
 
 def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
-    def write(text, depth, **look):
-        ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **look)
+    def write(text, depth, **props):
+        ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **props)
 
     head = f"{period.body}: {period.what}, axis {period.axis}"
     write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
     values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
-    look = {"va": "center", "fontsize": 8.5, "path_effects": style.halo(2.0)}
+    props = {"va": "center", "fontsize": 8.5, "path_effects": style.halo(2.0)}
     if len(values) > 1:
-        style.note(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **look)
-    style.note(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **look)
+        style.note(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **props)
+    style.note(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **props)
     if style.is_narrow():
         return
     letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])

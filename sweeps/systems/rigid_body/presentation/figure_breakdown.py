@@ -11,7 +11,7 @@ from sweeps.figure import colors, style
 from sweeps.schema.refusals import cut_text
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import MAX_FIT_DEVIATION, MIN_FIT_DEVIATION, fit_breakdown
-from sweeps.systems.rigid_body.presentation.look import LINES, cut_at, moments_over
+from sweeps.systems.rigid_body.presentation.appearance import LINES, cut_at, moments_over
 
 MOST_BODIES = 14
 EXPECTED, TOLERANCE = 2.0, 0.1
@@ -103,11 +103,11 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     epsilon, deviation, axis = at["epsilon"].values, at["deviation"].values, int(at["axis"])
     drawn = np.where(deviation > SMALLEST_DRAWN, deviation, np.nan)
     above = np.where(drawn >= max(float(at["floor"]), MIN_FIT_DEVIATION), drawn, np.nan)
-    look = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
-    ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(look | {"marker": "none"}))
+    props = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
+    ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(props | {"marker": "none"}))
     every, wide = max(1, epsilon.size // 7), 1.6 if index in lit else 0.9
     marks = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
-    ax.plot(epsilon, above, lw=wide, **look, **marks)
+    ax.plot(epsilon, above, lw=wide, **props, **marks)
 
 
 def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:

@@ -22,7 +22,7 @@ from sweeps.systems.bodies.solid import Face, of_mesh
 from sweeps.systems.bodies.solid import solid as solid_of
 from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.presentation import animation
-from sweeps.systems.rigid_body.presentation.look import settings
+from sweeps.systems.rigid_body.presentation.appearance import settings
 from sweeps.systems.rigid_body.system import initial_state
 
 BLOCK_POINTS = 2**18  # of a map that are looked at together
@@ -205,8 +205,8 @@ class FilmStage:
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
         (self.tip,) = ax.plot([], [], color=colors.INK, **line)
         (self.arrow,) = ax.plot([], [], "o-", color=colors.UNSTABLE, ms=4, markevery=[1], **line | {"lw": 2.0})
-        look = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
-        self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **look)
+        props = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
+        self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **props)
 
     def turn(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:
         """Return the trail's far part, the body with its spin axis, the trail's near part, and ω with its name.

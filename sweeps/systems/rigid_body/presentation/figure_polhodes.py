@@ -11,8 +11,8 @@ from kernels import exact
 from sweeps.figure import colors, style
 from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.bodies.variables import MOMENTS
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, moments_over
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
-from sweeps.systems.rigid_body.presentation.look import LOOK, moments_over
 
 MOST_MOMENTS = 48  # values a dimension among which the body is looked for
 POINTS = 721
@@ -99,7 +99,7 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     (right, up), room = scene.half, MARGIN * scene.size
     ax.set(aspect="equal", xlim=(-right - room, right + room), ylim=(-up - room, up + room))
     for kind, words in CURVES.items():
-        ax.plot([], [], color=LOOK.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=words)
+        ax.plot([], [], color=APPEARANCE.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=words)
     style.legend(figure)
     return figure
 
@@ -183,10 +183,10 @@ def _curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
     facing = scene.facing(curve)
     seen = facing >= 0.0
     right, up, depth = scene.view @ curve.T
-    color, strong = LOOK.color(kind), kind == "unstable"
-    look = {"color": color, "solid_capstyle": "round"}
-    far = look | {"lw": 0.9 if strong else 0.55, "alpha": 0.30, "zorder": 2, "gid": f"{kind} far"}
-    near = look | {"lw": 2.0 if strong else 1.15, "zorder": 5 if strong else 4, "gid": f"{kind} near"}
+    color, strong = APPEARANCE.color(kind), kind == "unstable"
+    props = {"color": color, "solid_capstyle": "round"}
+    far = props | {"lw": 0.9 if strong else 0.55, "alpha": 0.30, "zorder": 2, "gid": f"{kind} far"}
+    near = props | {"lw": 2.0 if strong else 1.15, "zorder": 5 if strong else 4, "gid": f"{kind} near"}
     for at, side in ((~seen, far), (seen, near)):
         ax.plot(np.where(at, right, np.nan), np.where(at, up, np.nan), **side)
     nearest = int(np.argmax(depth[:-1]))
@@ -230,7 +230,9 @@ def _shaded(scene: Scene, points: np.ndarray) -> np.ndarray:
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     light = np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)[..., None]
     excess = (points**2 * scene.moments * (scene.moments - scene.moments[1])).sum(axis=-1)
-    major, minor = (np.array(to_rgb(colors.in_light(LOOK.color(name)))) for name in ("stable_major", "stable_minor"))
+    major, minor = (
+        np.array(to_rgb(colors.in_light(APPEARANCE.color(name)))) for name in ("stable_major", "stable_minor")
+    )
     tint = np.where((excess > 0)[..., None], major, minor)
     return ((1 - TINT) + TINT * tint) * (0.80 + 0.20 * light)
 
@@ -247,7 +249,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
         dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
-        ax.plot(*(along * end)[:, None], color=LOOK.color(scene.kinds[i]), zorder=7, **dot)
+        ax.plot(*(along * end)[:, None], color=APPEARANCE.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
         _axis_label(ax, along * (outline + out), along, text, tall=scene.half[1] > scene.half[0])
 
@@ -260,5 +262,5 @@ def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: b
         place, offset = {"ha": "left" if along[0] > 0 else "right", "va": "center"}, (5 * np.sign(along[0]), -4)
     else:
         place, offset = {"ha": "center", "va": "top"}, (0, -5)
-    look = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
-    style.note(ax, text, tip, offset, **place, **look)
+    props = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
+    style.note(ax, text, tip, offset, **place, **props)

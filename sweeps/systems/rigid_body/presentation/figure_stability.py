@@ -19,7 +19,7 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
-from sweeps.systems.rigid_body.presentation.look import LOOK, axis_label, settings
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, axis_label, settings
 from sweeps.systems.rigid_body.system import REGIMES, STATUSES
 
 MOMENTS = ("I1", "I2", "I3")
@@ -181,10 +181,10 @@ def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None
         return
     at = np.unique(np.append(_between(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     low, high = np.clip(np.abs(at - third), y[0], y[-1]), np.clip(at + third, y[0], y[-1])
-    look = {"facecolor": colors.PAPER, "edgecolor": colors.OUTLINE, "lw": 0.0, "hatch": "/////", "gid": "impossible"}
+    props = {"facecolor": colors.PAPER, "edgecolor": colors.OUTLINE, "lw": 0.0, "hatch": "/////", "gid": "impossible"}
     label = "impossible: one moment exceeds the sum of the others"
     for edge, end in ((low, y[0]), (high, y[-1])):
-        ax.fill_between(at, edge, end, label=label, **look)
+        ax.fill_between(at, edge, end, label=label, **props)
         inside = np.where((edge > y[0]) & (edge < y[-1]), edge, np.nan)
         ax.plot(at, inside, color=colors.OUTLINE, lw=0.9, gid="triangle")
 
@@ -205,9 +205,9 @@ def mark_untrusted(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -
     """Mark points whose status is not ok, one kind of mark a status; `x` and `y` are of the points' shape."""
     for number, mark in ((1, "."), (2, "x"), (3, "+")):
         if (at := status == number).any():
-            label = f"{LOOK.words(STATUSES[number])} ({np.count_nonzero(at):,})"
-            look = {"ms": 4, "color": colors.INK, "alpha": 0.8, "gid": f"status {number}", "label": label}
-            ax.plot(x[at], y[at], mark, zorder=5, **look)
+            label = f"{APPEARANCE.words(STATUSES[number])} ({np.count_nonzero(at):,})"
+            props = {"ms": 4, "color": colors.INK, "alpha": 0.8, "gid": f"status {number}", "label": label}
+            ax.plot(x[at], y[at], mark, zorder=5, **props)
 
 
 def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], third: float) -> list:
@@ -225,8 +225,8 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         dot = {"ms": 5.0, "mec": colors.PAPER, "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
         if name:
-            look = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
-            style.note(ax, name, xy, BESIDE, **look)
+            props = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
+            style.note(ax, name, xy, BESIDE, **props)
         u, v = style.fractions(ax, *xy)[0]
         taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
     return taken
@@ -249,7 +249,7 @@ def real_bodies(*files: str) -> tuple[tuple[str, tuple[float, float, float], tup
 
 
 def _pair_text(pair: tuple[str, str]) -> str:
-    return " = ".join(LOOK.symbol(name) for name in sorted(pair))
+    return " = ".join(APPEARANCE.symbol(name) for name in sorted(pair))
 
 
 def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
@@ -273,8 +273,8 @@ class _Along(Annotation):
     """A text along a line through two points, that ends at the second: its angle is known once it is drawn."""
 
     def __init__(self, text: str, xs: np.ndarray, ys: np.ndarray):
-        look = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": style.halo()}
-        super().__init__(text, (xs[1], ys[1]), (-4, 4), textcoords="offset points", gid="along", **look)
+        props = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": style.halo()}
+        super().__init__(text, (xs[1], ys[1]), (-4, 4), textcoords="offset points", gid="along", **props)
         self._line = np.column_stack([xs, ys])
 
     def get_rotation(self) -> float:
@@ -300,7 +300,7 @@ def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mappin
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
         if inside.any():
-            text = LOOK.words(REGIMES[kind + 1]).replace(", ", "\n")
+            text = APPEARANCE.words(REGIMES[kind + 1]).replace(", ", "\n")
             _write_inside(ax, text, points[inside], np.concatenate([points[~inside], *drawn]))
 
 
@@ -312,8 +312,8 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -
     room = np.minimum(frame, apart.min(axis=1, initial=np.inf))  # how many times a box can grow until it meets either
     best = int(np.argmax(room))
     if room[best] >= 1.0:
-        look = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
-        ax.text(*points[best], text, transform=ax.transAxes, path_effects=style.halo(2.2), gid="region", **look)
+        props = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
+        ax.text(*points[best], text, transform=ax.transAxes, path_effects=style.halo(2.2), gid="region", **props)
 
 
 def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]:
@@ -329,9 +329,9 @@ def color_bar(figure: Figure, ax: Axes, mesh) -> None:
     decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
     bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
     bar.outline.set_linewidth(0.8)
-    look = {"xycoords": "axes fraction", "rotation": 90, "ha": "left", "va": "center"}
-    style.note(bar.ax, r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **look)
-    style.note(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **look)
+    props = {"xycoords": "axes fraction", "rotation": 90, "ha": "left", "va": "center"}
+    style.note(bar.ax, r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **props)
+    style.note(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **props)
 
 
 def _curve(figure, part, axis, varied, fixed) -> Figure:
@@ -350,11 +350,11 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
     ax.plot(xs, rate, color=colors.QUIET, lw=1.2, label="linear theory", gid="theory")
     finite = np.isfinite(part["signed_rate"])
     x, y, codes = (part[which][finite] for which in (name, "signed_rate", "regime"))
-    dots(ax, x, y, codes + 1, REGIMES, LOOK, ms=4.5, mec=colors.PAPER, mew=0.5, gid="measured")
-    look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0, "zorder": 0, "gid": "impossible"}
+    dots(ax, x, y, codes + 1, REGIMES, APPEARANCE, ms=4.5, mec=colors.PAPER, mew=0.5, gid="measured")
+    props = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0, "zorder": 0, "gid": "impossible"}
     change = np.flatnonzero(np.diff(part["triangle_margin"] < 0, prepend=False, append=False))
     for first, after in change.reshape(-1, 2):
-        ax.axvspan(cells[first], cells[after], label="physically impossible", **look)
+        ax.axvspan(cells[first], cells[after], label="physically impossible", **props)
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=colors.INK, lw=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")

@@ -12,8 +12,8 @@ from sweeps.figure import colors, style
 from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, cut_at, is_of_shapes, settings
 from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies
-from sweeps.systems.rigid_body.presentation.look import LOOK, SHAPE, cut_at, is_of_shapes, settings
 
 CELLS = 500  # a side of a panel
 LEAST_FILLED = 100_000  # points; fewer are drawn as dots
@@ -103,16 +103,16 @@ def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
-    look = {"cmap": style.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    props = {"cmap": style.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
         rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
-        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **look)
+        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **props)
     elif ds.sizes["point"] >= LEAST_FILLED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
-        mesh = ax.pcolormesh(edges, edges, _binned(ds, axis, edges), zorder=0, **look)
+        mesh = ax.pcolormesh(edges, edges, _binned(ds, axis, edges), zorder=0, **props)
     else:
         x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
-        mesh = ax.scatter(x, y, s=6, c=rate, linewidths=0, **look)
+        mesh = ax.scatter(x, y, s=6, c=rate, linewidths=0, **props)
     triangle.frame(ax, axis, is_large)
     _words(ax, axis, is_large)
     if is_large and not style.is_narrow():
@@ -124,16 +124,16 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
     """Write the stability of the spin in each part."""
     above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
     kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
-    look = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
+    props = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
     for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
         if kind:
-            words = LOOK.words(kind).replace(", ", ",\n") if is_large else LOOK.words(kind).split(",")[0]
-            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **look)
+            words = APPEARANCE.words(kind).replace(", ", ",\n") if is_large else APPEARANCE.words(kind).split(",")[0]
+            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **props)
 
 
 def _name_bodies(ax: Axes) -> None:
     for name, (x, y, _), offset, side in real_bodies():
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec=colors.PAPER, mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
-            look = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
-            style.note(ax, name, (x, y), offset, **look)
+            props = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
+            style.note(ax, name, (x, y), offset, **props)

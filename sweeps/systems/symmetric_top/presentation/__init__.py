@@ -5,9 +5,9 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import turning
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
-LOOK = Look(
+APPEARANCE = Appearance(
     {
         "with_spin": Mark("with spin", "+", colors.STABLE),
         "against_spin": Mark("against spin", "-", colors.UNSTABLE),
@@ -21,7 +21,7 @@ LOOK = Look(
 class SymmetricTopPresentation(Presentation):
     """The precession over I3/I1 and the cones; a page with the top turning."""
 
-    look = LOOK
+    appearance = APPEARANCE
     files = (*turning.FILES, Path(__file__).parent / "page/part.js")
     part = Page(files, keys="Space: play or pause.", facts=turning.FACTS)
     compared = (

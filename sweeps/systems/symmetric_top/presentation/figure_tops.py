@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 
 from sweeps.figure import colors, style
 from sweeps.systems.presentation import planes
-from sweeps.systems.symmetric_top.presentation import LOOK
+from sweeps.systems.symmetric_top.presentation import APPEARANCE
 
 MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
 PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
@@ -29,7 +29,9 @@ def draw_precession(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     part = ds[["precession_rate"]].isel({name: style.few(ds.sizes[name], most) for name, most in MOST.items()}).load()
     shown = "" if part.sizes == ds.sizes else f", {math.prod(part.sizes.values()):,} drawn"
     points = f"{ds.attrs.get('title', '')}:  {style.count(math.prod(ds.sizes.values()), 'point', 'points')}{shown}"
-    subtitle = f"{points}\nat all half-angles and spins;  {planes.subtitle(ds, part, part['precession_rate'], LOOK)}"
+    subtitle = (
+        f"{points}\nat all half-angles and spins;  {planes.subtitle(ds, part, part['precession_rate'], APPEARANCE)}"
+    )
     figure = style.canvas(6.6, 4.9, "Precession of the free symmetric top", subtitle, ax=ax)
     _rates(figure.subplots(), part.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
     style.legend(figure)
@@ -49,8 +51,8 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         ax.plot(*unique.T, "o", ms=3.6, mew=0.0, color=color, gid="measured")
     ax.plot(span, span - 1.0, color=colors.INK, lw=0.9, gid="theory", label=r"closed form, $I_3/I_1 - 1$")
     if high > 2.0:
-        look = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
-        ax.axvspan(max(2.0, low), high, gid="impossible", label="impossible: $I_3 > 2 I_1$", **look)
+        props = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
+        ax.axvspan(max(2.0, low), high, gid="impossible", label="impossible: $I_3 > 2 I_1$", **props)
     ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$", ylabel=r"measured precession rate $\Omega/\omega_3$")
     halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
     if (ratio < 1.0).any():

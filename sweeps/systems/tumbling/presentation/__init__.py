@@ -5,13 +5,13 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import MODES, SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
 
 class TumblingPresentation(Presentation):
     """The map of period ratios, and the herpolhode of one body; a page with the body turning."""
 
-    look = Look(
+    appearance = Appearance(
         MODES
         | {
             "separatrix": Mark("separatrix", "#", colors.UNSTABLE),

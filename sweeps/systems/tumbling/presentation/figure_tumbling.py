@@ -59,8 +59,8 @@ def _plane(ax, part: xr.Dataset):
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
-    look = {"cmap": style.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, **look)
+    props = {"cmap": style.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, **props)
     margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
     impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
     impossible.set(edgecolor="black", lw=0.0)  # in every theme: cells are pale

@@ -5,13 +5,13 @@ from pathlib import Path
 from sweeps.figure import colors
 from sweeps.systems.bodies.presentation import SYMBOLS, on_triangle
 from sweeps.systems.presentation import Presentation
-from sweeps.systems.presentation.look import Compared, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, Symbol
 
 
 class TwistPresentation(Presentation):
     """The map of twists, and the defect against the growth rate with the law; a page with the body turning."""
 
-    look = Look(
+    appearance = Appearance(
         {"reversed": Mark("reversed", "#", colors.UNSTABLE), "same_side": Mark("same side", "+", colors.STABLE)},
         SYMBOLS | {"chi": Symbol(r"$\chi$", "χ"), "theta": Symbol(r"$\theta$", "θ")},
     )

@@ -33,8 +33,8 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
     twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
-    look = {"cmap": style.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, **look)
+    props = {"cmap": style.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
+    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, **props)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors="white", linewidths=0.9)
@@ -80,11 +80,11 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
     if few and "body" in part.coords:
         heights, order = np.sort(style.spread(ax, x[0], best, NAME_ROOM)), np.argsort(x)  # no leader crosses a name
-        look = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
+        props = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
         arrow = {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7}
         leader = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
         for *place, at, name in zip(x[order], heights, best[order], part["body"].values[order], strict=True):
-            style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **look)
+            style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **props)
             ax.annotate("", (place[0], at), place, **leader)
     for axis in (ax.xaxis, ax.yaxis):
         style.plain_log_ticks(axis)

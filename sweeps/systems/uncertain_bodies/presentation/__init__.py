@@ -3,8 +3,8 @@
 from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Page, Presentation
-from sweeps.systems.presentation.look import COMMON, Look, Mark
-from sweeps.systems.rigid_body.presentation.look import LOOK as OF_RIGID_BODIES
+from sweeps.systems.presentation.appearance import COMMON, Appearance, Mark
+from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE as OF_RIGID_BODIES
 from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
 
 MARKS = {
@@ -17,7 +17,7 @@ MARKS = {
 class UncertainBodiesPresentation(Presentation):
     """Figure and table of probabilities and quantiles."""
 
-    look = Look({**OF_RIGID_BODIES.marks, **MARKS}, OF_RIGID_BODIES.symbols)
+    appearance = Appearance({**OF_RIGID_BODIES.marks, **MARKS}, OF_RIGID_BODIES.symbols)
     drawn = (("outlook", "figure_outlook.draw"),)
 
     def page(self, ds: Dataset) -> Page:

@@ -65,8 +65,8 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
         most = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
         mesh = _background(ax, axis, most)
         some = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
-        look = np.where((draws["regime"] == UNSTABLE)[some], colors.UNSTABLE, colors.STABLE)
-        ax.scatter(x[some], y[some], s=2.5, c=look, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
+        props = np.where((draws["regime"] == UNSTABLE)[some], colors.UNSTABLE, colors.STABLE)
+        ax.scatter(x[some], y[some], s=2.5, c=props, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
         p, error = summary["probability_unstable"], summary["probability_unstable_error"]
         ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
         ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")

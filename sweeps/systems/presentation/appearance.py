@@ -57,7 +57,7 @@ def missing_words(codes: Iterable[int]) -> str:
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """How a system's flags and names look; what it does not say looks as its name reads."""
 
     marks: Mapping[str, Mark] = field(default_factory=dict)  #: meaning of a flag → how it looks, beside `COMMON`

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sweeps import systems
-from sweeps.points import catalogue, compile
+from sweeps.points import catalogue, compile_kernels
 from sweeps.points.loading import read_sweep
 from sweeps.points.sweep import Sweep
 from sweeps.schema.datasets import DataArray, Dataset
@@ -44,7 +44,7 @@ def sweep_of(definition: Any, keywords: Mapping[str, Any]) -> Sweep:
     else:
         raise DefinitionError(f"definition: {display(definition)} is no definition; allowed: {FORMS}")
     sweep = read_sweep(source, check=False, folder=folder)
-    compile.ensure_compiled(sweep)  # the check calls kernels
+    compile_kernels.ensure_compiled(sweep)  # the check calls kernels
     sweep.system.check(sweep.definition, sweep.grid)
     return sweep
 

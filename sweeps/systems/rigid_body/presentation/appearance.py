@@ -6,7 +6,7 @@ from sweeps.figure import colors
 from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import SYMBOLS
 from sweeps.systems.bodies.variables import MOMENTS, SHAPE_COORDINATES
-from sweeps.systems.presentation.look import COMMON, Look, Mark, Symbol
+from sweeps.systems.presentation.appearance import COMMON, Appearance, Mark, Symbol
 from sweeps.systems.rigid_body.system import LAYOUT, VERDICTS
 
 SHAPE = tuple(SHAPE_COORDINATES)
@@ -18,7 +18,7 @@ _MARKS = {
     "marginal": COMMON["marginal"][1:3],
     "sphere": ("o", colors.LIGHT_GREY),
 }
-LOOK = Look(
+APPEARANCE = Appearance(
     marks={regime: Mark(words, *_MARKS[regime], more) for regime, (words, more) in VERDICTS.items()},
     symbols=SYMBOLS | {"I1_over_I3": Symbol("$I_1/I_3$", "I₁/I₃"), "thickness": Symbol("thickness $t$", "thickness t")},
 )
@@ -28,7 +28,7 @@ def axis_label(name: str) -> str:
     """Return the symbol of a parameter with its unit, for an axis of a plot."""
     from sweeps.figure import style
 
-    return style.with_unit(LOOK.symbol(name), LAYOUT.coordinates[name].units, "  ({})")
+    return style.with_unit(APPEARANCE.symbol(name), LAYOUT.coordinates[name].units, "  ({})")
 
 
 def settings(values: Mapping[str, float]) -> str:
@@ -36,7 +36,7 @@ def settings(values: Mapping[str, float]) -> str:
     from sweeps.figure import style
 
     return ",  ".join(
-        style.with_unit(f"{LOOK.symbol(name)} = {style.number(float(value))}", LAYOUT.coordinates[name].units)
+        style.with_unit(f"{APPEARANCE.symbol(name)} = {style.number(float(value))}", LAYOUT.coordinates[name].units)
         for name, value in values.items()
     )
 

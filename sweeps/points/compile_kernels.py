@@ -1,7 +1,7 @@
 """Compilation of a sweep's kernels before it is measured: once per machine, by as many processes as processors.
 
 `sweeps.points.columns`, the only caller of the kernels, calls `ensure_compiled`. The processes are those of a program,
-`sweeps.points.compiler`: a process that may have no children can start it, and a script is not run again.
+`sweeps.points.compile_worker`: a process that may have no children can start it, and a script is not run again.
 """
 
 import fcntl
@@ -101,7 +101,7 @@ def _run_compiler(examples: list[Example]) -> None:
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with tempfile.TemporaryFile("w+") as messages:
-        command = [sys.executable, "-P", "-m", "sweeps.points.compiler"]
+        command = [sys.executable, "-P", "-m", "sweeps.points.compile_worker"]
         program = subprocess.Popen(command, stderr=messages, **options)
         try:
             with progress.pieces(len(examples), "compiling") as advance:

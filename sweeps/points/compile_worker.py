@@ -1,4 +1,4 @@
-"""The program that `sweeps.points.compile` starts: it calls examples, which compiles kernels, side by side."""
+"""The program that `sweeps.points.compile_kernels` starts: it calls examples, which compiles kernels, side by side."""
 
 import gc
 import pickle

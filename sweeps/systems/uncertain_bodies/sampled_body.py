@@ -11,7 +11,7 @@ from sweeps.schema.refusals import DefinitionError, UnreadableError
 from sweeps.systems.bodies.body import body_entry
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.motion import format_span
-from sweeps.systems.rigid_body.prediction import load_body
+from sweeps.systems.rigid_body.spin_outcomes import load_body
 from sweeps.systems.rigid_body.system import SpunBody
 from sweeps.systems.uncertain_bodies import designs, measuring
 from sweeps.systems.uncertain_bodies.distribution import Distribution

@@ -17,12 +17,12 @@ from calls import refused, said
 
 from kernels import cache, fingerprint
 from sweeps import systems
-from sweeps.points import catalogue, columns, compile
+from sweeps.points import catalogue, columns, compile_kernels
 from sweeps.points.loading import read_sweep
 from sweeps.process import progress
 from sweeps.systems.system import Example
 
-ROOT = compile.ROOT
+ROOT = compile_kernels.ROOT
 ONE, OTHER, LAST = Example("exact", "one"), Example("exact", "one", (2.0,)), Example("linear", "last", is_last=True)
 
 
@@ -30,32 +30,32 @@ ONE, OTHER, LAST = Example("exact", "one"), Example("exact", "one", (2.0,)), Exa
 def compiled(tmp_path, monkeypatch):
     """A cache of our own and, in the place of the program that compiles, a list of what it was asked for."""
     asked = []
-    monkeypatch.setattr(compile, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(compile, "_compiled", set())
-    monkeypatch.setattr(compile, "_run_compiler", asked.append)
+    monkeypatch.setattr(compile_kernels, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(compile_kernels, "_compiled", set())
+    monkeypatch.setattr(compile_kernels, "_run_compiler", asked.append)
     return asked
 
 
 def test_what_is_missing_is_compiled_once(compiled):
-    compile.compile_examples([ONE, LAST])
-    compile.compile_examples([ONE, OTHER, LAST])
-    compile.compile_examples([ONE, OTHER, LAST])
+    compile_kernels.compile_examples([ONE, LAST])
+    compile_kernels.compile_examples([ONE, OTHER, LAST])
+    compile_kernels.compile_examples([ONE, OTHER, LAST])
     assert compiled == [[ONE, LAST], [OTHER]]
 
 
 @pytest.mark.parametrize("definition", ["tiny", "symmetric", "rackets", "pendulum", "mathieu"])
 def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, definition, monkeypatch, capsys):
     sweep = read_sweep(catalogue.find_definition(definition))
-    monkeypatch.setattr(compile.machine, "cores", lambda: 2)
-    both = compile.compile_seconds(sweep)
+    monkeypatch.setattr(compile_kernels.machine, "cores", lambda: 2)
+    both = compile_kernels.compile_seconds(sweep)
     assert both == pytest.approx(sweep.system.compile_seconds)
-    assert "once per machine" in compile.compile_notice(sweep)
-    monkeypatch.setattr(compile, "why_unkept", lambda: "/home/cache: Permission denied")
-    line = compile.compile_notice(sweep)
+    assert "once per machine" in compile_kernels.compile_notice(sweep)
+    monkeypatch.setattr(compile_kernels, "why_unkept", lambda: "/home/cache: Permission denied")
+    line = compile_kernels.compile_notice(sweep)
     assert "they cannot be kept (/home/cache: Permission denied)" in line
-    assert f"about {both * compile.SERIAL_FACTOR:.0f} s: " in line  # by this process, and no other beside it
+    assert f"about {both * compile_kernels.SERIAL_FACTOR:.0f} s: " in line  # by this process, and no other beside it
     assert "once" not in line
-    compile.compile_examples(sweep.system.examples(sweep.definition))
+    compile_kernels.compile_examples(sweep.system.examples(sweep.definition))
     assert compiled == []
     monkeypatch.setattr(cache, "why_unkept", lambda: "/home/cache: Permission denied")
     assert "compile: they cannot be kept (/home/cache: Permission denied)" in refused(capsys, "compile", definition)
@@ -64,17 +64,17 @@ def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, de
 
 @pytest.mark.parametrize("said", [b"", b"another stamp", b"\xff"])
 def test_what_is_of_an_edited_source_or_damaged_is_compiled(compiled, said):
-    compile.compile_examples([ONE, LAST])
-    compile._mark_file(LAST).write_bytes(said)
-    assert compile.missing_examples([ONE, LAST]) == [LAST]
-    compile.compile_examples([ONE, LAST])
+    compile_kernels.compile_examples([ONE, LAST])
+    compile_kernels._mark_file(LAST).write_bytes(said)
+    assert compile_kernels.missing_examples([ONE, LAST]) == [LAST]
+    compile_kernels.compile_examples([ONE, LAST])
     assert compiled == [[ONE, LAST], [LAST]]
 
 
 def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
     examples = systems.all_examples()
-    compile.compile_examples(examples)
-    assert not compile.missing_examples(examples)
+    compile_kernels.compile_examples(examples)
+    assert not compile_kernels.missing_examples(examples)
     read_whole, edited = fingerprint._read, Path(fingerprint.__file__).with_name("flips.py")
     stamp = fingerprint.stamp.__wrapped__
 
@@ -83,8 +83,8 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
         return content + b"# edited\n" * (path == edited), names
 
     monkeypatch.setattr(fingerprint, "_read", read_edited)
-    monkeypatch.setattr(compile, "stamp", stamp)
-    missing = {example.module for example in compile.missing_examples(examples)}
+    monkeypatch.setattr(compile_kernels, "stamp", stamp)
+    missing = {example.module for example in compile_kernels.missing_examples(examples)}
     assert "survey" in missing
     assert not missing & {"oscillations", "flows", "tumbling", "symmetric_top"}
 
@@ -94,8 +94,8 @@ def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, mon
         time.sleep(0.2)
         compiled.append(examples)
 
-    monkeypatch.setattr(compile, "_run_compiler", slowly)
-    threads = [threading.Thread(target=compile.compile_examples, args=([ONE],)) for _ in range(4)]
+    monkeypatch.setattr(compile_kernels, "_run_compiler", slowly)
+    threads = [threading.Thread(target=compile_kernels.compile_examples, args=([ONE],)) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -160,7 +160,7 @@ def test_a_script_that_is_not_to_be_run_again_and_a_process_that_may_have_no_chi
 
 def test_a_kernel_that_cannot_be_compiled_is_said(monkeypatch):
     with pytest.raises(RuntimeError, match="nowhere"):
-        compile._run_compiler([Example("nowhere")])
+        compile_kernels._run_compiler([Example("nowhere")])
 
 
 @pytest.mark.compiled
