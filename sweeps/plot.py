@@ -150,7 +150,7 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
     """Draw a figure; where pyplot shows it, on a figure that pyplot knows."""
     import numpy as np
 
-    from sweeps.figure import style
+    from sweeps.figure import sheets
 
     if "inline" in os.environ.get("MPLBACKEND", ""):  # a notebook shows figures of pyplot alone
         importlib.import_module("matplotlib.pyplot")
@@ -159,8 +159,8 @@ def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
         with np.errstate(all="ignore"):
             made = drawn(ax)
     else:
-        sheet = style.ITS_OWN if pyplot is None else style.ITS_OWN._replace(make=pyplot.figure)
-        with style.drawn_for(sheet), np.errstate(all="ignore"):
+        sheet = sheets.OWN_SIZE if pyplot is None else sheets.OWN_SIZE._replace(new_figure=pyplot.figure)
+        with sheets.use_sheet(sheet), np.errstate(all="ignore"):
             made = drawn(None)
     if made is None:
         _refuse(f"{name}: this map has nothing to show there; allowed: another position, or another map")

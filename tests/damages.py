@@ -599,16 +599,16 @@ def in_a_copy(function, patience=300):
 def light():
     """Make pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
     from sweeps.commands import program
-    from sweeps.figure import style
+    from sweeps.figure import sheets
     from sweeps.systems.rigid_body.presentation import figure_flip
     from sweeps.views import drawing
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawing, "worker", contextlib.nullcontext)  # pictures are drawn in this process
         patch.setattr(program, "build", cache(program.build))
-        patch.setattr(style, "DPI", 40)
+        patch.setattr(sheets, "DPI", 40)
         for key in ("figure.dpi", "savefig.dpi"):
-            patch.setitem(style.STYLE, key, 40)
+            patch.setitem(sheets.STYLE, key, 40)
         patch.setattr(figure_flip, "FRAMES", 8)
         patch.setattr(figure_flip, "DOTS", 40)
         yield

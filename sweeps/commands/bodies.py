@@ -99,7 +99,7 @@ def add_motion(commands) -> None:
 
 
 def _motion(args):
-    from sweeps.figure import style
+    from sweeps.figure import sheets
     from sweeps.maps import motion
     from sweeps.systems import trajectories
     from sweeps.views import films
@@ -109,7 +109,7 @@ def _motion(args):
     if kind[1:] in films.KINDS:
         films.refuse_unless_made(kind[1:], ("motion",))
     motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
-    with style.drawn_for(style.ITS_OWN), films.drawn_for(args.output):
+    with sheets.use_sheet(sheets.OWN_SIZE), films.drawn_for(args.output):
         moved, frames = motion_of(args, kind not in motion.FORMATS)
         motion.write(moved, args.output) if kind in motion.FORMATS else films.write(frames(moved), args.output)
     print(args.output)
@@ -219,9 +219,9 @@ def _of_all(args, periods) -> list[dict]:
 
         storage.write_map(ds, args.output)
     if args.figure:
-        from sweeps.figure import style
+        from sweeps.figure import sheets
         from sweeps.systems.observed_periods.presentation import figure_energies
 
-        with style.drawn_for(style.ITS_OWN), replace_output(args.figure) as temporary:
+        with sheets.use_sheet(sheets.OWN_SIZE), replace_output(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
     return answers.of_all(periods, ds)

@@ -248,18 +248,18 @@ def _draw(args, sheet, worker):
 
 def _sheet(text: str | None):
     """Return the sheet of paper or slide that `--size` names."""
-    from sweeps.figure import style
+    from sweeps.figure import sheets
 
-    if text is None or text in style.SHEETS:
-        return style.SHEETS.get(text, style.ITS_OWN)
+    if text is None or text in sheets.SHEETS:
+        return sheets.SHEETS.get(text, sheets.OWN_SIZE)
     match = re.fullmatch(r"(\d+(?:\.\d+)?)(?: ?[x×] ?(\d+(?:\.\d+)?))? ?(mm|cm|in|)", text)
     *sides, unit = match.groups() if match else ("",)
     sides = [float(side) * MILLIMETRES[unit] for side in sides if side]
     if not sides or not all(MIN_SIDE <= side <= MAX_SIDE for side in sides):
-        allowed = f"{', '.join(style.SHEETS)}, a width or width x height from {MIN_SIDE} to {MAX_SIDE} mm"
+        allowed = f"{', '.join(sheets.SHEETS)}, a width or width x height from {MIN_SIDE} to {MAX_SIDE} mm"
         allowed += " (160, 160x100mm, 15cm, 6x4in)"
         raise RefusedError(f"--size: {cut_text(repr(text))} is not a size; allowed: {allowed}")
-    return style.Sheet(*sides)
+    return sheets.Sheet(*sides)
 
 
 def add_report(commands) -> None:

@@ -1,8 +1,8 @@
 """Colours of figures, terminal and report: their names, and the colour of each name in each theme.
 
-Figures are drawn with the names, which Matplotlib knows (see `sweeps.figure.style.drawn_for`); terminal and report have
-the colours of the light theme. In the dark theme hues are the same and lighter; in print regimes differ by how dark
-they are, so that a copy in grey still distinguishes them.
+Figures are drawn with the names, which Matplotlib can resolve (see `sweeps.figure.sheets.use_sheet`); terminal and
+report have the colours of the light theme. In the dark theme hues are the same and lighter; in print regimes differ by
+how dark they are, so that a copy in grey still distinguishes them.
 """
 
 from collections.abc import Mapping

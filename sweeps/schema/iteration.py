@@ -1,6 +1,7 @@
-"""Boxes of bounded size that cover an array or a grid."""
+"""Boxes of bounded size that cover an array or a grid, and evenly spaced points of it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
 
@@ -23,3 +24,25 @@ def blocks(sizes: Mapping[str, int], max_points: int) -> Iterator[dict[str, slic
     """Yield boxes (dimension → slice) of at most `max_points` points (or one) that cover a grid, in storage order."""
     for box in runs(tuple(sizes.values()), max_points):
         yield dict(zip(sizes, box, strict=True))
+
+
+def spaced_indices(length: int, max_count: int) -> list[int]:
+    """Return at most `max_count` indices of a dimension, evenly spaced."""
+    return list(range(0, length, max(1, math.ceil(length / max_count))))
+
+
+def coprime_stride(lengths: Iterable[int], max_points: int) -> int:
+    """Return the stride that keeps at most `max_points` points of a grid: 1, or a prime that divides no length.
+
+    A common factor with the length of a dimension would select only some of its values.
+    """
+    lengths = tuple(lengths)
+    stride = max(1, -(-math.prod(lengths) // max_points))
+
+    def is_coprime(stride: int) -> bool:
+        is_prime = all(stride % k for k in range(2, math.isqrt(stride) + 1))
+        return is_prime and all(n % stride for n in lengths)
+
+    while stride > 1 and not is_coprime(stride):
+        stride += 1
+    return stride

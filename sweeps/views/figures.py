@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from sweeps import systems
-from sweeps.figure import style
+from sweeps.figure import sheets
 from sweeps.maps import slices, storage
 from sweeps.maps.summary import read
 from sweeps.process import startup
@@ -88,7 +88,7 @@ def draw_all(
     kind: str = "png",
     only: Sequence[str] = (),
     theme: str = "light",
-    sheet: style.Sheet = style.ITS_OWN,
+    sheet: sheets.Sheet = sheets.OWN_SIZE,
     submit: Callable[..., Future] | None = None,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[Path]:
@@ -134,11 +134,11 @@ def draw_one(
     folder: Path,
     kind: str = "png",
     theme: str = "light",
-    sheet: style.Sheet = style.ITS_OWN,
+    sheet: sheets.Sheet = sheets.OWN_SIZE,
 ) -> list[str]:
     """Draw one picture or animation; return the names of its files, none where there is nothing to show."""
     still = pictures(ds)
-    with style.drawn_for(sheet, theme), _refusing_what_cannot_be_drawn(ds, name):
+    with sheets.use_sheet(sheet, theme), _refusing_what_cannot_be_drawn(ds, name):
         if name in still:
             path = folder / f"{name}.{kind}"
             return [path.name] if _write(still[name], path) else []
@@ -211,9 +211,9 @@ def _write(draw: Callable[[], Figure | None], path: Path) -> bool:
 
 def save(figure: Figure, path: Path, kind: str) -> None:
     """Write a figure at the requested size."""
-    scale = getattr(figure, "scale", 1.0)
+    scale = getattr(figure, "letter_scale", 1.0)
     if kind == "png":  # laid out and drawn at once: `savefig` draws twice
-        figure.dpi = style.dots() * scale
+        figure.dpi = sheets.file_dpi() * scale
         figure.canvas.draw()
         pixels = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
         pixels.save(path, format="PNG", dpi=(figure.dpi, figure.dpi))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from sweeps.figure import style
+from sweeps.figure import sheets
 from sweeps.process.files import replace_output
 from sweeps.schema.refusals import RefusedError
 
@@ -31,11 +31,11 @@ def encoder() -> str | None:
 @contextmanager
 def drawn_for(path: str | Path) -> Iterator[None]:
     """Draw animations of this block for a file: a film of 1920 x 1080 pixels, or a GIF."""
-    token = style.film.set(style.HD if Path(path).suffix[1:] in KINDS else style.GIF)
+    token = sheets.current_film.set(sheets.HD if Path(path).suffix[1:] in KINDS else sheets.GIF)
     try:
         yield
     finally:
-        style.film.reset(token)
+        sheets.current_film.reset(token)
 
 
 def refuse_unless_made(kind: str, animations: Collection[str]) -> None:
@@ -61,7 +61,7 @@ def write(frames: Iterable[np.ndarray], path: str | Path) -> bool:
 
 def _gif(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
     first, *others = _in_few_colors(list(frames))
-    duration = 1000 / style.GIF.rate
+    duration = 1000 / sheets.GIF.rate
     first.save(path, format="GIF", save_all=True, append_images=others, duration=duration, loop=0)
 
 
@@ -74,7 +74,7 @@ def _film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
     wide, high = (2 * math.ceil(n / 2) for n in (max(width, height * 16 / 9), max(height, width * 9 / 16)))
     pad = f"pad={wide}:{high}:(ow-iw)/2:(oh-ih)/2:color={paper}"
     command = [encoder(), "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}"]
-    command += ["-r", f"{style.HD.rate:g}", "-i", "-", "-vf", pad, *KINDS[kind], "-f", kind, str(path)]
+    command += ["-r", f"{sheets.HD.rate:g}", "-i", "-", "-vf", pad, *KINDS[kind], "-f", kind, str(path)]
     with tempfile.TemporaryFile() as said:
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=said) as running:
             try:

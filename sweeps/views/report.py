@@ -19,8 +19,7 @@ import numpy as np
 from jinja2.utils import htmlsafe_json_dumps  # JSON that cannot end the element in which it stands
 from markupsafe import Markup
 
-from sweeps.figure import colors
-from sweeps.figure import style as figure_style
+from sweeps.figure import colors, wording
 from sweeps.maps.description import ColumnDescription, MapDescription, describe_map
 from sweeps.maps.summary import Summary, rule, share
 from sweeps.process.files import replace_output
@@ -294,4 +293,4 @@ def _text(value) -> str:
     """Return a value as people write it: whole numbers with commas, others with up to six digits."""
     if isinstance(value, int):
         return f"{value:,}"
-    return figure_style.number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)
+    return wording.format_number(value, 4) if isinstance(value, float) and math.isfinite(value) else str(value)

@@ -258,19 +258,19 @@ def draw_figure(result, path):
     """Work and precision: error against trajectories per second."""
     import matplotlib as mpl
 
-    from sweeps.figure import colors, style
+    from sweeps.figure import canvas, colors, marks, sheets
 
     about = result["machine"]
     subtitle = (
         f"signed rate² from {task.SAMPLES} samples up to ω₀t = {task.END:g}; {about['processor']}, {about['threads']} "
         f"threads; medians of {about['rounds']} rounds; load average {max(about['load_average']):.0f}"
     )
-    with mpl.rc_context(style.STYLE):
-        figure = style.canvas(7.2, 4.6, "The same task for everybody", subtitle)
+    with mpl.rc_context(sheets.STYLE):
+        figure = canvas.make_figure(7.2, 4.6, "The same task for everybody", subtitle)
         axes = figure.add_subplot()
         for i, name in enumerate(result["versions"]):
             entries = of_contender(result, name)
-            marker = style.SERIES_MARKERS[i % len(style.SERIES_MARKERS)]
+            marker = marks.SERIES_MARKERS[i % len(marks.SERIES_MARKERS)]
             color = colors.SERIES_COLORS[i % len(colors.SERIES_COLORS)]
             dashes = "-" if i < len(colors.SERIES_COLORS) else "--"
             x, y = [statistics.median(e.speed) for e in entries], [e.error for e in entries]

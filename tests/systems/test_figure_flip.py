@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import sweeps
 from kernels import exact
 from sweeps.__main__ import main
-from sweeps.figure import style
+from sweeps.figure import sheets
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.bodies import outline, solid
 from sweeps.systems.presentation import animation as animations
@@ -125,7 +125,7 @@ def test_a_film_is_written_by_the_encoder_or_refused(ds, tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize("inches", [(7.2, 5.0), (9.6, 5.4), (6.4, 3.5)])
 def test_a_film_of_any_shape_fits_a_screen_and_its_sheet_is_even(tmp_path, monkeypatch, inches):
-    dots = style.HD.dots(inches, 90)
+    dots = sheets.HD.dpi(inches, 90)
     frame = np.zeros((int(inches[1] * dots), int(inches[0] * dots), 4), np.uint8)
     encoder = tmp_path / "ffmpeg"
     encoder.write_text('#!/bin/sh\nfor last in "$@"; do :; done\ncat > /dev/null\necho "$@" > "$last"\n')

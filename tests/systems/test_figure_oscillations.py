@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from kernels.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
-from sweeps.figure import style
+from sweeps.figure import canvas, sheets
 from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
@@ -16,7 +16,7 @@ STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "un
 
 @pytest.fixture(autouse=True)
 def styled():
-    with matplotlib.rc_context(style.STYLE):
+    with matplotlib.rc_context(sheets.STYLE):
         yield
 
 
@@ -139,13 +139,13 @@ def test_rounding_about_zero_is_no_boundary():
 
 def test_long_lines_are_broken_between_words():
     text = "ten points\n" + "a word and " * 20
-    lines = style.wrapped(text, 4.0).split("\n")
+    lines = canvas.wrap_text(text, 4.0).split("\n")
     assert lines[0] == "ten points"
     assert len(lines) > 3
-    assert max(map(len, lines)) <= 4.0 * style.SUBTITLE_LETTERS
+    assert max(map(len, lines)) <= 4.0 * canvas.SUBTITLE_LETTERS
     assert " ".join(" ".join(lines[1:]).split()) == ("a word and " * 20).strip()
     values = ["I2 = 0.017784 kg m²", "omega0 = 10 rad s⁻¹", "phase = 0.6 rad"]
-    assert style.wrapped(",  ".join(values), 2.6).replace("\u00a0", " ").split(",\n") == values
+    assert canvas.wrap_text(",  ".join(values), 2.6).replace("\u00a0", " ").split(",\n") == values
 
 
 def test_a_map_of_more_values_than_can_be_seen_is_thinned():

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from sweeps.figure.style import STYLE
+from sweeps.figure.sheets import STYLE
 from sweeps.systems.rigid_body.presentation import figure_polhodes
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE
 from sweeps.systems.rigid_body.presentation.figure_polhodes import Scene

@@ -4,7 +4,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from sweeps.figure.style import STYLE
+from sweeps.figure.sheets import STYLE
 from sweeps.systems.symmetric_top.presentation import figure_tops
 from sweeps.systems.symmetric_top.system import SYSTEM
 from sweeps.views import figures

@@ -7,7 +7,7 @@ import pytest
 
 import sweeps
 from sweeps import systems
-from sweeps.figure import style
+from sweeps.schema.iteration import coprime_stride
 from sweeps.systems.presentation import agreement
 from sweeps.views import figures
 
@@ -85,7 +85,7 @@ def test_thinning_is_said(tiny, monkeypatch):
 
 @pytest.mark.parametrize(("shape", "most"), [((3, 24, 24, 24, 8), 200_000), ((3, 64, 64, 16), 1000), ((7,), 3)])
 def test_stride_sees_every_value_of_every_dimension(shape, most):
-    stride = style.even_stride(shape, most)
+    stride = coprime_stride(shape, most)
     kept = np.arange(0, math.prod(shape), stride)
     assert kept.size <= most
     for index, length in zip(np.unravel_index(kept, shape), shape, strict=True):

@@ -10,7 +10,7 @@ import pytest
 import sweeps
 from kernels import linear
 from sweeps import systems
-from sweeps.figure import style as figure_style
+from sweeps.figure import axis_scales, sheets, wording
 from sweeps.maps.storage import open_map, write_map
 from sweeps.points import catalogue
 from sweeps.reading.definitions import read_text
@@ -56,7 +56,7 @@ def stability(racket):
 
     @cache
     def draw(axis):
-        with matplotlib.rc_context(figure_style.STYLE):
+        with matplotlib.rc_context(sheets.STYLE):
             return figure_stability.draw(racket, axis)
 
     return draw
@@ -69,7 +69,7 @@ def breaking():
 
 @pytest.fixture(autouse=True)
 def styled():
-    with matplotlib.rc_context(figure_style.STYLE):
+    with matplotlib.rc_context(sheets.STYLE):
         yield
 
 
@@ -103,7 +103,7 @@ def of_a_grid(tiny, tmp_path_factory):
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_flip, "FRAMES", 3)
         patch.setattr(films, "encoder", lambda: None)
-        patch.setitem(figure_style.STYLE, "savefig.dpi", COARSE)
+        patch.setitem(sheets.STYLE, "savefig.dpi", COARSE)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)
         drawn = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
@@ -249,8 +249,8 @@ def test_one_moment_is_a_curve():
 
 
 def test_cell_edges():
-    np.testing.assert_allclose(figure_style.edges([1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0])
-    np.testing.assert_allclose(figure_style.edges([1.0, 10.0, 100.0]), 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(axis_scales.cell_edges([1.0, 10.0, 100.0]), 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
 
 
 @pytest.mark.parametrize(
@@ -258,11 +258,11 @@ def test_cell_edges():
     [(0.017479999999999999, "0.01748"), (1e-6, "10⁻⁶"), (-3e12, "−3×10¹²"), (-2.5e-7, "−2.5×10⁻⁷"), (10.0, "10")],
 )
 def test_numbers_as_people_write_them(value, text):
-    assert figure_style.number(value) == text
+    assert wording.format_number(value) == text
 
 
 def test_units_as_people_write_them():
-    assert [figure_style.units(u) for u in ("kg m2", "rad s-1", "1")] == ["kg m²", "rad s⁻¹", ""]
+    assert [wording.format_units(u) for u in ("kg m2", "rad s-1", "1")] == ["kg m²", "rad s⁻¹", ""]
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -355,7 +355,7 @@ def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breaking):
 @pytest.fixture(scope="module")
 def of_bodies(bodies, many):
     """Pictures of bodies, few and many, laid out."""
-    with matplotlib.rc_context(figure_style.STYLE):
+    with matplotlib.rc_context(sheets.STYLE):
         figures = {"bodies": figure_bodies.draw(bodies), "many": figure_bodies.draw(many)}
         for figure in figures.values():
             figure.draw_without_rendering()

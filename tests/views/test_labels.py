@@ -8,7 +8,7 @@ from matplotlib.text import Text
 from report_pages import SHIPPED
 
 import sweeps
-from sweeps.figure import style
+from sweeps.figure import sheets
 from sweeps.handbook import gallery
 from sweeps.points import catalogue
 from sweeps.reading.definitions import file_text, plain, read_text
@@ -50,6 +50,6 @@ def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
     ds = figures.literal(sweeps.survey(values))
     for size in ("slide", "column"):  # what is widest and what is narrowest
         for picture, draw in figures.pictures(ds).items():
-            with style.drawn_for(style.SHEETS[size]), np.errstate(all="ignore"):
+            with sheets.use_sheet(sheets.SHEETS[size]), np.errstate(all="ignore"):
                 if figure := draw():
                     assert not list(faults(figure, monkeypatch)), (picture, size)

@@ -14,7 +14,7 @@ import sweeps
 from sweeps import plot
 from sweeps.__main__ import main
 from sweeps.commands import maps as command
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, sheets
 from sweeps.maps.storage import write_map
 from sweeps.schema.refusals import RefusedError
 from sweeps.systems.presentation import regimes
@@ -31,7 +31,7 @@ def path(tiny, tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
-    monkeypatch.setitem(style.STYLE, "savefig.dpi", 50)
+    monkeypatch.setitem(sheets.STYLE, "savefig.dpi", 50)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -126,8 +126,8 @@ def test_a_length_has_a_unit(asked, size):
 
 
 def test_a_slide_has_the_pixels_of_a_projector_and_letters_of_one_size(tmp_path):
-    with style.drawn_for(style.SHEETS["slide"]):
-        made = [style.canvas(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
+    with sheets.use_sheet(sheets.SHEETS["slide"]):
+        made = [canvas.make_figure(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
         figures.save(made[0], tmp_path / "slide.png", "png")
     assert imread(tmp_path / "slide.png").shape[:2] == (1080, 1920)
     assert made[0].get_size_inches() == pytest.approx(made[1].get_size_inches())
@@ -142,8 +142,8 @@ def test_panels_stand_beside_each_other_where_there_is_room():
         ("column", 2, (2, 1)),
         ("column", 3, (3, 1)),
     ):
-        with style.drawn_for(style.SHEETS[sheet]):
-            assert style.arranged(panels, cell, beside)[:2] == shape
+        with sheets.use_sheet(sheets.SHEETS[sheet]):
+            assert canvas.arrange_panels(panels, cell, beside)[:2] == shape
 
 
 @pytest.mark.parametrize(
@@ -190,8 +190,8 @@ def regimes_in(theme):
 
 def signs_in(theme):
     """Colours of negative and positive rates in a theme."""
-    with style.drawn_for(style.ITS_OWN, theme):
-        return style.color_map("signed")
+    with sheets.use_sheet(sheets.OWN_SIZE, theme):
+        return sheets.color_map("signed")
 
 
 def lab(rgb):
@@ -211,9 +211,9 @@ def seen_by(rgb, sight):
 
 @pytest.mark.parametrize("theme", colors.THEMES)
 def test_a_figure_has_the_colours_of_its_theme(theme, tmp_path):
-    with style.drawn_for(style.ITS_OWN, theme):
-        figure = style.canvas(3.0, 2.0, "title", "")
-        shades = style.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad=colors.MISSING)
+    with sheets.use_sheet(sheets.OWN_SIZE, theme):
+        figure = canvas.make_figure(3.0, 2.0, "title", "")
+        shades = marks.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad=colors.MISSING)
         mesh = figure.subplots().pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=shades, norm=NoNorm())
         figures.save(figure, tmp_path / "figure.png", "png")
     paper, *cells = (colors.THEMES[theme][n] for n in (colors.PAPER, colors.MISSING, colors.STABLE, colors.UNSTABLE))
@@ -255,8 +255,8 @@ def test_regimes_of_equilibria_are_hatched_on_paper_alone():
     regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
     words = [APPEARANCE.words(name) for name in figure_spectra.REGIMES[1:5]]
     for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
-        with style.drawn_for(style.ITS_OWN, theme):
-            figure = style.canvas(5.0, 4.0, "", "")
+        with sheets.use_sheet(sheets.OWN_SIZE, theme):
+            figure = canvas.make_figure(5.0, 4.0, "", "")
             ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, APPEARANCE, 1.0)
             drawn.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
             drawn.explain(figure, [ax], "growth")

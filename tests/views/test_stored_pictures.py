@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import sweeps
-from sweeps.figure import style
+from sweeps.figure import sheets
 from sweeps.views import figures
 
 STORED = Path(__file__).parent / "pictures"
@@ -43,7 +43,7 @@ def maps():
 @pytest.mark.parametrize(("of", "name", "theme"), DRAWN)
 def test_it_looks_as_it_did(maps, of, name, theme, tmp_path, monkeypatch):
     """Fonts and versions of Matplotlib move edges by a pixel: few pixels differ much, and all differ little."""
-    monkeypatch.setitem(style.STYLE, "savefig.dpi", DOTS)
+    monkeypatch.setitem(sheets.STYLE, "savefig.dpi", DOTS)
     (path,) = figures.draw_all(maps[of], tmp_path, only=[name], theme=theme)
     stored = STORED / f"{of}-{name}-{theme}.png"
     drawn = Image.open(path).convert("RGB")

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, wording
 from sweeps.schema.datasets import Dataset, along, flags
-from sweeps.schema.iteration import blocks
+from sweeps.schema.iteration import blocks, coprime_stride
 from sweeps.schema.variables import Role, Variable, of_role
 from sweeps.systems.presentation.appearance import Appearance, Compared
 
@@ -54,7 +54,7 @@ def agreement(ds: Dataset, specs: Specs, one: Compared, most: int = MOST_DRAWN) 
     first = ds[one.names[0]]
     sizes = dict(zip(first.dims, first.shape, strict=True))
     counts = {role: dict.fromkeys(_meanings(ds, specs, role), 0) for role in (Role.HEADLINE, Role.STATUS)}
-    comparison = Agreement(first.size, style.even_stride(sizes.values(), most), counts)
+    comparison = Agreement(first.size, coprime_stride(sizes.values(), most), counts)
     parts, start = [], 0
     for box in blocks(sizes, BLOCK_POINTS):
         columns = _columns(ds, specs, one, box, sizes)
@@ -128,13 +128,15 @@ def draw(
     if not some:
         return None
     compared, comparisons = zip(*some, strict=True)
-    lines, columns, size = style.arranged(len(comparisons), (3.9, 5.2), (0.8 if len(comparisons) > 1 else 2.5, 1.6))
-    figure = style.canvas(*size, "Measured against theory", _subtitle(ds, specs, comparisons, appearance), ax=ax)
+    lines, columns, size = canvas.arrange_panels(
+        len(comparisons), (3.9, 5.2), (0.8 if len(comparisons) > 1 else 2.5, 1.6)
+    )
+    figure = canvas.make_figure(*size, "Measured against theory", _subtitle(ds, specs, comparisons, appearance), ax=ax)
     axes = figure.subplots(2 * lines, columns, height_ratios=(1.0, 1.35) * lines, squeeze=False)
     axes = axes if lines == 1 else axes.reshape(len(comparisons), 2).T
     for one, values, (upper, lower) in zip(compared, comparisons, axes.T, strict=True):
         spec = specs[one.names[0]]
-        unit = f" / {appearance.symbol(one.per)}" if one.per else style.with_unit("", spec.units, "  ({})")
+        unit = f" / {appearance.symbol(one.per)}" if one.per else wording.with_unit("", spec.units, "  ({})")
         upper.set_title(one.title, loc="left", fontweight="bold")
         upper.set(xscale="log", xlabel="deviation from theory / error", ylabel="number of points")
         words = f"deviation / {appearance.symbol(spec.scale)}" if spec.scale else "relative deviation"
@@ -144,12 +146,12 @@ def draw(
     deviations = np.clip(deviations[np.isfinite(deviations)], EXACT, MOST_DEVIATION)
     for lower in axes[1]:  # the same range in all, with the line that stands for "equal to the last bit"
         lower.set_ylim(min(deviations.min() / 3, 1e-13), max(deviations.max() * 3, 1e-9))
-        style.grid(lower, "y")
+        marks.draw_grid(lower, "y")
         if lower.get_ylim()[0] < EXACT * 1.5:
             exponents = range(-15, min(6, int(np.ceil(np.log10(lower.get_ylim()[1])))), 2)
-            style.log_ticks_above_zero(lower.yaxis, EXACT, exponents)
+            axis_scales.set_log_ticks_above_zero(lower.yaxis, EXACT, exponents)
     figure.align_ylabels(axes)
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -157,15 +159,17 @@ def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], appearanc
     stride, first = comparisons[0].stride, comparisons[0]
     ending = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
     thinned = "all drawn" if stride == 1 else f"every {stride:,}{ending} drawn"
-    rows = [f"{ds.attrs.get('title', '')}:  {style.count(first.points, 'point', 'points')}, {thinned}"]
+    rows = [f"{ds.attrs.get('title', '')}:  {wording.format_count(first.points, 'point', 'points')}, {thinned}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
         rows.append(f"{name}:  " + " · ".join(f"{n:,} {appearance.words(meanings[k])}" for k, n in counts.items() if n))
     worst = np.fmax.reduce([one.worst for one in comparisons])
-    rows[-1] += "" if np.isnan(worst) else f";  largest relative deviation, status ok: {style.number(worst, 2)}"
+    rows[-1] += (
+        "" if np.isnan(worst) else f";  largest relative deviation, status ok: {wording.format_number(worst, 2)}"
+    )
     rows += [BOUND] if "amplitude_shift" in specs else []
     if not np.isnan(first.certificate):
-        rows.append(f"Certificate:  largest integration error {style.number(first.certificate, 2)}")
+        rows.append(f"Certificate:  largest integration error {wording.format_number(first.certificate, 2)}")
     return "\n".join(rows)
 
 
@@ -205,7 +209,7 @@ def _side(upper: Axes, lower: Axes, comparison: Agreement, groups: list[tuple]) 
         if at.any():
             drawn = np.clip(columns["deviation"][at], EXACT, MOST_DEVIATION)
             lower.plot(theory[at], drawn, ls="none", gid=name, label=words, rasterized=True, **props)
-    style.plain_log_ticks(lower.xaxis)
+    axis_scales.set_plain_log_ticks(lower.xaxis)
     lower.minorticks_off()
 
 
@@ -213,7 +217,7 @@ def sizes_of(epsilon: np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Return label and mask of each size of the perturbation, or of ranges of sizes where they are many, ascending."""
     sizes = np.unique(epsilon)
     parts = np.array_split(sizes, min(MOST_SIZES, sizes.size))
-    words = [[style.number(float(size), 2) for size in (part[0], part[-1])[: part.size]] for part in parts]
+    words = [[wording.format_number(float(size), 2) for size in (part[0], part[-1])[: part.size]] for part in parts]
     return [(" to ".join(ends), np.isin(epsilon, part)) for ends, part in zip(words, parts, strict=True)]
 
 

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, wording
 from sweeps.schema.datasets import dimensions, flags, own_of_points, spreads_by_ratio
+from sweeps.schema.iteration import coprime_stride
 from sweeps.schema.variables import Role, Variable, of_role
 
 if TYPE_CHECKING:
@@ -32,13 +33,13 @@ def draw(
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
     if not names or not flag:
         return None
-    stride = style.even_stride([ds.sizes["point"]], MOST_DRAWN)
+    stride = coprime_stride([ds.sizes["point"]], MOST_DRAWN)
     chosen = [flag, *([measured] if measured else [])]
     part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
     shown = "all shown" if stride == 1 else f"one in {stride:,} shown"
     subtitle = f"{ds.attrs.get('title', '')}:  {ds.sizes['point']:,} points, {shown}".strip()
     width = 0.8 + 2.9 * len(panels)
-    figure = style.canvas(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
+    figure = canvas.make_figure(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
     colored = {value: appearance.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
@@ -50,7 +51,7 @@ def draw(
             _histogram(column[1], ds[measured], panel, flag, colored)
     used, dot = set(np.unique(part[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
     words = {value: appearance.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
-    style.legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
+    canvas.draw_legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
     return figure
 
 
@@ -74,7 +75,7 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, appearance:
         for text, *place in zip(panel["name"].values, x, y, strict=True):
             ax.annotate(str(text), place, (3, 3), textcoords="offset points", fontsize="x-small", gid="name")
     for side, values, name in zip("xy", (x, y), names, strict=False):
-        label = style.with_unit(appearance.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
+        label = wording.with_unit(appearance.symbol(name), str(panel[name].attrs.get("units", "1")), "  ({})")
         ax.set(**{f"{side}label": label, f"{side}scale": "log" if spreads_by_ratio(values) else "linear"})
     if len(names) == 1:
         ax.set_yticks([])
@@ -91,4 +92,4 @@ def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, 
         parts = [values[finite & (panel[flag].values == value)] for value in used]
         ax.hist(parts, bins, stacked=True, color=[colored[value] for value in used], gid="histogram")
     name = str(described.name).replace("_", " ")
-    ax.set(xlabel=style.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")
+    ax.set(xlabel=wording.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")

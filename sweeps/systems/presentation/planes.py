@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from kernels.statuses import STATUSES
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, colors, marks, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation.appearance import Appearance
 
 MOST_DRAWN = 400  # values a dimension
@@ -29,7 +30,7 @@ def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | Non
 def few(values: xr.DataArray, panel_sides: Iterable[str | None], whole: Collection[str | None]) -> dict:
     """Return the indices at which a figure cuts a variable: at most `MOST_DRAWN` of the sides, the middle of others."""
     middle = {name: values.sizes[name] // 2 for name in values.dims if name not in (*panel_sides, *whole)}
-    return middle | {name: style.few(values.sizes[name], MOST_DRAWN) for name in panel_sides if name}
+    return middle | {name: spaced_indices(values.sizes[name], MOST_DRAWN) for name in panel_sides if name}
 
 
 def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, appearance: Appearance) -> str:
@@ -37,7 +38,7 @@ def subtitle(ds: xr.Dataset, part: xr.Dataset, values: xr.DataArray, appearance:
     counts = np.bincount(ds["status"].values.ravel(), minlength=len(STATUSES))
     words = [f"{n:,} of {counts.sum():,} {appearance.words(STATUSES[k])}" for k, n in enumerate(counts) if n and k]
     fixed = [name for name in values.dims if name not in part.dims and name not in ("eigenvalue", "epsilon", "phase")]
-    cut = ", ".join(style.fixed_at(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
+    cut = ", ".join(wording.format_coordinate(ds, name, ds[name].values[ds.sizes[name] // 2]) for name in fixed)
     return ";  ".join(filter(None, [cut, *words])) or "as measured"
 
 
@@ -48,15 +49,15 @@ def boundary(ax: Axes, x, y, values: np.ndarray, rounding: float, label: str, lw
     """
     if np.nanmin(values, initial=0.0) < -rounding and np.nanmax(values, initial=0.0) > rounding:
         line = ax.contour(x, y, values, [0.0], colors=colors.INK, linewidths=lw)
-        line.set(gid="theory", path_effects=style.halo(halo) if halo else [])
+        line.set(gid="theory", path_effects=marks.halo(halo) if halo else [])
         ax.plot([], [], color=colors.INK, lw=lw, label=label)
 
 
 def name_sides(ax: Axes, one: xr.Dataset, x: str, y: str, symbols: Mapping = {}) -> None:
     """Set scales and labels of a plane's axes, logarithmic where values spread by ratio."""
-    style.scale_as_spread(ax.xaxis, one[x].values)
-    style.scale_as_spread(ax.yaxis, one[y].values)
-    ax.set(xlabel=style.label_of(one, x, symbols), ylabel=style.label_of(one, y, symbols))
+    axis_scales.set_scale(ax.xaxis, one[x].values)
+    axis_scales.set_scale(ax.yaxis, one[y].values)
+    ax.set(xlabel=wording.axis_label(one, x, symbols), ylabel=wording.axis_label(one, y, symbols))
 
 
 def once(titled: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:

@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, sheets, wording
 from sweeps.systems.presentation.appearance import Appearance, missing_words
 
 SHADES = 6  # of a regime's colour, by the square root of the growth
@@ -50,7 +50,7 @@ def _middles(edges: np.ndarray) -> np.ndarray:
 
 def _hatch_of(name: str) -> dict:
     """Return the hatch of a regime in a legend in print."""
-    return {"hatch": HATCHES[name], "edgecolor": colors.INK, "lw": 0.0} if style.is_print() and name in HATCHES else {}
+    return {"hatch": HATCHES[name], "edgecolor": colors.INK, "lw": 0.0} if sheets.is_print() and name in HATCHES else {}
 
 
 class Regimes:
@@ -61,7 +61,7 @@ class Regimes:
 
     def __init__(self, names: Sequence[str], appearance: Appearance, top: float):
         self.names, self.appearance, self.top, self.rated, self.most = names[1:], appearance, top, rated(names), 0.0
-        self.shades = style.Shades([appearance.color(name) for name in self.names], SHADES).with_extremes(
+        self.shades = marks.Shades([appearance.color(name) for name in self.names], SHADES).with_extremes(
             bad=colors.MISSING
         )
         self.seen: set[int] = set()
@@ -82,7 +82,7 @@ class Regimes:
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
         code = np.ma.masked_where(regime < 0, code)
         self._mesh(ax, x, y, code, gid="measured")
-        if style.is_print():
+        if sheets.is_print():
             self._hatch(ax, x, y, regime)
         self.most = max(self.most, float(size.max(initial=0.0)))
         self.seen |= set(np.unique(regime[regime >= 0]).tolist())
@@ -97,7 +97,7 @@ class Regimes:
             steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded)
             self._mesh(scale, np.arange(len(shaded) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
             ticks = [0.0, 0.5, 1.0]
-            least, half, most = (style.number(self.top * tick**2, 3) for tick in ticks)
+            least, half, most = (wording.format_number(self.top * tick**2, 3) for tick in ticks)
             scale.set_yticks(ticks, [least, half, f"≥ {most}" if self.most > self.top else most])
             scale.yaxis.tick_right()
             scale.yaxis.set_label_position("right")
@@ -108,7 +108,7 @@ class Regimes:
         ]
         if self.without:
             handles.append(Patch(facecolor=colors.MISSING, label=missing_words(self.without)))
-        style.legend(figure, [*handles, *more])
+        canvas.draw_legend(figure, [*handles, *more])
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
         """Hatch the cells of regimes: in grey, a colour's shades are those of any other."""

@@ -50,14 +50,14 @@ class BodyAnswer:
 
     def savefig(self, path: str | Path) -> None:
         """Draw the sampled bodies on the triangle of inertia (PNG)."""
-        from sweeps.figure import style
+        from sweeps.figure import sheets
         from sweeps.process.files import replace_output
         from sweeps.systems.uncertain_bodies import sampled_body
         from sweeps.systems.uncertain_bodies.presentation import figure_outlook
 
         if self._sampled is None:
             raise DefinitionError("body: figure: shows sampled bodies; allowed: with uncertainty")
-        with style.drawn_for(style.ITS_OWN), replace_output(path) as temporary:
+        with sheets.use_sheet(sheets.OWN_SIZE), replace_output(path) as temporary:
             figure = figure_outlook.draw_cloud(
                 self.name, next(sampled_body.sampling_lines(self._sampled)), self._sampled.axes
             )

@@ -17,10 +17,10 @@ class DampedTopPresentation(Presentation):
     part = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
     def figures(self, ds):
-        from sweeps.figure import style
+        from sweeps.figure import canvas
 
         def draw():
-            figure = style.canvas(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))
+            figure = canvas.make_figure(4.0, 3.0, "Damped top", ds.attrs.get("title", ""))
             figure.subplots().plot(ds["tau"].values, ds["decay"].isel(spin=0).values)
             return figure
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
-from sweeps.figure import colors, style
+from sweeps.figure import colors, marks
 from sweeps.schema.datasets import Dataset, along
 from sweeps.systems.bodies.variables import SHAPE_COORDINATES
 
@@ -13,7 +13,7 @@ SHAPE = tuple(SHAPE_COORDINATES)
 
 
 def places(ds: Dataset, of: Callable = np.asarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return I1/I3 and I2/I3 of the shapes of a grid, ascending; with `style.edges`, at the corners of their cells."""
+    """Return I1/I3 and I2/I3 of the shapes of a grid, ascending; at corners of cells with `axis_scales.cell_edges`."""
     x, t = np.meshgrid(*(np.clip(of(np.sort(ds[name].values)), 0.0, 1.0) for name in SHAPE), indexing="ij")
     return x, 1.0 - x * (1.0 - t)
 
@@ -28,7 +28,7 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     """Draw the triangle's sides, the line on which both lesser moments are equal, and what the sides are in words."""
     ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
     if axis != 3:
-        ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=style.halo(2.6))
+        ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=marks.halo(2.6))
     ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal", xlabel=r"$I_1 / I_3$", ylabel=r"$I_2 / I_3$")
     ax.spines[["top", "right"]].set_visible(False)
     ticks = [0, 0.25, 0.5, 0.75, 1] if is_large else [0, 0.5, 1]
@@ -40,5 +40,5 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
     ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
     if axis != 3:
-        style.note(ax, "$I_1 = I_2$", (0.6, 0.6), (7, -7), va="center", zorder=5, path_effects=style.halo(2.4))
-    style.note(ax, "sphere", (1, 1), (0, 6), **(quiet | {"ha": "right", "va": "bottom"}))
+        marks.annotate(ax, "$I_1 = I_2$", (0.6, 0.6), (7, -7), va="center", zorder=5, path_effects=marks.halo(2.4))
+    marks.annotate(ax, "sphere", (1, 1), (0, 6), **(quiet | {"ha": "right", "va": "bottom"}))

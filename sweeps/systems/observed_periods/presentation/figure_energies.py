@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.bodies.presentation.triangle import SHAPE
 from sweeps.systems.observed_periods.system import MAX_EXCLUSION, WORDS
@@ -21,18 +21,20 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         return None
     first = {dim: 0 for dim in ds.dims if dim not in SHAPE}
     title = "Energy of a tumbling body from its two periods"
-    figure, axes = style.panels(2, (4.2, 3.8), title, ds.attrs.get("title", ""), ax, sharex=True, sharey=True)
-    props = {"cmap": style.color_map("size"), "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
+    figure, axes = canvas.make_panels(2, (4.2, 3.8), title, ds.attrs.get("title", ""), ax, sharex=True, sharey=True)
+    props = {"cmap": sheets.color_map("size"), "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):
             excess = np.log10(triangle.values(ds, f"energy_{mode}", first) - 1.0)
         excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", first) > MAX_EXCLUSION)
-        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), excess, **props)
+        mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), excess, **props)
         none = ax.contourf(*triangle.places(ds), excluded, [0.5, 1.5], colors="none", hatches=["////"])
         none.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
         triangle.frame(ax, 3, False)
         ax.set_title(WORDS[mode])
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}(2TI_3/L^2 - 1)$", extend="both", shrink=0.8)
     within = Patch(label="possible within the errors", facecolor=colors.PAPER, edgecolor=colors.QUIET)
-    style.legend(figure, [style.hatched(f"excluded by more than {MAX_EXCLUSION:g} standard errors"), within])
+    canvas.draw_legend(
+        figure, [marks.hatched_patch(f"excluded by more than {MAX_EXCLUSION:g} standard errors"), within]
+    )
     return figure

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 import xarray as xr
 
-from sweeps.figure import colors, style
+from sweeps.figure import colors, sheets, wording
 from sweeps.mechanics import motions
 from sweeps.schema.refusals import MapError
 from sweeps.systems.oscillator.system import REGIMES
@@ -62,7 +62,7 @@ def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
         return
     duration = max(run.duration for run in runs)
     start = np.array([[*(run.place + run.shift), *np.zeros(run.place.size)] for run in runs])
-    times = np.linspace(0.0, duration, FRAMES * style.film.get().finer * FINER + 1)
+    times = np.linspace(0.0, duration, FRAMES * sheets.current_film.get().frame_factor * FINER + 1)
     given = [np.full(len(runs), value) for value in point.values()]
     states, _, _ = motions.solve(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
@@ -96,7 +96,8 @@ def _drawn(model, point, runs, q, times):
     words = ",  ".join(animation.settings(model.system, point))
     figure = animation.stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
-        text = f"● from rest {style.number(abs(run.shift[0]))} rad beside “{run.name.replace('_', ' ')}”: {run.regime}"
+        name, shift = run.name.replace("_", " "), wording.format_number(abs(run.shift[0]))
+        text = f"● from rest {shift} rad beside “{name}”: {run.regime}"
         x, side = ((0.03, "left"), (0.98, "right"))[k]
         figure.text(x, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom", ha=side)
     scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.22, 0.44, 0.58))
@@ -108,7 +109,7 @@ def _drawn(model, point, runs, q, times):
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
 
     def frames():
-        for k in range(0, FINER * FRAMES * style.film.get().finer, FINER):
+        for k in range(0, FINER * FRAMES * sheets.current_film.get().frame_factor, FINER):
             clock.set_text(f"t = {times[k]:.{digits}f} s" if digits < 5 else f"t = {times[k]:.2e} s")
             yield *(artist for part in parts for artist in part(k)), clock
 
@@ -136,7 +137,7 @@ def _scene(ax, model, point, runs, q):
             ax.plot(*place.T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
             moving.append((kind, one, {"color": COLORS[run.regime], "lw": 2.0}))
     ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach))
-    return film.mover(ax, moving, TRAIL * FINER * style.film.get().finer)
+    return film.mover(ax, moving, TRAIL * FINER * sheets.current_film.get().frame_factor)
 
 
 def _valley(ax, model, point, runs, q):
@@ -173,7 +174,7 @@ def _surface(ax, model, point, runs, q):
 def _along(ax, runs, q, seen):
     """Return a function that moves dots with trails on a curve, broken where an angle is periodic."""
     trails, dots = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=7)
-    trail_length = TRAIL * FINER * style.film.get().finer
+    trail_length = TRAIL * FINER * sheets.current_film.get().frame_factor
 
     def move(k):
         for trail, dot, one in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):

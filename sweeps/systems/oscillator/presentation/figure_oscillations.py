@@ -11,7 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance, Mark, missing_words
@@ -39,10 +40,12 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
     places = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves(part[coordinates[0]], x)
     count = len(panels)
-    below = places and style.is_narrow()  # the positions above the panels, and not beside
-    rows, columns, size = style.arranged(count, (3.3, 2.7), (1.0 + LARGE * (places and not below), 1.5 + 2.7 * below))
+    below = places and sheets.is_narrow()  # the positions above the panels, and not beside
+    rows, columns, size = canvas.arrange_panels(
+        count, (3.3, 2.7), (1.0 + LARGE * (places and not below), 1.5 + 2.7 * below)
+    )
     subtitle = "\n".join([planes.subtitle(ds, part, ds["omega_squared"], APPEARANCE), *marginal])
-    figure = style.canvas(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
+    figure = canvas.make_figure(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
     beside = int(places and not below)
     ratios_of_width = [LARGE / 3.3] * beside + [1.0] * columns
     grid = figure.add_gridspec(rows + below, columns + beside, width_ratios=ratios_of_width)
@@ -69,7 +72,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     if image is not None:
         bar = figure.colorbar(image, ax=axes[:count], shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable")
-    style.legend(figure, _missing(figure, part))
+    canvas.draw_legend(figure, _missing(figure, part))
     return figure
 
 
@@ -100,9 +103,9 @@ def _name(part, equilibrium, mode):
 def _map(ax, one, x, y, most):
     """Draw measured signed ω² in colours, theory's zero as a line, marginal points as dots."""
     one = one.transpose(y, x)
-    palette = style.color_map("signed").with_extremes(bad=colors.MISSING)
+    palette = sheets.color_map("signed").with_extremes(bad=colors.MISSING)
     values = np.ma.masked_invalid(one["measured"].values)
-    edges = style.edges(one[x].values), style.edges(one[y].values)
+    edges = axis_scales.cell_edges(one[x].values), axis_scales.cell_edges(one[y].values)
     image = ax.pcolormesh(*edges, values, cmap=palette, norm=Normalize(-most, most), rasterized=True, gid="measured")
     planes.boundary(ax, one[x].values, one[y].values, one["theory"].values, ROUNDING, r"theory: $\omega^2 = 0$")
     rows, columns = np.nonzero(one["regime"].values == REGIMES.index("marginal") - 1)
@@ -141,7 +144,7 @@ def _law(ax, one, x, y):
         spans = [float((logs.max(name) - logs.min(name)).max()) for name in (x, y)]
     x, y = (x, y) if spans[0] > 0.1 * spans[1] else (y, x)
     some = np.unique(np.linspace(0, one.sizes[y] - 1, MOST_CURVES).round().astype(int))
-    every = style.few(one.sizes[x], 24)
+    every = spaced_indices(one.sizes[x], 24)
     rates = np.sqrt(np.abs(one["omega_squared_theory"].isel({y: some}).transpose(y, x).values))
     if np.ptp(rates, axis=0).max() <= LEVEL * rates.max():
         some, rates = some[:1], rates[:1]
@@ -154,15 +157,15 @@ def _law(ax, one, x, y):
         measured = np.sqrt(np.abs(row["omega_squared"].values[every]))
         props = {"color": APPEARANCE.color(regime), "label": names[1], "gid": regime}
         ax.plot(row[x].values[every], measured, "o", ms=3.4, mew=0.0, **props)
-    if style.is_logarithmic(one[x].values):
+    if axis_scales.is_logarithmic(one[x].values):
         ax.set(yscale="log")
-    style.scale_as_spread(ax.xaxis, one[x].values)
-    ax.set(xlabel=style.label_of(one, x), ylabel=f"measured rate  ({style.units('rad s-1')})")
-    heights = style.spread(ax, one[x].values[-1], rates[:, -1], LEAST_ROOM)
+    axis_scales.set_scale(ax.xaxis, one[x].values)
+    ax.set(xlabel=wording.axis_label(one, x), ylabel=f"measured rate  ({wording.format_units('rad s-1')})")
+    heights = marks.spread_heights(ax, one[x].values[-1], rates[:, -1], LEAST_ROOM)
     for k, height in zip(some, heights, strict=True):
-        text = style.with_unit(style.number(float(one[y].values[k]), 3), one[y].attrs.get("units", "1"))
+        text = wording.with_unit(wording.format_number(float(one[y].values[k]), 3), one[y].attrs.get("units", "1"))
         props = {"xycoords": "axes fraction", "va": "center", "fontsize": 7.5}
-        style.note(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **props)
+        marks.annotate(ax, text if len(some) > 1 else "all", (1.0, height), (4, 0), **props)
     ax.set_title(f"{ax.get_title(loc='left')}, by {y.replace('_', ' ')}", loc="left")
 
 
@@ -173,8 +176,8 @@ def _lines(ax, one, x):
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(at, theory, color=colors.INK, lw=0.9, gid="theory", label="theory")
     dots(ax, at, measured, regime, REGIMES[1:], APPEARANCE, ms=3.0)
-    style.scale_as_spread(ax.xaxis, at)
-    ax.set(xlabel=style.label_of(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
+    axis_scales.set_scale(ax.xaxis, at)
+    ax.set(xlabel=wording.axis_label(one, x), ylabel=r"$\omega^2$ / rate scale$^2$")
 
 
 def _places(ax, part, name, x, y):
@@ -190,11 +193,11 @@ def _places(ax, part, name, x, y):
                 ax.plot(*_forked(one[x].values, there), ls=dash, label=f"equilibrium, {word}", **line)
     places, at = row[name].transpose("equilibrium", x).values, row["regime"].transpose("equilibrium", x).values
     dots(ax, np.broadcast_to(row[x].values, at.shape), places, at, REGIMES[1:], APPEARANCE, ms=2.6)
-    style.scale_as_spread(ax.xaxis, row[x].values)
-    cut = f", {style.fixed_at(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
+    axis_scales.set_scale(ax.xaxis, row[x].values)
+    cut = f", {wording.format_coordinate(part, y, part[y].values[part.sizes[y] // 2])}" if y else ""
     ax.set_title(f"equilibria{cut}", loc="left")
     symbol, unit = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium")), part[name].attrs.get("units", "1")
-    ax.set(xlabel=style.label_of(part, x), ylabel=style.with_unit(symbol, unit, "  ({})"))
+    ax.set(xlabel=wording.axis_label(part, x), ylabel=wording.with_unit(symbol, unit, "  ({})"))
 
 
 def _forked(x, place):

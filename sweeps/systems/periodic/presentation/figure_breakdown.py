@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kernels.codes import REGIMES
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.rigid_body.fits import deviation_floor, power_law
 
@@ -23,22 +24,22 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     varied = [name for name in part["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
     part = part.isel({name: 0 for name in part["trace"].dims if name not in (*varied, "epsilon")}).load()
     places = list(product(*(range(ds.sizes[name]) for name in varied)))
-    figure = style.canvas(6.8, 4.6, "How far linear theory holds", ds.attrs.get("title", ""), ax=ax)
+    figure = canvas.make_figure(6.8, 4.6, "How far linear theory holds", ds.attrs.get("title", ""), ax=ax)
     axes, epsilon = figure.subplots(), part["epsilon"].values
-    for number, k in enumerate(style.few(len(places), MOST_SERIES)):
+    for number, k in enumerate(spaced_indices(len(places), MOST_SERIES)):
         one = part.isel(dict(zip(varied, places[k], strict=True)))
         size = np.maximum(1.0, np.abs(one["trace_theory"].values))
         deviation, error = np.abs(one["trace"] - one["trace_theory"]).values / size, one["trace_error"].values / size
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, SMALLEST * size))
-        label = [f"{appearance.symbol(name)} = {style.number(float(one[name]), 3)}" for name in varied]
+        label = [f"{appearance.symbol(name)} = {wording.format_number(float(one[name]), 3)}" for name in varied]
         label += [appearance.words(REGIMES[1 + int(one["regime_theory"][0])])]
         label += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
         line = {"color": colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)], "linewidth": 1.5}
-        line["marker"], line["markevery"] = style.SERIES_MARKERS[number % len(style.SERIES_MARKERS)], 6
+        line["marker"], line["markevery"] = marks.SERIES_MARKERS[number % len(marks.SERIES_MARKERS)], 6
         drawn = np.where(deviation > SMALLEST, deviation, np.nan)
         axes.plot(epsilon, drawn, label=", ".join(label), gid="series", **line)
         axes.plot(epsilon, error, color=line["color"], linewidth=0.7, linestyle=":", gid="error")
     axes.plot([], [], color=colors.QUIET, linewidth=0.7, linestyle=":", label="reported error")
     axes.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$", ylabel="relative deviation of the trace")
-    style.legend(figure, axes.get_legend_handles_labels()[0])
+    canvas.draw_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.linalg import eigvalsh_tridiagonal
 
 from kernels.codes import REGIMES
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
@@ -42,15 +42,15 @@ def draw(
     if np.unique(part["regime"]).size == 1 and not (part["growth_per_period"] > 0.0).any():
         return None  # all would be of one colour
     values = part[third].values[:MOST_PANELS] if third else [None]
-    figure, axes = style.panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), what, ax)
+    figure, axes = canvas.make_panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), what, ax)
     regimes = Regimes(REGIMES, appearance, DEEPEST)
     for place, value in zip(axes, values, strict=True):
         one = part.sel({third: value}) if third else part
         if third:
-            place.set_title(style.fixed_at(ds, third, value), loc="left")
+            place.set_title(wording.format_coordinate(ds, third, value), loc="left")
         upright = one.transpose(y, x, ...)
         regime, growth, status = (upright[n].values for n in ("regime", "growth_per_period", "status"))
-        edges = (style.edges(one[name].values) for name in (x, y))
+        edges = (axis_scales.cell_edges(one[name].values) for name in (x, y))
         regimes.paint(place, *edges, regime, np.maximum(growth, 0.0), status)
         label, pairs = (curves(one, x, y) if curves else None) or ("", ())
         if label != EXACT:
@@ -66,7 +66,7 @@ def draw(
 
 def ends(one: xr.Dataset, name: str) -> np.ndarray:
     """Return both ends of a panel's side."""
-    return style.edges(one[name].values)[[0, -1]]
+    return axis_scales.cell_edges(one[name].values)[[0, -1]]
 
 
 def _margins(ds: xr.Dataset) -> list[str]:

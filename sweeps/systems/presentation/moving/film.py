@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from sweeps.figure import colors, style
+from sweeps.figure import colors, sheets, wording
 from sweeps.systems.presentation import animation
 from sweeps.systems.presentation.moving.equations import picture, places
 
@@ -34,7 +34,7 @@ def frames(moved: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
     names = [one.name for one in model.equations.places][:MOST_CURVES]
     for k, (name, ax) in enumerate(zip(names, _panels(figure, len(names), 0.56 if drawn else 0.13), strict=True)):
         ax.plot(times, moved[name], color=colors.SERIES_COLORS[k], lw=1.2)
-        ax.set_ylabel(style.with_unit(name.replace("_", " "), moved[name].units, " ({})"))
+        ax.set_ylabel(wording.with_unit(name.replace("_", " "), moved[name].units, " ({})"))
         ax.set(xlim=(times[0], times[-1]))
         (dot,) = ax.plot([], [], "o", color=colors.SERIES_COLORS[k], ms=5, animated=True)
         parts.append(lambda k, dot=dot, y=moved[name].values: dot.set_data([times[k]], [y[k]]) or [dot])
@@ -58,7 +58,7 @@ def _scene(ax, moved, equations):
     middle, reach = 0.5 * (everywhere.max(0) + everywhere.min(0)), 0.58 * np.ptp(everywhere, axis=0).max() or 1.0
     ax.set(xlim=middle[0] + [-reach, reach], ylim=middle[1] + [-reach, reach])
     drawn = ((kind, seen, {"color": COLORS.get(kind, colors.INK), "lw": 1.5}) for kind, seen in parts)
-    return mover(ax, drawn, int(TRAIL * style.film.get().rate))
+    return mover(ax, drawn, int(TRAIL * sheets.current_film.get().rate))
 
 
 def mover(ax: Axes, parts: Iterable[tuple[str, np.ndarray, dict]], trail: int) -> Callable[[int], list[Artist]]:

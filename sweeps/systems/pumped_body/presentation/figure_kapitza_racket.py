@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from kernels import linear
 from kernels.codes import REGIMES
-from sweeps.figure import colors, style
+from sweeps.figure import colors, sheets, wording
 from sweeps.systems.bodies.solid import solid
 from sweeps.systems.presentation import animation
 from sweeps.systems.pumped_body.system import moments_at
@@ -37,7 +37,7 @@ def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
     if point is None:
         return
     end = E_FOLDS / growth(*(point[f"I{i}"] for i in (1, 2, 3)), int(point["axis"])) / abs(point["omega0"])
-    times = np.linspace(0.0, end, FRAMES * style.film.get().finer * FINER + 1)
+    times = np.linspace(0.0, end, FRAMES * sheets.current_film.get().frame_factor * FINER + 1)
     still = {f"depth{i}": 0.0 for i in (1, 2, 3)}
     both = [followed(point | other, inverse, times) for other in ({}, still)]
     if both[0][1][:, int(point["axis"]) - 1].min() > 0.0:  # the well is deep enough for this start
@@ -89,12 +89,12 @@ def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple
 
 
 def _drawn(point, times, both):
-    axis, lasting = int(point["axis"]), FINER * TRAIL * style.film.get().finer
+    axis, lasting = int(point["axis"]), FINER * TRAIL * sheets.current_film.get().frame_factor
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])
-    moments = ", ".join(style.number(point[f"I{i}"], 4) for i in (1, 2, 3))
+    moments = ", ".join(wording.format_number(point[f"I{i}"], 4) for i in (1, 2, 3))
     words = f"I = ({moments}) kg m², spun about the intermediate axis {axis}"
     figure = animation.stage(INCHES, DOTS, "Kapitza's racket", words, (12.0, 8.0))
-    shaken = style.with_unit(f"shaken: {depths}, at {style.number(point['frequency'], 3)}", "rad s-1")
+    shaken = wording.with_unit(f"shaken: {depths}, at {wording.format_number(point['frequency'], 3)}", "rad s-1")
     trace, scenes, dots = figure.add_axes((0.1, 0.12, 0.87, 0.2)), [], []
     for k, (title, color) in enumerate(((shaken, colors.STABLE), ("at rest", colors.UNSTABLE))):
         place = figure.add_axes((0.5 * k, 0.36, 0.5, 0.45))

@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 from scipy.interpolate import CubicSpline
 
 from kernels.codes import REGIMES
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends
 from sweeps.systems.presentation import planes
@@ -23,12 +23,14 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     """Draw a panel for each axis of a map over a grid of shapes."""
     aside = ("epsilon", "phase", "multiplier")
     fixed = {name: ds[name].values[i] for name, i in fixed_at(ds).items() if name not in aside}
-    words = ", ".join(style.fixed_at(ds, name, value, appearance.symbols) for name, value in fixed.items() if value)
-    figure, places = style.panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    words = ", ".join(
+        wording.format_coordinate(ds, name, value, appearance.symbols) for name, value in fixed.items() if value
+    )
+    figure, places = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
     regimes = Regimes(REGIMES, appearance, DEEPEST)
     for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
-        regimes.paint(place, *triangle.places(ds, style.edges), regime, growth, status)
+        regimes.paint(place, *triangle.places(ds, axis_scales.cell_edges), regime, growth, status)
         planes.boundary(place, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
         place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])
         triangle.frame(place, axis, True)

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 import xarray as xr
 
-from sweeps.figure import colors, style
+from sweeps.figure import colors, sheets, wording
 from sweeps.systems.presentation import animation
 
 FRAMES = 60
@@ -71,7 +71,7 @@ def followed(point: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     start, end = np.array([across, 0.0, spin, across, 0.0, spin]), E_FOLDS / point["growth_rate"]
     options = {"rtol": 1e-9, "atol": 1e-12, "events": flat, "dense_output": True}
     run = solve_ivp(lambda t, x: rates(x), (0.0, end), start, "DOP853", **options)
-    times = np.linspace(0.0, run.t[-1], FRAMES * style.film.get().finer * FINER + 1)
+    times = np.linspace(0.0, run.t[-1], FRAMES * sheets.current_film.get().frame_factor * FINER + 1)
     x = run.sol(times)
     return times, (moments[:, None] * x[:3] + slug * x[3:]).T
 
@@ -82,8 +82,9 @@ def angle(momenta: np.ndarray) -> np.ndarray:
 
 
 def _drawn(point, times, momenta):
-    moments = f"{style.number(point['axial_moment'], 3)} of {style.number(point['transverse_moment'], 3)} kg m²"
-    words = f"moment about its axis {moments}, slug {style.number(point['slug_moment'], 3)} kg m²"
+    moments = ("axial_moment", "transverse_moment", "slug_moment")
+    axial, transverse, slug = (wording.format_number(point[name], 3) for name in moments)
+    words = f"moment about its axis {axial} of {transverse} kg m², slug {slug} kg m²"
     figure = animation.stage(INCHES, DOTS, "A slender body ends in a flat spin", words)
     ball, curve = figure.add_axes((0.01, 0.04, 0.42, 0.78)), figure.add_axes((0.53, 0.16, 0.44, 0.62))
     place = momenta / np.linalg.norm(momenta, axis=1, keepdims=True) @ SCREEN
@@ -97,7 +98,7 @@ def _drawn(point, times, momenta):
     curve.legend(fontsize=7, loc="upper left", frameon=False)
     props = {"color": colors.INK, "ms": 5, "animated": True}
     (dot,), (tip,) = curve.plot([], [], "o", **props), ball.plot([], [], "o", **props)
-    finer = style.film.get().finer
+    finer = sheets.current_film.get().frame_factor
 
     def frames():
         for at in range(0, FINER * (FRAMES * finer + 1), FINER):

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.regimes import Regimes, at_most, dots, rated
 from sweeps.systems.relative_equilibrium.presentation import APPEARANCE
@@ -26,7 +26,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     top = at_most(np.abs(part["relative"].values)) if y else 0.0
     panels, plain = _panels(ds, part, third, top)
     subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], APPEARANCE), *plain])
-    figure, axes = style.panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
+    figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
     regimes = Regimes(REGIMES, APPEARANCE, top)
     for ax, (title, one) in zip(axes, panels, strict=True):
         ax.set_title(title, loc="left")
@@ -37,7 +37,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         else:
             mesh = _frequencies(ax, one, x, y, float(np.nanmax(part["frequencies"].values, initial=0.0)))
     if y and not top:
-        words = f"measured angular frequency  ({style.units('rad s-1')})"
+        words = f"measured angular frequency  ({wording.format_units('rad s-1')})"
         figure.colorbar(mesh, ax=list(axes), label=words, aspect=30, pad=0.02)
     regimes.explain(figure, axes, "growth or decay / rate scale")
     return figure
@@ -50,7 +50,7 @@ def _panels(ds, part, third, top):
         for z in part[third].values if third else [None]:
             one = part.sel(equilibrium=e) if z is None else part.sel({"equilibrium": e, third: z})
             named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
-            titled.append((",  ".join(named + ([style.fixed_at(ds, third, z)] if third else [])), one))
+            titled.append((",  ".join(named + ([wording.format_coordinate(ds, third, z)] if third else [])), one))
     panels, plain = [], []
     for title, one in planes.once(titled, ("regime", "relative", "shade")):
         kinds = np.unique(one["regime"].values)
@@ -77,9 +77,9 @@ def _thinned(ds, x, y, third):
 
 def _frequencies(ax, one, x, y, most):
     """Draw measured frequencies in colours, of points that grow and decay nowhere; `most` is that of all panels."""
-    edges = style.edges(one[x].values), style.edges(one[y].values)
+    edges = axis_scales.cell_edges(one[x].values), axis_scales.cell_edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
-    palette = style.color_map("size").with_extremes(bad=colors.MISSING)
+    palette = sheets.color_map("size").with_extremes(bad=colors.MISSING)
     props = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
     planes.name_sides(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **props)
@@ -88,7 +88,7 @@ def _frequencies(ax, one, x, y, most):
 def _map(ax, one, x, y, regimes):
     """Draw measured regimes in colours, the deeper the faster they grow or decay; theory's boundary as a line."""
     one = one.transpose(..., y, x)
-    edges = style.edges(one[x].values), style.edges(one[y].values)
+    edges = axis_scales.cell_edges(one[x].values), axis_scales.cell_edges(one[y].values)
     regimes.paint(ax, *edges, *(one[name].values for name in ("regime", "relative", "status")))
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
@@ -127,7 +127,7 @@ def _lines(ax, one, x):
             limit = at[k] - margin[k] * (at[k + 1] - at[k]) / (margin[k + 1] - margin[k])
             ax.axvline(limit, color=colors.QUIET, lw=0.9, ls=(0, (4, 2)), gid="limit")
             props = {"xycoords": ax.get_xaxis_transform(), "va": "top", "ha": "right"}
-            style.note(ax, f"theory: {style.number(limit, 4)}", (limit, 0.97), (-5, 0), **props)
+            marks.annotate(ax, f"theory: {wording.format_number(limit, 4)}", (limit, 0.97), (-5, 0), **props)
     dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], APPEARANCE, ms=3.0)
-    style.scale_as_spread(ax.xaxis, at)
-    ax.set(xlabel=style.label_of(one, x), ylabel=f"growth rate, below 0 decay  ({style.units('s-1')})")
+    axis_scales.set_scale(ax.xaxis, at)
+    ax.set(xlabel=wording.axis_label(one, x), ylabel=f"growth rate, below 0 decay  ({wording.format_units('s-1')})")

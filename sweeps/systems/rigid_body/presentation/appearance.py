@@ -26,17 +26,19 @@ APPEARANCE = Appearance(
 
 def axis_label(name: str) -> str:
     """Return the symbol of a parameter with its unit, for an axis of a plot."""
-    from sweeps.figure import style
+    from sweeps.figure import wording
 
-    return style.with_unit(APPEARANCE.symbol(name), LAYOUT.coordinates[name].units, "  ({})")
+    return wording.with_unit(APPEARANCE.symbol(name), LAYOUT.coordinates[name].units, "  ({})")
 
 
 def settings(values: Mapping[str, float]) -> str:
     """Return fixed parameters in one line, with units: "I3 = 0.01748 kg m², ω0 = 10 rad s⁻¹"."""
-    from sweeps.figure import style
+    from sweeps.figure import wording
 
     return ",  ".join(
-        style.with_unit(f"{APPEARANCE.symbol(name)} = {style.number(float(value))}", LAYOUT.coordinates[name].units)
+        wording.with_unit(
+            f"{APPEARANCE.symbol(name)} = {wording.format_number(float(value))}", LAYOUT.coordinates[name].units
+        )
         for name, value in values.items()
     )
 

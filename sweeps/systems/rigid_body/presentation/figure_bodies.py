@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.motion import DAY, HOUR
 from sweeps.systems.rigid_body.fits import Period, compare_periods, signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, LINES, cut_at, settings
@@ -32,18 +33,18 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
     part = _selected(ds)
     all_periods = compare_periods(ds.sel(body=part["body"].values))
-    observed = [all_periods[i] for i in style.few(len(all_periods), MOST_PERIODS)]
+    observed = [all_periods[i] for i in spaced_indices(len(all_periods), MOST_PERIODS)]
     rows = part.sizes["body"]
-    row = 0.84 if style.is_narrow() else 0.46  # inches: marks of three axes, one above the other
+    row = 0.84 if sheets.is_narrow() else 0.46  # inches: marks of three axes, one above the other
     height = 2.0 + max(row * rows, PERIOD_INCHES * len(observed), 1.0)
     many = ds.sizes["body"] > MOST_BODIES
     panels = 2 if observed or many else 1
-    lines, columns, size = style.arranged(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
+    lines, columns, size = canvas.arrange_panels(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
     some = f";  periods of {len(observed)} of {len(all_periods)}" if len(observed) < len(all_periods) else ""
-    figure = style.canvas(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
+    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
     axes = np.ravel(figure.subplots(lines, columns))
     _rates(axes[0], part)
-    if not style.is_narrow():
+    if not sheets.is_narrow():
         _times(axes[0], part)
     if observed:
         _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
@@ -53,7 +54,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     words = [word for word in REGIMES if word in present]
     handles = [Line2D([], [], ls="none", label=APPEARANCE.words(word), **_marker(word)) for word in words]
     handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
-    style.legend(figure, handles)
+    canvas.draw_legend(figure, handles)
     return figure
 
 
@@ -61,7 +62,7 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
     """Return at most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
-    few = {"body": style.few(ds.sizes["body"], MOST_BODIES)}
+    few = {"body": spaced_indices(ds.sizes["body"], MOST_BODIES)}
     part = ds[names].isel(cut_at(ds) | few).load().transpose("body", "axis")
     measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
     return part.assign(rate=abs(measured), rate_theory=abs(theory))
@@ -70,7 +71,7 @@ def _selected(ds: xr.Dataset) -> xr.Dataset:
 def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
     fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
     varied = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
-    bodies = style.count(ds.sizes["body"], "body", "bodies")
+    bodies = wording.format_count(ds.sizes["body"], "body", "bodies")
     if part.sizes["body"] < ds.sizes["body"]:
         bodies = f"{part.sizes['body']} of {bodies}"
     text = settings(fixed) + (f";  {', '.join(varied)} differ by body" if varied else "")
@@ -92,17 +93,17 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         if np.isfinite(rate):
             x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else colors.PAPER
             ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
-            style.note(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
+            marks.annotate(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
     rows = part.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
-    letters = 7.2 if style.is_narrow() else 9.0
+    letters = 7.2 if sheets.is_narrow() else 9.0
     ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=letters)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
-    style.log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
+    axis_scales.set_log_ticks_above_zero(ax.xaxis, zero, exponents[:: max(1, len(exponents) // 8)])
     ax.axvline(np.sqrt(zero * low) * 1.05, color=colors.FAINT, lw=0.8, ls=(0, (2, 2)))
-    style.grid(ax, "x")
+    marks.draw_grid(ax, "x")
     for i in range(1, rows):
         ax.axhline(i - 0.5, color=colors.FAINT, lw=0.5)
     ax.tick_params(axis="y", length=0)
@@ -129,7 +130,7 @@ def _times(ax: Axes, part: xr.Dataset) -> None:
     """Write the unstable axis, its e-folding time and the time between flips beside each row."""
     props = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
     flips = "flip_period" in part
-    nudge = f"ε = {style.number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
+    nudge = f"ε = {wording.format_number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
     heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
     for inches, head in heads.items():
         _beside(ax, None, inches, head, va="bottom", fontsize=8, color=colors.QUIET)
@@ -148,7 +149,7 @@ def _beside(ax: Axes, row: int | None, inches: float, text: str, **props) -> Non
     """Write a text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
     at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
     shift = (72 * inches, 4 if row is None else 0)
-    style.note(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **props)
+    marks.annotate(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **props)
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -176,13 +177,13 @@ def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
         _period_texts(ax, period, row, y, inches)
         if row:
             ax.axhline(row, color=colors.FAINT, lw=0.5)
-    style.plain_log_ticks(ax.xaxis)
+    axis_scales.set_plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
-    ax.set_title("" if style.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
+    ax.set_title("" if sheets.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], ls="none", **props) for props in (MEASURED, OBSERVED)]
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
-    style.grid(ax, "x")
+    marks.draw_grid(ax, "x")
 
 
 def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
@@ -192,11 +193,11 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
     head = f"{period.body}: {period.what}, axis {period.axis}"
     write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
     values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
-    props = {"va": "center", "fontsize": 8.5, "path_effects": style.halo(2.0)}
+    props = {"va": "center", "fontsize": 8.5, "path_effects": marks.halo(2.0)}
     if len(values) > 1:
-        style.note(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **props)
-    style.note(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **props)
-    if style.is_narrow():
+        marks.annotate(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **props)
+    marks.annotate(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **props)
+    if sheets.is_narrow():
         return
     letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
     note = textwrap.wrap(" ".join(period.note.split()), letters)
@@ -207,7 +208,7 @@ def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -
 
 def _days(value: float) -> str:
     if value < 0.01:
-        return f"{style.number(value, 3)} d"
+        return f"{wording.format_number(value, 3)} d"
     text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"
     return (text.rstrip("0").rstrip(".") if "." in text else text) + " d"
 
@@ -221,4 +222,4 @@ def brief_duration(seconds: float) -> str:
     """Return a time span in three digits and an abbreviated unit: "0.853 s", "7.29 h", "304 d"."""
     unit, name = (1.0, "s") if seconds < 2 * HOUR else (HOUR, "h") if seconds < 2 * DAY else (DAY, "d")
     value = seconds / unit
-    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{style.number(value, 3)} {name}"
+    return f"{value:,.0f} {name}" if 100 <= value < 1e6 else f"{wording.format_number(value, 3)} {name}"

@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.schema.refusals import cut_text
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.fits import MAX_FIT_DEVIATION, MIN_FIT_DEVIATION, fit_breakdown
@@ -26,8 +27,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     chosen, total = bodies(ds)
     fits = fit_breakdown(chosen).assign(theory=chosen["omega_squared_theory"].isel(epsilon=0))
     rows = chosen.sizes["body"]
-    lines, columns, size = style.arranged(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
-    figure = style.canvas(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
+    lines, columns, size = canvas.arrange_panels(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
+    figure = canvas.make_figure(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
     table_width = 7.4 / max(figure.get_size_inches()[0] - 4.7, 2.0)  # beside a panel's: as many inches everywhere
     ratios = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
     left, right, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
@@ -48,11 +49,11 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 def _subtitle(ds: xr.Dataset, total: int, fits: xr.Dataset) -> str:
     rows = fits.sizes["body"]
-    count = (f"{rows} of " if rows < total else "") + style.count(total, "body", "bodies")
+    count = (f"{rows} of " if rows < total else "") + wording.format_count(total, "body", "bodies")
     slopes = fits["slope"].values[np.isfinite(fits["slope"].values)]
     near = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
     fitted = f"{near} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
-    low, high = (style.power(round(np.log10(bound))) for bound in (MIN_FIT_DEVIATION, MAX_FIT_DEVIATION))
+    low, high = (wording.power_of_ten(round(np.log10(bound))) for bound in (MIN_FIT_DEVIATION, MAX_FIT_DEVIATION))
     return (
         f"{ds.attrs.get('title', '')}:  {count};  {fitted if slopes.size else 'no exponent can be fitted'}\n"
         f"Fitted over the shaded range, {low} to {high}, where a deviation is at least ten times its value for "
@@ -71,12 +72,12 @@ def bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     ds = ds[names].isel(middle).sortby("epsilon")
     if "body" in ds.dims:
         total = ds.sizes["body"]
-        return ds.isel(body=style.few(total, MOST_BODIES)), total
+        return ds.isel(body=spaced_indices(total, MOST_BODIES)), total
     over, parts = moments_over(ds), []
     places = list(product(*(range(ds.sizes[dim]) for dim in over)))
-    for place in (places[n] for n in style.few(len(places), MOST_BODIES)):
+    for place in (places[n] for n in spaced_indices(len(places), MOST_BODIES)):
         part = ds.isel(dict(zip(over, place, strict=True))).load()
-        label = ", ".join(style.number(float(part[name]), 3) for name in MOMENTS)
+        label = ", ".join(wording.format_number(float(part[name]), 3) for name in MOMENTS)
         parts.append(part.drop_vars({*MOMENTS, *over}).assign_coords(body=f"({label}) kg m²"))
     return xr.concat(parts, dim="body", coords="minimal", compat="override"), len(places)
 
@@ -85,7 +86,7 @@ def _look(body: int, lit: list[int]) -> dict:
     if body not in lit:
         return {"color": OTHERS, "marker": "none"}
     index = lit.index(body)  # of at most `HIGHLIGHTED`
-    return {"color": colors.SERIES_COLORS[index], "marker": style.SERIES_MARKERS[index]}
+    return {"color": colors.SERIES_COLORS[index], "marker": marks.SERIES_MARKERS[index]}
 
 
 def _panel(ax: Axes, fits: xr.Dataset, belongs: xr.DataArray, lit: list[int]) -> None:
@@ -106,8 +107,8 @@ def _series(ax: Axes, at: xr.Dataset, index: int, lit: list[int]) -> None:
     props = _look(index, lit) | {"ls": LINES[axis], "zorder": 3 if index in lit else 2}
     ax.plot(epsilon, drawn, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(props | {"marker": "none"}))
     every, wide = max(1, epsilon.size // 7), 1.6 if index in lit else 0.9
-    marks = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
-    ax.plot(epsilon, above, lw=wide, **props, **marks)
+    markers = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % every, every)}
+    ax.plot(epsilon, above, lw=wide, **props, **markers)
 
 
 def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
@@ -119,7 +120,7 @@ def _reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
     ends = np.array([epsilon[0], epsilon[-1]])
     ax.plot(ends, height * ends**2, color=colors.INK, lw=1.4, gid="slope 2")
     at = float(np.clip(np.sqrt(1e-11 / height), ends[0], ends[-1] / 30))
-    style.note(ax, "slope 2", (at, height * at**2), (9, -4), va="top", fontsize=10)
+    marks.annotate(ax, "slope 2", (at, height * at**2), (9, -4), va="top", fontsize=10)
 
 
 def _table(ax: Axes, fits: xr.Dataset, lit: list[int]) -> None:

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from kernels import exact
-from sweeps.figure import colors, style
+from sweeps.figure import colors, marks, sheets, wording
 from sweeps.schema.datasets import Dataset, along, dimensions, nearest_by
 from sweeps.schema.iteration import blocks
 from sweeps.systems.bodies import outline as outlines
@@ -115,8 +115,8 @@ def film(motion: Dataset) -> Iterator[np.ndarray]:
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
     times, pace = animation.timing(float(motion["time"][-1] - motion["time"][0]))
-    inertia, start = (", ".join(style.number(value, 3) for value in values) for values in (moments, omega))
-    words = f"I = ({inertia}) kg m², starts with ω = ({start}) {style.units('rad s-1')}; {pace}"
+    inertia, start = (", ".join(wording.format_number(value, 3) for value in values) for values in (moments, omega))
+    words = f"I = ({inertia}) kg m², starts with ω = ({start}) {wording.format_units('rad s-1')}; {pace}"
     outline = next(iter(outlines.read(motion.attrs).values()), None)
     faces = of_mesh(outline["vertices"], outline["faces"]) if outline else solid_of(moments)
     axis = int(np.abs(omega).argmax()) + 1
@@ -144,7 +144,7 @@ def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarr
         at = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spin))) - 1, 0)
         low, high = times[at], times[min(at + (1 if changes.size else 2), times.size - 1)]
     flip, length = 0.5 * (low + high), min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
-    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * style.film.get().finer)
+    return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * sheets.current_film.get().frame_factor)
 
 
 class _Shown(NamedTuple):
@@ -158,12 +158,12 @@ class _Shown(NamedTuple):
 
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
     """Yield the pictures; attitudes `FINER` times as many."""
-    wide = style.film.get().across is not None
+    wide = sheets.current_film.get().width is not None
     figure = animation.stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
     place = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
     scene = FilmStage(place, 1.68 if wide else 2.3, shown.faces, shown.axis)
     dots = _trace(figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22)), omegas, times)
-    handle, trail = int(np.argmin(moments)), FINER * TRAIL * style.film.get().finer
+    handle, trail = int(np.argmin(moments)), FINER * TRAIL * sheets.current_film.get().frame_factor
 
     def frames() -> Iterator[list[Artist]]:
         for k, matrix in enumerate(turned[::FINER]):
@@ -180,7 +180,7 @@ def _trace(ax: Axes, omegas, times) -> list[Artist]:
     for k, color in enumerate(COMPONENTS):
         ax.plot(times, omegas[:, k], color=color, lw=1.6, label=f"ω{INDICES[k]}")
         dots += ax.plot([], [], "o", color=color, ms=5, animated=True)
-    ax.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({style.units('rad s-1')})")
+    ax.set(xlim=(times[0], times[-1]), xlabel="time (s)", ylabel=f"ω ({wording.format_units('rad s-1')})")
     ax.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, handlelength=1.2)
     ax.spines[["top", "right"]].set_visible(False)
     return dots
@@ -199,13 +199,13 @@ class FilmStage:
         upright = np.outer([1.0, 1.22], SCREEN[2])
         ax.plot(*upright.T, color=colors.QUIET, lw=1.8)
         ax.plot(*upright[1], marker="^", color=colors.QUIET, ms=5)
-        style.note(ax, "L", upright[1], (7, -2), color=colors.QUIET, fontweight="bold")
+        marks.annotate(ax, "L", upright[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
         line = {"lw": 1.5, "animated": True}
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
         (self.tip,) = ax.plot([], [], color=colors.INK, **line)
         (self.arrow,) = ax.plot([], [], "o-", color=colors.UNSTABLE, ms=4, markevery=[1], **line | {"lw": 2.0})
-        props = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": style.halo()}
+        props = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": marks.halo()}
         self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **props)
 
     def turn(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:

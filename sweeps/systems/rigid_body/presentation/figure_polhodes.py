@@ -8,8 +8,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from kernels import exact
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, sheets, wording
 from sweeps.schema.datasets import Dataset, along
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, moments_over
 from sweeps.systems.rigid_body.presentation.figure_flip import racket
@@ -89,7 +90,7 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     body = chosen(ds)
     if body is None:
         return None
-    figure = style.canvas(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
+    figure = canvas.make_figure(7.6, 6.3, "Polhodes", _subtitle(ds, body), ax=ax)
     ax, scene = figure.subplots(), Scene(body.moments)
     ax.set_axis_off()
     _surface(ax, scene)
@@ -100,7 +101,7 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     ax.set(aspect="equal", xlim=(-right - room, right + room), ylim=(-up - room, up + room))
     for kind, words in CURVES.items():
         ax.plot([], [], color=APPEARANCE.color(kind), lw=2.0 if kind == "unstable" else 1.4, label=words)
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -125,7 +126,7 @@ def _some_moments(ds: Dataset) -> np.ndarray:
     for name in MOMENTS:
         values = along(ds[name], dims)
         for k, size in enumerate(values.shape):
-            values = np.take(values, style.few(size, MOST_MOMENTS), axis=k)
+            values = np.take(values, spaced_indices(size, MOST_MOMENTS), axis=k)
         columns.append(values)
     return np.stack(np.broadcast_arrays(*columns), axis=-1).reshape(-1, 3)
 
@@ -141,7 +142,7 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
 
 def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
     pairs = zip(MOMENTS, body.moments, strict=True)
-    values = ",  ".join(f"${name[0]}_{name[1]}$ = {style.number(x, 4)}" for name, x in pairs)
+    values = ",  ".join(f"${name[0]}_{name[1]}$ = {wording.format_number(x, 4)}" for name, x in pairs)
     units = f" {body.units}" if body.units else "  (ratios)"
     which = f"{body.name}:  " if body.name else "the most asymmetric body of this map:    "
     words = "Polhodes: intersections of the energy ellipsoid with momentum ellipsoids"
@@ -216,7 +217,7 @@ def _surface(ax: Axes, scene: Scene) -> None:
     inside = 1.0 - (shadow[0, 0] * right**2 + 2 * shadow[0, 1] * right * up + shadow[1, 1] * up**2)
     toward = (np.sqrt(np.maximum(inside, 0.0) * form[2, 2]) - form[2, 0] * right - form[2, 1] * up) / form[2, 2]
     points = np.stack([right, up, toward], axis=-1) @ scene.view
-    image = np.dstack([style.brightness() * _shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
+    image = np.dstack([sheets.surface_brightness() * _shaded(scene, points), np.clip(inside * 250.0, 0.0, 1.0)])
     extent = (-half[0], half[0], -half[1], half[1])
     ax.imshow(image, extent=extent, origin="lower", interpolation="bilinear", zorder=1, gid="surface")
     turn = np.linspace(0.0, 2 * np.pi, POINTS)
@@ -250,7 +251,7 @@ def _principal_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         ax.annotate("", along * (outline + out), along * end, arrowprops=arrow, zorder=6)
         dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
         ax.plot(*(along * end)[:, None], color=APPEARANCE.color(scene.kinds[i]), zorder=7, **dot)
-        text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {style.number(body.moments[axis], 4)}"
+        text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {wording.format_number(body.moments[axis], 4)}"
         _axis_label(ax, along * (outline + out), along, text, tall=scene.half[1] > scene.half[0])
 
 
@@ -262,5 +263,5 @@ def _axis_label(ax: Axes, tip: np.ndarray, along: np.ndarray, text: str, tall: b
         place, offset = {"ha": "left" if along[0] > 0 else "right", "va": "center"}, (5 * np.sign(along[0]), -4)
     else:
         place, offset = {"ha": "center", "va": "top"}, (0, -5)
-    props = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": style.halo(2.0)}
-    style.note(ax, text, tip, offset, **place, **props)
+    props = {"fontsize": 9, "linespacing": 1.35, "zorder": 8, "path_effects": marks.halo(2.0)}
+    marks.annotate(ax, text, tip, offset, **place, **props)

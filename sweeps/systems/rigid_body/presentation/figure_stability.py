@@ -14,9 +14,10 @@ from matplotlib.text import Annotation
 from kernels import linear
 from kernels.rigid_body import cyclic
 from kernels.triangle import triangle_margin
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.datasets import Dataset, along
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation.regimes import dots
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, axis_label, settings
@@ -71,8 +72,8 @@ def _middle(values: np.ndarray) -> float:
 def _most_telling(ds: Dataset, sides: tuple[str, str], third: str) -> float:
     """Return the third moment at which the rarest regime about any axis has the largest share of the bodies."""
     values, best, most = np.sort(ds[third].values), _middle(ds[third].values), 0.0
-    thinned = {name: ds[name].values[style.few(ds.sizes[name], MOST_COMPARED)] for name in sides}
-    for value in values[style.few(values.size, MOST_COMPARED)]:
+    thinned = {name: ds[name].values[spaced_indices(ds.sizes[name], MOST_COMPARED)] for name in sides}
+    for value in values[spaced_indices(values.size, MOST_COMPARED)]:
         moments = np.meshgrid(*((thinned | {third: value})[name] for name in MOMENTS), indexing="ij")
         possible = [m.reshape(-1)[triangle_margin(*moments).reshape(-1) >= 0] for m in moments]
         regimes = [linear.regime(*possible, axis) for axis in ds["axis"].values.tolist()]
@@ -119,9 +120,9 @@ def draw(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     title = f"Spin about axis {axis}: measured stability"
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
     if len(sides) == 2:
-        figure = style.canvas(6.4, 5.9, title, subtitle, ax=ax)
+        figure = canvas.make_figure(6.4, 5.9, title, subtitle, ax=ax)
         return _map(figure, part, axis, sides, fixed)
-    return _curve(style.canvas(6.4, 4.8, title, subtitle, ax=ax), part, axis, sides, fixed)
+    return _curve(canvas.make_figure(6.4, 4.8, title, subtitle, ax=ax), part, axis, sides, fixed)
 
 
 def _slice(ds: Dataset, axis: int, sides: tuple[str, ...], fixed: Mapping[str, float]) -> Mapping[str, np.ndarray]:
@@ -140,7 +141,7 @@ def _slice(ds: Dataset, axis: int, sides: tuple[str, ...], fixed: Mapping[str, f
 
 def _map(figure, part, axis, sides, fixed) -> Figure:
     ax = figure.add_subplot()
-    x, y = (style.edges(part[name]) for name in sides)
+    x, y = (axis_scales.cell_edges(part[name]) for name in sides)
     mesh = _paint(ax, x, y, part)
     _set_axes(ax, part, sides, x, y)
     (third,) = set(MOMENTS) - set(sides)
@@ -152,7 +153,7 @@ def _map(figure, part, axis, sides, fixed) -> Figure:
     taken = _mark_bodies(ax, sides, window, fixed[third])
     _name_regions(ax, part, sides, lines, taken)
     color_bar(figure, ax, mesh)
-    style.legend(figure, list(_unnamed(part)))
+    canvas.draw_legend(figure, list(_unnamed(part)))
     return figure
 
 
@@ -163,13 +164,13 @@ def _paint(ax: Axes, x, y, part: Mapping[str, np.ndarray]):
     limit = float(np.abs(scale).max()) if scale.count() else 1.0
     limit = limit if limit > 0 else 1.0
     ax.set_facecolor(MISSING)
-    return ax.pcolormesh(x, y, rate, cmap=style.color_map("signed"), norm=Normalize(-limit, limit), rasterized=True)
+    return ax.pcolormesh(x, y, rate, cmap=sheets.color_map("signed"), norm=Normalize(-limit, limit), rasterized=True)
 
 
 def _set_axes(ax: Axes, part: Mapping[str, np.ndarray], sides, x, y) -> None:
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), xlabel=axis_label(sides[0]), ylabel=axis_label(sides[1]))
     for direction, name in zip((ax.xaxis, ax.yaxis), sides, strict=True):
-        style.scale_as_spread(direction, part[name])
+        axis_scales.set_scale(direction, part[name])
 
 
 def _hatch(ax: Axes, x, y, part: Mapping[str, np.ndarray], third: float) -> None:
@@ -225,9 +226,9 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         dot = {"ms": 5.0, "mec": colors.PAPER, "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
         if name:
-            props = {"fontsize": 8, "zorder": 7, "path_effects": style.halo(2.2), "gid": "body"}
-            style.note(ax, name, xy, BESIDE, **props)
-        u, v = style.fractions(ax, *xy)[0]
+            props = {"fontsize": 8, "zorder": 7, "path_effects": marks.halo(2.2), "gid": "body"}
+            marks.annotate(ax, name, xy, BESIDE, **props)
+        u, v = marks.axes_fractions(ax, *xy)[0]
         taken += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
     return taken
 
@@ -257,7 +258,7 @@ def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
     for pair, line in lines.items():
         upright, level = sides[1] not in line, sides[0] not in line
         xs, ys = _course(ax, line, sides)
-        ax.plot(xs, ys, color=colors.INK, lw=1.5, gid=_pair_text(pair), path_effects=style.halo(2.6))
+        ax.plot(xs, ys, color=colors.INK, lw=1.5, gid=_pair_text(pair), path_effects=marks.halo(2.6))
         if upright:
             _outside(ax, pair, (xs[0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
         elif level:
@@ -273,7 +274,7 @@ class _Along(Annotation):
     """A text along a line through two points, that ends at the second: its angle is known once it is drawn."""
 
     def __init__(self, text: str, xs: np.ndarray, ys: np.ndarray):
-        props = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": style.halo()}
+        props = {"ha": "right", "va": "bottom", "rotation_mode": "anchor", "path_effects": marks.halo()}
         super().__init__(text, (xs[1], ys[1]), (-4, 4), textcoords="offset points", gid="along", **props)
         self._line = np.column_stack([xs, ys])
 
@@ -286,16 +287,16 @@ class _Along(Annotation):
 
 
 def _outside(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
-    style.note(ax, _pair_text(pair), xy, offset, xycoords=transform, **alignment)
+    marks.annotate(ax, _pair_text(pair), xy, offset, xycoords=transform, **alignment)
 
 
 def _name_regions(ax: Axes, part: Mapping[str, np.ndarray], sides, lines: Mapping, taken: list) -> None:
     """Write each regime's name where its region has most room, if there is enough."""
-    keep = [style.few(part[name].size, 40) for name in sides]
-    points = style.fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
+    keep = [spaced_indices(part[name].size, 40) for name in sides]
+    points = marks.axes_fractions(ax, *np.meshgrid(*(part[name][at] for name, at in zip(sides, keep, strict=True))))
     regimes = part["regime"][np.ix_(*reversed(keep))]
     possible = part["triangle_margin"][np.ix_(*reversed(keep))] >= 0
-    drawn = [style.fractions(ax, *_course(ax, line, sides)) for line in lines.values()]
+    drawn = [marks.axes_fractions(ax, *_course(ax, line, sides)) for line in lines.values()]
     drawn += [np.array(taken)] if taken else []
     for kind in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         inside = (possible & (regimes == kind)).reshape(-1)
@@ -313,7 +314,7 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, others: np.ndarray) -
     best = int(np.argmax(room))
     if room[best] >= 1.0:
         props = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
-        ax.text(*points[best], text, transform=ax.transAxes, path_effects=style.halo(2.2), gid="region", **props)
+        ax.text(*points[best], text, transform=ax.transAxes, path_effects=marks.halo(2.2), gid="region", **props)
 
 
 def _course(ax: Axes, line: Mapping[str, np.ndarray], sides) -> list[np.ndarray]:
@@ -327,22 +328,24 @@ def color_bar(figure: Figure, ax: Axes, mesh) -> None:
     bar = figure.colorbar(mesh, ax=ax, pad=0.03, fraction=0.06, aspect=30, extend="neither")
     ticks = [tick for tick in bar.get_ticks() if abs(tick) <= mesh.norm.vmax]
     decimals = max(len(f"{abs(tick):.6g}".partition(".")[2]) for tick in ticks)
-    bar.set_ticks(ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else style.number(abs(t), 3) for t in ticks])
+    bar.set_ticks(
+        ticks, labels=[f"{abs(t):.{decimals}f}" if decimals <= 4 else wording.format_number(abs(t), 3) for t in ticks]
+    )
     bar.outline.set_linewidth(0.8)
     props = {"xycoords": "axes fraction", "rotation": 90, "ha": "left", "va": "center"}
-    style.note(bar.ax, r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **props)
-    style.note(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **props)
+    marks.annotate(bar.ax, r"growth rate / $|\omega_0|$", (1.0, 0.25), (36, 0), color=colors.UNSTABLE, **props)
+    marks.annotate(bar.ax, r"frequency $\Omega$ / $|\omega_0|$", (1.0, 0.75), (36, 0), color=colors.STABLE, **props)
 
 
 def _curve(figure, part, axis, varied, fixed) -> Figure:
     (name,) = varied
     ax = figure.add_subplot()
-    cells = style.edges(part[name])
+    cells = axis_scales.cell_edges(part[name])
     ax.set(xlim=(cells[0], cells[-1]), xlabel=axis_label(name), ylabel=r"measured rate $/\,|\omega_0|$")
-    style.scale_as_spread(ax.xaxis, part[name])
+    axis_scales.set_scale(ax.xaxis, part[name])
     sides = ((0.97, "top", "oscillates", colors.STABLE), (0.03, "bottom", "grows", colors.UNSTABLE))
     for y, va, word, color in sides:
-        ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=style.halo())
+        ax.text(0.015, y, word, transform=ax.transAxes, va=va, color=color, path_effects=marks.halo())
     xs = _between(ax.get_xscale(), cells[0], cells[-1])
     moments = [xs if m == name else fixed[m] for m in MOMENTS]
     rate = signed_rate(linear.omega_squared(*moments, fixed["omega0"], axis), fixed["omega0"])
@@ -358,5 +361,5 @@ def _curve(figure, part, axis, varied, fixed) -> Figure:
     for pair, line in boundaries(axis, {name: (cells[0], cells[-1])}, fixed).items():
         ax.axvline(line[name][0], color=colors.INK, lw=1.2, gid=_pair_text(pair))
         _outside(ax, pair, (line[name][0], 1.0), ax.get_xaxis_transform(), (0, 3), ha="center", va="bottom")
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure

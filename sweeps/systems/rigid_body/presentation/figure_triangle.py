@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets
 from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
@@ -29,12 +29,12 @@ def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
     large = 2 if 2 in spun else spun[0]
     others = [axis for axis in spun if axis != large]
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
-    upright = style.is_narrow()  # the others below, and not beside
+    upright = sheets.is_narrow()  # the others below, and not beside
     size = (4.2, 6.2) if upright else (8.6, 5.9) if others else (5.6, 5.9)
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
     points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
     subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
-    figure = style.canvas(*size, title, subtitle, ax=ax)
+    figure = canvas.make_figure(*size, title, subtitle, ax=ax)
     shares = (1.9, 1.0) if others else (1.0,)
     shape = (len(shares), 2, None, shares) if upright else (2, len(shares), shares, None)
     grid = figure.add_gridspec(*shape[:2], width_ratios=shape[2], height_ratios=shape[3])
@@ -52,12 +52,12 @@ def draw_axis(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
     """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
     fixed = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
-    figure = style.canvas(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
+    figure = canvas.make_figure(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
     ax = figure.subplots()
     mesh = _panel(ax, ds, axis, True)
     color_bar(figure, ax, mesh)
     mark_untrusted(ax, *triangle.places(ds), about(ds, "status", axis))
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -103,10 +103,10 @@ def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
-    props = {"cmap": style.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    props = {"cmap": sheets.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
         rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
-        mesh = ax.pcolormesh(*triangle.places(ds, style.edges), rate, zorder=0, **props)
+        mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), rate, zorder=0, **props)
     elif ds.sizes["point"] >= LEAST_FILLED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
         mesh = ax.pcolormesh(edges, edges, _binned(ds, axis, edges), zorder=0, **props)
@@ -115,7 +115,7 @@ def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
         mesh = ax.scatter(x, y, s=6, c=rate, linewidths=0, **props)
     triangle.frame(ax, axis, is_large)
     _words(ax, axis, is_large)
-    if is_large and not style.is_narrow():
+    if is_large and not sheets.is_narrow():
         _name_bodies(ax)
     return mesh
 
@@ -124,7 +124,7 @@ def _words(ax: Axes, axis: int, is_large: bool) -> None:
     """Write the stability of the spin in each part."""
     above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
     kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
-    props = {"ha": "center", "va": "center", "path_effects": style.halo(2.4), "zorder": 5}
+    props = {"ha": "center", "va": "center", "path_effects": marks.halo(2.4), "zorder": 5}
     for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
         if kind:
             words = APPEARANCE.words(kind).replace(", ", ",\n") if is_large else APPEARANCE.words(kind).split(",")[0]
@@ -135,5 +135,5 @@ def _name_bodies(ax: Axes) -> None:
     for name, (x, y, _), offset, side in real_bodies():
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec=colors.PAPER, mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
-            props = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": style.halo(2.6)}
-            style.note(ax, name, (x, y), offset, **props)
+            props = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": marks.halo(2.6)}
+            marks.annotate(ax, name, (x, y), offset, **props)

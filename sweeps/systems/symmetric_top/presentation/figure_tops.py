@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, wording
+from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation import planes
 from sweeps.systems.symmetric_top.presentation import APPEARANCE
 
@@ -26,22 +27,26 @@ BODY, SPACE = colors.STABLE, colors.UNSTABLE
 
 def draw_precession(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the measured rate over I3/I1 with the formula's line."""
-    part = ds[["precession_rate"]].isel({name: style.few(ds.sizes[name], most) for name, most in MOST.items()}).load()
+    part = (
+        ds[["precession_rate"]].isel({name: spaced_indices(ds.sizes[name], most) for name, most in MOST.items()}).load()
+    )
     shown = "" if part.sizes == ds.sizes else f", {math.prod(part.sizes.values()):,} drawn"
-    points = f"{ds.attrs.get('title', '')}:  {style.count(math.prod(ds.sizes.values()), 'point', 'points')}{shown}"
+    points = (
+        f"{ds.attrs.get('title', '')}:  {wording.format_count(math.prod(ds.sizes.values()), 'point', 'points')}{shown}"
+    )
     subtitle = (
         f"{points}\nat all half-angles and spins;  {planes.subtitle(ds, part, part['precession_rate'], APPEARANCE)}"
     )
-    figure = style.canvas(6.6, 4.9, "Precession of the free symmetric top", subtitle, ax=ax)
+    figure = canvas.make_figure(6.6, 4.9, "Precession of the free symmetric top", subtitle, ax=ax)
     _rates(figure.subplots(), part.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure
 
 
 def _rates(ax: Axes, part: xr.Dataset) -> None:
     """Draw measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
     ratio = part["ratio"].values
-    low, high = (float(end) for end in style.edges(ratio)[[0, -1]])
+    low, high = (float(end) for end in axis_scales.cell_edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
     ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
     rates = (part["precession_rate"] / part["omega3"]).transpose(..., "ratio").values.reshape(-1, ratio.size)
@@ -54,7 +59,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         props = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
         ax.axvspan(max(2.0, low), high, gid="impossible", label="impossible: $I_3 > 2 I_1$", **props)
     ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$", ylabel=r"measured precession rate $\Omega/\omega_3$")
-    halo = {"transform": ax.transAxes, "path_effects": style.halo(), "fontweight": "bold"}
+    halo = {"transform": ax.transAxes, "path_effects": marks.halo(), "fontweight": "bold"}
     if (ratio < 1.0).any():
         ax.text(0.03, 0.50, "prolate:\nagainst the spin", color=PROLATE, va="bottom", **halo)
     if (ratio > 1.0).any():
@@ -79,14 +84,17 @@ def draw_cones(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
     subtitle = f"{ds.attrs.get('title', '')}\nthe body cone rolls on the space cone; they touch along ω"
-    figure, axes = style.panels(len(tops), (4.4, 3.6), "Body cone and space cone", subtitle, ax, beside=(0.0, 1.4))
+    figure, axes = canvas.make_panels(
+        len(tops), (4.4, 3.6), "Body cone and space cone", subtitle, ax, margins=(0.0, 1.4)
+    )
     for ax, ratio in zip(axes, tops, strict=True):
         _cones(ax, ratio, math.radians(angle))
         shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
-        ax.set_title(f"{shape}: $I_3/I_1$ = {style.number(ratio, 3)}, ω at {style.number(angle, 3)}° to the axis")
+        moments, degrees = wording.format_number(ratio, 3), wording.format_number(angle, 3)
+        ax.set_title(f"{shape}: $I_3/I_1$ = {moments}, ω at {degrees}° to the axis")
         words = f"the space cone lies {where} the body cone"
         ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
-    style.legend(figure)
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -123,6 +131,6 @@ def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
     ):
         end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
         ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})
-        ax.text(*(end * 1.05), name, color=color, ha="center", va="bottom", weight="bold", path_effects=style.halo())
+        ax.text(*(end * 1.05), name, color=color, ha="center", va="bottom", weight="bold", path_effects=marks.halo())
     ax.set(aspect="equal", xlim=(-1.15, 1.15), ylim=(-0.25, 1.5))
     ax.axis("off")

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
 from kernels import exact, tumbling
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.tumbling.system import SYSTEM
 
@@ -34,7 +34,7 @@ def draw_periods(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
     shared = {"sharex": True, "sharey": True}
-    figure, axes = style.panels(PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared)
+    figure, axes = canvas.make_panels(PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared)
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes, energies, strict=True):
         mesh = _plane(ax, ds.isel(I3=0, omega0=0, energy=int(k)).load())
@@ -42,11 +42,11 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
         ax.label_outer()
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
     handles = [
-        style.hatched(),
+        marks.hatched_patch(),
         Patch(facecolor=colors.FAINT, label="energy outside the range of the body"),
         Patch(facecolor="none", edgecolor=colors.UNSTABLE, label=r"separatrix: short-axis mode below, long-axis above"),
     ]
-    style.legend(figure, handles)
+    canvas.draw_legend(figure, handles)
     return figure
 
 
@@ -59,14 +59,16 @@ def _plane(ax, part: xr.Dataset):
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
-    props = {"cmap": style.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), level, **props)
+    props = {"cmap": sheets.color_map("logarithm"), "vmin": -1.5, "vmax": 1.5, "rasterized": True}
+    mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), level, **props)
     margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
     impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
     impossible.set(edgecolor="black", lw=0.0)  # in every theme: cells are pale
     ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
     ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
-    ax.set(xlim=style.edges(x)[[0, -1]], ylim=style.edges(y)[[0, -1]], title=f"$E = {energy:.4g}$")
+    ax.set(
+        xlim=axis_scales.cell_edges(x)[[0, -1]], ylim=axis_scales.cell_edges(y)[[0, -1]], title=f"$E = {energy:.4g}$"
+    )
     return mesh
 
 
@@ -81,7 +83,7 @@ def _closed_form(part, energies):
 
 
 def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
-    figure = style.canvas(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
+    figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
     ax, is_curve = figure.subplots(), "energy" in ds.dims
     for number, name in enumerate(ds["body"].values.tolist()):
         part = ds.isel(body=number).squeeze().load()
@@ -92,10 +94,10 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
         else:
             ax.plot(part["energy"].values, part["period_ratio"].values, color=color, marker="o", label=name)
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
-    style.plain_log_ticks(ax.yaxis)
-    style.grid(ax)
+    axis_scales.set_plain_log_ticks(ax.yaxis)
+    marks.draw_grid(ax)
     separatrix = Line2D([], [], color=colors.QUIET, lw=0.9, ls=DOTTED, label="separatrix (ratio diverges)")
-    style.legend(figure, [separatrix] * is_curve)
+    canvas.draw_legend(figure, [separatrix] * is_curve)
     return figure
 
 
@@ -119,7 +121,7 @@ def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if not places:
         return None
     subtitle = f"{ds.attrs.get('title', '')}\nseen along L, closed form"
-    figure, axes = style.panels(len(places), (4.4, 4.4), "Herpolhodes", subtitle, ax)
+    figure, axes = canvas.make_panels(len(places), (4.4, 4.4), "Herpolhodes", subtitle, ax)
     for ax, (mode, point) in zip(axes, places, strict=True):
         moments, omega = SYSTEM.start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
@@ -132,8 +134,8 @@ def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         ax.locator_params(nbins=4)
         ax.set(aspect="equal", xlabel=r"$\omega_x/\omega_0$", ylabel=r"$\omega_y/\omega_0$")
         words = {"sam": "short-axis mode", "lam": "long-axis mode"}[mode]
-        ratios = " : ".join(style.number(value, 3) for value in moments / moments[2])
-        ax.set_title(f"{words}, {ratios}, E = {style.number(float(point['energy']), 4)}")
+        ratios = " : ".join(wording.format_number(value, 3) for value in moments / moments[2])
+        ax.set_title(f"{words}, {ratios}, E = {wording.format_number(float(point['energy']), 4)}")
     return figure
 
 

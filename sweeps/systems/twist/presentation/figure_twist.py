@@ -6,7 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figure import colors, style
+from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
+from sweeps.schema.iteration import spaced_indices
 
 THROWN = {  # (I1/I2, I3/I2): sources in the definition `rackets`
     "tennis racket": (0.00121 / 0.01638, 0.01748 / 0.01638),
@@ -23,18 +24,18 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if "body" in ds.dims or min(ds.sizes.get(name, 1) for name in ("I1", "I3")) < 2 or ds.sizes["I2"] > 1:
         return None
     place = {"chi": int(np.argmin(np.abs(np.abs(ds["chi"].values) - NUDGE))), "I2": 0, "theta": 0, "omega0": 0}
-    place |= {name: style.few(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
+    place |= {name: spaced_indices(ds.sizes[name], 2 * MOST) for name in ("I1", "I3")}
     part = ds[["twist_exact", "growth", "triangle_margin"]].isel(place).load().sortby(["I1", "I3"])
-    chi, theta = (style.number(float(part[name]), digits) for name, digits in (("chi", 3), ("theta", 4)))
+    chi, theta = (wording.format_number(float(part[name]), digits) for name, digits in (("chi", 3), ("theta", 4)))
     thrown = f"thrown at χ = {chi} rad from the intermediate axis, θ = {theta} rad; closed form"
     subtitle = f"{ds.attrs.get('title', '')}\n{thrown}"
-    figure = style.canvas(7.6, 6.0, "Twist per revolution of the handle", subtitle, ax=ax)
+    figure = canvas.make_figure(7.6, 6.0, "Twist per revolution of the handle", subtitle, ax=ax)
     ax = figure.subplots()
     x, y = part["I1"].values / float(part["I2"]), part["I3"].values / float(part["I2"])
     margin = part["triangle_margin"].transpose("I3", "I1").values
     twist = np.abs(part["twist_exact"].transpose("I3", "I1").values) / np.pi
-    props = {"cmap": style.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
-    mesh = ax.pcolormesh(style.edges(x), style.edges(y), twist, **props)
+    props = {"cmap": sheets.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
+    mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), twist, **props)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, part["growth"].transpose("I3", "I1").values, np.nan)
     lines = ax.contour(x, y, growth, [0.2, 0.4, 0.6, 0.8, 1.0], colors="white", linewidths=0.9)
@@ -44,11 +45,11 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.contour(x, y, margin, [0.0], colors=colors.INK, linewidths=1.0)
     for name, (across, along) in THROWN.items():
         ax.plot(across, along, marker="*", color=colors.UNSTABLE, mec=colors.PAPER, ms=12, gid=name)
-        style.note(ax, name, (across, along), (7, 5), path_effects=style.halo(), fontsize=8.5)
+        marks.annotate(ax, name, (across, along), (7, 5), path_effects=marks.halo(), fontsize=8.5)
     ax.set(xlabel="$I_1/I_2$  (handle over intermediate axis)", ylabel="$I_3/I_2$")
     ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     white = Line2D([], [], color=colors.QUIET, lw=0.9, label=r"white: growth rate $\sigma/\omega_0$ in steps of 0.2")
-    style.legend(figure, [white, style.hatched()])
+    canvas.draw_legend(figure, [white, marks.hatched_patch()])
     return figure
 
 
@@ -58,7 +59,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     if part["growth"].size == 0:
         return None
     subtitle = f"{ds.attrs.get('title', '')}\neach point a body"
-    figure = style.canvas(7.2, 5.2, "Shortfall of the twist from a half turn", subtitle, ax=ax)
+    figure = canvas.make_figure(7.2, 5.2, "Shortfall of the twist from a half turn", subtitle, ax=ax)
     ax = figure.subplots()
     x = np.exp(-np.pi * part["growth"].values)
     defect = np.pi - np.abs(part["twist" if "twist" in part else "twist_exact"])
@@ -72,24 +73,27 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.plot(x, law, "o", color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
     ax.plot(x, asymptotic(part), "o", color=colors.INK, ms=3.5 if few else 1.0, gid="asymptotic", label=text)
-    ends = (x.min() / ((20.0 if style.is_narrow() else 6.0) if few else 1.2), min(1.0, 2.5 * x.max()))
+    ends = (x.min() / ((20.0 if sheets.is_narrow() else 6.0) if few else 1.2), min(1.0, 2.5 * x.max()))
     span = np.geomspace(*ends, 50)
     bound = r"its bound: $4\,e^{-\pi\sigma/\omega_0}$"
     ax.plot(span, 4.0 * span, color=colors.INK, lw=1.0, gid="slope", label=bound)
     ax.set(xscale="log", yscale="log", xlim=ends)
     ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
     if few and "body" in part.coords:
-        heights, order = np.sort(style.spread(ax, x[0], best, NAME_ROOM)), np.argsort(x)  # no leader crosses a name
-        props = {"path_effects": style.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
+        heights, order = (
+            np.sort(marks.spread_heights(ax, x[0], best, NAME_ROOM)),
+            np.argsort(x),
+        )  # no leader crosses a name
+        props = {"path_effects": marks.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
         arrow = {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7}
         leader = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
         for *place, at, name in zip(x[order], heights, best[order], part["body"].values[order], strict=True):
-            style.note(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **props)
+            marks.annotate(ax, str(name), place, (-7, 0), xycoords=("data", "axes fraction"), **props)
             ax.annotate("", (place[0], at), place, **leader)
     for axis in (ax.xaxis, ax.yaxis):
-        style.plain_log_ticks(axis)
-    style.grid(ax)
-    style.legend(figure)
+        axis_scales.set_plain_log_ticks(axis)
+    marks.draw_grid(ax)
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -105,7 +109,7 @@ def _bodies(ds: xr.Dataset) -> xr.Dataset:
     names = ["twist" if "twist" in ds else "twist_exact", "growth", "twist_defect_theory", "triangle_margin"]
     part = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
     over = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in part[name].dims))
-    part = part.isel({dim: style.few(ds.sizes[dim], 40) for dim in over if dim != "body"}).load()
+    part = part.isel({dim: spaced_indices(ds.sizes[dim], 40) for dim in over if dim != "body"}).load()
     flat = part.stack(point=over, create_index=False)
     some = flat.isel(chi=0)
     sound = (some["triangle_margin"] >= 0) & (some["growth"] > 0.05)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from kernels import linear
-from sweeps.figure import colors, style
+from sweeps.figure import canvas, colors, marks, sheets
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
 from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
@@ -29,7 +29,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     if np.isin(least, part["axis"].values).any():
         subtitle += f"\nspin {LEAST_INERTIA}"
     cell, title = (4.3, 0.5 + 0.42 * part.sizes["body"]), "Probability that each spin is unstable"
-    figure, (likely, rates) = style.panels(2, cell, title, subtitle, ax, beside=(1.0, 1.4), sharey=True)
+    figure, (likely, rates) = canvas.make_panels(2, cell, title, subtitle, ax, margins=(1.0, 1.4), sharey=True)
     for axis in part["axis"].values.tolist():
         _axis(likely, rates, part.sel(axis=axis), axis)
     likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
@@ -37,8 +37,8 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     likely.set_yticks(range(part.sizes["body"]), [str(name)[:30] for name in part["body"].values])
     likely.set_ylim(part.sizes["body"] - 0.5, -0.5)
     for ax in (likely, rates):
-        style.grid(ax, "x")
-    style.legend(figure)
+        marks.draw_grid(ax, "x")
+    canvas.draw_legend(figure)
     return figure
 
 
@@ -58,7 +58,7 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
 
     `axes` has for each axis its summary and its draws, from `sweeps.systems.uncertain_bodies.measuring.measured`.
     """
-    figure = style.canvas(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle)
+    figure = canvas.make_figure(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle)
     panels = np.atleast_1d(figure.subplots(1, len(axes), sharex=True, sharey=True))
     for ax, (axis, (summary, draws)) in zip(panels, axes.items(), strict=True):
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
@@ -73,8 +73,11 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
     panels[0].set_ylabel("$I_2/I_3$")
     figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
     drawn = {"unstable": colors.UNSTABLE, "not unstable": colors.STABLE}
-    handles = [style.hatched(), *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in drawn.items())]
-    style.legend(figure, handles)
+    handles = [
+        marks.hatched_patch(),
+        *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in drawn.items()),
+    ]
+    canvas.draw_legend(figure, handles)
     return figure
 
 
@@ -84,7 +87,7 @@ def _background(ax, axis: int, most: float):
     rate2 = linear.omega_squared(x, y, np.ones_like(x), 1.0, axis)
     possible = (x + y >= 1) & (np.abs(x - y) <= 1)
     rate = np.where(possible, np.sqrt(np.maximum(-rate2, 0.0)), np.nan)
-    mesh = ax.pcolormesh(along, along, rate, cmap=style.color_map("backdrop"), vmin=0, vmax=1.2, rasterized=True)
+    mesh = ax.pcolormesh(along, along, rate, cmap=sheets.color_map("backdrop"), vmin=0, vmax=1.2, rasterized=True)
     impossible = ax.contourf(x, y, np.where(possible, 1.0, -1.0), [-2, 0], colors="none", hatches=["////"])
     impossible.set(edgecolor=colors.QUIET, lw=0.0)
     for line in ([1, 1], [0, most]), ([0, most], [1, 1]), ([0, most], [0, most]):
