@@ -1,7 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
 Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `body`, `uncertainty`, `tumbler`, `motion`,
-`run`; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI units, or text with a unit: "30 rpm".
+`run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI units, or
+text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -12,8 +13,9 @@ Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `bo
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, overload
 
+import kernels
 from sweeps import plot
 from sweeps.schema.refusals import DefinitionError, MapError
 
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     Quantity: TypeAlias = float | str
     Body: TypeAlias = str | Mapping[str, Any] | Sequence[Quantity] | Sequence[Sequence[Quantity]] | np.ndarray
 
+if getattr(kernels, "PROJECT", "") != "polhode":
+    raise ImportError(f"kernels: {kernels.__file__} is another package; allowed: Polhode in an environment of its own")
 if "xarray" in sys.modules:  # else `survey`, `open_map` and `plot` register it: `import sweeps` loads no library
     plot.register()
 
@@ -45,6 +49,14 @@ class BodySetting(TypedDict, total=False):
     seed: int
     method: str
     turns: float
+
+
+class PeriodErrors(TypedDict, total=False):
+    """Unit and standard errors of the periods of `sweeps.tumbler`; see there."""
+
+    unit: str
+    sigma_psi: "Quantity"
+    sigma_phi: "Quantity"
 
 
 def __getattr__(name: str) -> str:
@@ -218,20 +230,23 @@ def motion(
         >>> str(pendulum.status.item())
         '0'
     """
+    import xarray as xr
+
     from sweeps.maps import motion
     from sweeps.points import catalogue
     from sweeps.systems import trajectories
     from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.rigid_body.motion import integrate_from, spin_of
 
-    if hasattr(system, "data_vars"):
+    if isinstance(system, xr.Dataset):
         return motion.of_point(system, times, tolerance)
-    is_name = isinstance(system, str) and not trajectories.is_described(system)
-    names = spin_outcomes.bodies_by_name(catalogue.load_definition("bodies"), "bodies") if is_name else ()
-    if trajectories.is_described(system) or (is_name and not any(system.strip().lower() in n.lower() for n in names)):
-        start, parameters = ({} if given is None else given for given in (start, parameters))
-        times = [] if times is None else times
-        return trajectories.integrate_motions(system, start, times, parameters, tolerance)
+    is_described = trajectories.is_described(system)
+    if isinstance(system, str) and not is_described:  # part of a body's name, or else the name of a described system
+        names = spin_outcomes.bodies_by_name(catalogue.load_definition("bodies"), "bodies")
+        is_described = not any(system.strip().lower() in name.lower() for name in names)
+    if is_described:
+        start, times = ({} if start is None else start), ([] if times is None else times)
+        return trajectories.integrate_motions(system, start, times, parameters or {}, tolerance)
     chosen_body, spun = spin_outcomes.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
     return integrate_from(chosen_body, spun, start, times, tolerance)
 
@@ -296,6 +311,39 @@ def open_map(path: str | Path, **options: Any) -> "xr.Dataset":
     return storage.open_map(path, **options)
 
 
+def content_hash(ds: "xr.Dataset") -> str:
+    """Return the content hash of a map: SHA-256 of names, dimensions, types and values, without attributes.
+
+    Maps of equal content have equal hashes, whoever measured them, in how many shards, and however they are stored.
+
+    Args:
+        ds: a map, computed or lazy; lazy variables are computed one at a time.
+
+    Returns:
+        64 hexadecimal digits, those that `survey` and `run` store as the map's attribute `content_hash`.
+
+    Example:
+        >>> ds = sweeps.survey(I1=1.0, I2=[1.5, 2.0], I3=2.5, omega0="30 rpm")
+        >>> sweeps.content_hash(ds) == ds.content_hash
+        True
+    """
+    from sweeps.shards import content_hash as hashes
+
+    return hashes.content_hash(ds)
+
+
+@overload
+def tumbler(
+    P_psi: "Quantity", P_phi: "Quantity", *, ratios: None = None, **errors: "Unpack[PeriodErrors]"
+) -> "xr.Dataset": ...
+
+
+@overload
+def tumbler(
+    P_psi: "Quantity", P_phi: "Quantity", *, ratios: tuple[float, float], **errors: "Unpack[PeriodErrors]"
+) -> list[dict[str, Any]]: ...
+
+
 def tumbler(
     P_psi: "Quantity",
     P_phi: "Quantity",
@@ -338,6 +386,7 @@ __all__ = [
     "DefinitionError",
     "MapError",
     "body",
+    "content_hash",
     "motion",
     "open_map",
     "plot",

@@ -17,6 +17,7 @@ from threading import current_thread, main_thread
 from traceback import extract_tb
 from typing import NoReturn
 
+import sweeps
 from sweeps.process import startup
 
 FIRST = """\
@@ -72,6 +73,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def command() -> NoReturn:
     """Run the command of this process and exit with its status."""
+    if not hasattr(sweeps, "survey"):
+        sys.exit(f"sweeps: {sweeps.__file__} is another package; allowed: Polhode in an environment of its own")
     _prepare_streams()
     try:
         startup.configure()

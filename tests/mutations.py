@@ -1,6 +1,6 @@
 """Do the tests bite? Random mutations of the kernels by cosmic-ray, in a copy of the tree.
 
-    pip install -c constraints.txt -e '.[mutations]'
+    pip install -c constraints.txt -e . --group mutations
     python tests/mutations.py FOLDER [--count 20] [--seed 1] [--only measure]
 
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a number one

@@ -1,15 +1,19 @@
 """CONTRIBUTING.md against the code: its list of packages, the names on it, and its recipes followed literally."""
 
 import ast
+import os
 import re
 import shutil
+import subprocess
 import sys
+import sysconfig
 import tomllib
+import venv
 from importlib.util import find_spec
 from pathlib import Path
 
-import dask
 import pytest
+from toy_package import write_metadata
 
 import sweeps
 from sweeps import systems
@@ -57,6 +61,7 @@ def toy(tmp_path, monkeypatch):
     """A copy of the toy system that can be changed and then imported, in a folder with its definition."""
     shutil.copytree(ROOT / "tests/toy", tmp_path / "toy")
     (tmp_path / "my.yaml").write_text(TOY)
+    write_metadata(tmp_path / "toy")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path / "toy")
     modules = dict(sys.modules)
@@ -101,17 +106,61 @@ def test_another_integrator(toy):
     assert not [check for check in verify.verify(Path("results/my"), points=20) if check.findings]
 
 
-def test_another_executor(toy):
-    (code,), (lines,) = blocks("Recipe: another executor"), blocks("Recipe: another executor", "sh")
-    found = {}
-    exec(code, found)
-    for line in lines.splitlines():
-        assert main(line.split()[1:]) == 0
-    assert dask.is_dask_collection(found["ds"].decay) is False
-    expected = sweeps.survey("my.yaml")
-    for ds in (found["ds"], sweeps.open_map("map.nc")):
-        assert ds.decay.equals(expected.decay)
-    assert sweeps.open_map("map.nc").attrs["content_hash"] == expected.attrs["content_hash"]
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory):
+    """A copy of the repository with Polhode installed in .venv; all other packages are those of this environment."""
+    folder = tmp_path_factory.mktemp("clone") / "polhode"
+    shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".*", "results", "__pycache__", "*.egg-info"))
+    venv.create(folder / ".venv", with_pip=True)
+    (site_packages,) = (folder / ".venv/lib").glob("*/site-packages")
+    (site_packages / "packages.pth").write_text(sysconfig.get_path("purelib"))
+    type_lines(folder, ".venv/bin/pip install -q --no-deps -e .")
+    return folder
+
+
+def type_lines(folder, lines):
+    """Run lines of shell in a folder, as a reader types them, and return what they print."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = ["bash", "-euo", "pipefail", "-c", lines]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_recipes_are_typed_as_they_are_printed(clone):
+    """All in one clone, one after the other, as a contributor follows the page."""
+    system = clone / "tests/toy/damped_top/system.py"
+    (install,) = blocks("Recipes: install the toy system first", "sh")
+    assert "24 = 2 spin × 12 tau" in type_lines(clone, install)
+
+    variable, column = blocks("Recipe: a new measured column", "text")
+    change(system, "VARIABLES = table(\n", f"VARIABLES = table(\n{variable}")
+    change(system, "        return {\n", f"        return {{\n{column}")
+    (lines,) = blocks("Recipe: a new measured column", "sh")
+    assert re.search(r"half_life +0\.693\d+ +s", type_lines(clone, lines))
+
+    (lines,) = blocks("Recipe: another executor", "sh")
+    (code,) = blocks("Recipe: another executor")
+    run_hash = map_hash(clone)
+    (clone / "executor.py").write_text(code)
+    assert type_lines(clone, lines).split()[-2:] == [run_hash, run_hash]
+
+    (lines,) = blocks("Recipe: a new system", "sh")
+    assert "results/oil/report.html" in type_lines(clone, lines)
+
+    (code,) = blocks("Recipe: another integrator")
+    old = re.search(r"def stepped\(.*?\n\n\n", system.read_text(encoding="utf-8"), re.DOTALL)[0]
+    change(system, old, f"{code}\n\n")
+    (lines,) = blocks("Recipe: another integrator", "sh")
+    assert type_lines(clone, lines).count(" holds\n") >= 8
+    assert map_hash(clone) != run_hash
+
+
+def map_hash(clone):
+    """Return the content hash of the map of the toy's sweep."""
+    program = "import sweeps; print(sweeps.open_map('results/honey/stability_map.nc').content_hash)"
+    return type_lines(clone, f'.venv/bin/python -c "{program}"').strip()
 
 
 if __name__ == "__main__":

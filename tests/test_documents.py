@@ -71,7 +71,7 @@ def test_readme_names_the_two_lines():
     lines = re.findall(r"^python3 -m venv .*$", text, re.MULTILINE)
     assert len(lines) == 2
     assert lines[0].endswith("-e . && .venv/bin/snakemake --cores 2")
-    assert lines[1].endswith("-e '.[test]' && .venv/bin/pytest")
+    assert lines[1].endswith("-e . --group test && .venv/bin/pytest")
 
 
 def test_constraints_pin_versions_and_name_no_address():

@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[1]
 
 def executed(name, folder):
     """The outputs of each cell, as text."""
-    nbclient = pytest.importorskip("nbclient", reason="nbclient is not here: pip install -e '.[slow]'")
-    nbformat = pytest.importorskip("nbformat", reason="nbformat is not here: pip install -e '.[slow]'")
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not here: pip install -e . --group slow")
+    nbformat = pytest.importorskip("nbformat", reason="nbformat is not here: pip install -e . --group slow")
     notebook = nbformat.read(ROOT / "sweeps" / "notebooks" / name, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "a notebook ships without outputs"
     nbclient.NotebookClient(

@@ -99,3 +99,13 @@ def test_what_runs_elsewhere_is_there():
 def test_links_and_pictures_of_the_readme_are_there():
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", README):
         assert target.startswith("http") or (ROOT / target).exists(), target
+
+
+@pytest.mark.parametrize("package", ["kernels", "sweeps"])
+def test_another_package_of_our_names_is_reported(package, tmp_path):
+    """Another project's package was installed over ours: its __init__.py in place of ours, or before it on the path."""
+    folder = compiled.copied(tmp_path)
+    (folder / package / "__init__.py").write_text("")
+    answer = compiled.run(folder, "-m", "sweeps", "--version")
+    assert answer.returncode != 0
+    assert f"{package}: {folder / package / '__init__.py'} is another package" in answer.stderr.splitlines()[-1]

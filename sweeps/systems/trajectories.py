@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ REASONS = {  # status → message
 }
 
 
-def integrate_motions(system, start: Mapping, times, parameters: Mapping, tolerance: float) -> Dataset:
+def integrate_motions(system, start: Any, times, parameters: Mapping[str, Any], tolerance: float) -> Dataset:
     """Return motions of a described system; see `sweeps.motion`.
 
     Args:

@@ -29,7 +29,7 @@ def kill_this_worker_once(mark):
 
 @pytest.mark.slow
 def test_a_worker_killed_in_the_middle_changes_no_bit(tmp_path):
-    distributed = pytest.importorskip("distributed", reason="distributed is not here: pip install -e '.[slow]'")
+    distributed = pytest.importorskip("distributed", reason="distributed is not here: pip install -e . --group slow")
     expected = sweeps.survey(DEFINITION).attrs["content_hash"]
     local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:

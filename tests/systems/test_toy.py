@@ -1,6 +1,7 @@
 """A system of equations from a folder of its own, which nothing else in the sources knows, on the whole way."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,21 +9,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calls import said
+from toy_package import TOY, write_metadata
 
 import sweeps
 from sweeps import systems
 from sweeps.__main__ import main
 from sweeps.pipeline import steps as pipeline
 
-TOY = Path(__file__).parents[1] / "toy"
 TEXT = (TOY / "honey.yaml").read_text()
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with a definition, where the toy's package can be imported."""
+    """A folder with a definition, in which the toy's package is found as if it were installed."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(TOY)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, (tmp_path, TOY, TOY.parents[1]))))
+    write_metadata(tmp_path)
     systems.forget_external()
     (tmp_path / "honey.yaml").write_text(TEXT)
     yield tmp_path
@@ -65,8 +69,7 @@ def test_a_wrong_value_of_such_a_system_is_refused_in_words(folder, capsys):
     assert "grid.spin: -1.0 is out of range; allowed: a number from 1e-9 to 1e9" in capsys.readouterr().err
 
 
-def test_it_is_there_in_a_process_of_its_own(folder, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(TOY))
+def test_it_is_there_in_a_process_of_its_own(folder):
     check = [sys.executable, "-m", "sweeps", "check", "honey.yaml"]
     done = subprocess.run(check, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -26,8 +26,8 @@ class TwoPeriods:
 
     P_psi: float | str  #: period in the body
     P_phi: float | str  #: period about L in the long-axis convention
-    sigma_psi: float = 0.0  #: standard error of P_psi
-    sigma_phi: float = 0.0  #: standard error of P_phi
+    sigma_psi: float | str = 0.0  #: standard error of P_psi
+    sigma_phi: float | str = 0.0  #: standard error of P_phi
     unit: str = "h"  #: s, h or d
 
     def __post_init__(self):

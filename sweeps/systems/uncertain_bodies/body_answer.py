@@ -14,6 +14,8 @@ from sweeps.systems.rigid_body import spin_outcomes
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from sweeps.systems.uncertain_bodies.sampled_body import Answer
+
 SPIN = tuple(spin_outcomes.DEFAULTS)
 SAMPLING = ("draws", "seed", "method", "turns")
 
@@ -27,7 +29,7 @@ class BodyAnswer:
     _lines: list[str] = field(repr=False)
     _rows: list[tuple[str, str]] = field(repr=False)
     _more: list[str] = field(repr=False)
-    _sampled: Any = field(default=None, repr=False)
+    _sampled: "Answer | None" = field(default=None, repr=False)
 
     def __str__(self) -> str:
         from sweeps.figure import printing

@@ -32,7 +32,7 @@ class Answer:
     axes: dict[int, tuple[dict, dict]]
 
 
-def definition_of(bodies: object, uncertainty: object, omega0: float, other_keys: Mapping) -> dict:
+def definition_of(bodies: object, uncertainty: object, omega0: float | str, other_keys: Mapping) -> dict:
     """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
     entries = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(entries, list | tuple) and entries and all(isinstance(body, Mapping) for body in entries)):
