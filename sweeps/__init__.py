@@ -100,11 +100,10 @@ def survey(
     """
     from sweeps.maps import dataset
     from sweeps.points import in_memory_definitions
-    from sweeps.shards import content_hash
 
     plot.register()
     ds = dataset.survey_grid(in_memory_definitions.sweep_of(definition, keywords), chunks, threads)
-    return ds if chunks is not None else ds.assign_attrs(content_hash=content_hash.content_hash(ds))
+    return ds if chunks is not None else ds.assign_attrs(content_hash=content_hash(ds))
 
 
 def run(definition: str | Path, *, cores: int | None = None, again: bool = False, replace: bool = False) -> list[Path]:
