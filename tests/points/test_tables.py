@@ -47,7 +47,7 @@ def test_rows_are_points_in_the_units_of_the_header(tmp_path):
     sweep = read_sweep(path)
     assert sweep.grid.dims == ("point", "axis", "I3", "epsilon", "phase")
     assert sweep.grid.shape[0] == len(ROWS)
-    theirs = pd.read_csv(tmp_path / "bodies.csv").to_numpy()
+    theirs = pd.read_csv(tmp_path / "bodies.csv", float_precision="round_trip").to_numpy()
     found = points(path)
     assert np.array_equal(found[:, 0], theirs[:, 0])
     np.testing.assert_allclose(found[:, 1], theirs[:, 2] * 1e-7, rtol=1e-15)
