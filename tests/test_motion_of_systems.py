@@ -81,7 +81,7 @@ def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
 
 def test_a_film_shows_the_picture_where_the_motion_is(tmp_path, capsys):
     moved = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
-    parts = dict(equations.places(trajectories.model_of("pendulum").equations, moved))
+    parts = dict(equations.picture_points(trajectories.model_of("pendulum").equations, moved))
     bob = 2.0 * np.stack([np.sin(moved["theta"]), -np.cos(moved["theta"])], axis=-1)
     assert parts["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
     assert parts["line"][:, -1] == pytest.approx(bob, abs=1e-14)

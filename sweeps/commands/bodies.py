@@ -154,7 +154,7 @@ def _of_system(args, is_film: bool):
     duration = parse_amount("--duration", args.duration, "s")
     motion.check_length(duration, args.samples)
     times = np.linspace(0.0, duration, args.samples or MIN_SAMPLES + 1)
-    times = animation.timing(duration)[0] if is_film else times
+    times = animation.frame_times(duration)[0] if is_film else times
     with progress.waiting(WAIT):
         moved = trajectories.integrate_motions(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
     if status := int(moved["status"]):

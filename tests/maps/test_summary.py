@@ -187,8 +187,8 @@ def test_where_theory_is_zero_within_the_error_a_deviation_is_one_over_its_error
     assert found.worst.value == pytest.approx(2e-9)
     assert (found.worst_at_zero.at, found.worst_at_zero.points) == ({"x": 0}, 3)
     assert found.worst_at_zero.value == pytest.approx(0.2)
-    compared = agreement.agreement(ds, specs, Compared((name,), ""))
-    assert compared.worst == pytest.approx(2e-9)  # of the figure
+    compared = agreement.compare(ds, specs, Compared((name,), ""))
+    assert compared.max_deviation == pytest.approx(2e-9)  # of the figure
 
 
 FLIPPING = {

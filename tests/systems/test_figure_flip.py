@@ -138,7 +138,7 @@ def test_a_film_of_any_shape_fits_a_screen_and_its_sheet_is_even(tmp_path, monke
 def test_a_motion_is_a_film_with_the_body_s_mesh(tmp_path, monkeypatch, capsys):
     trimesh = pytest.importorskip("trimesh")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(animations, "SHOWN_SECONDS", (0.3, 0.3))
+    monkeypatch.setattr(animations, "FILM_SECONDS", (0.3, 0.3))
     trimesh.creation.icosphere(2).apply_scale([1.0, 2.0, 4.0]).export("ball.stl")
     call = ["motion", "--mesh", "ball.stl", "--density", "1000", "--unit", "cm", "-o", "ball.gif", "--omega0"]
     assert main([*call, "30 rpm"]) == 0

@@ -52,7 +52,7 @@ def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
     ds, model = maps("bead_on_hoop"), systems.resolve("bead_on_hoop").mechanism
     for spin, names in ((1.0, ("bottom", "top")), (5.0, ("right", "bottom"))):
         here = ds.sel(radius=1.0, spin_rate=spin).isel(mass=0, gravity=0, epsilon=0, phase=0)
-        runs = [figure_motion.beside(here, regime, model) for regime in ("stable", "unstable")]
+        runs = [figure_motion.motion_near(here, regime, model) for regime in ("stable", "unstable")]
         assert tuple(run.name for run in runs) == names
     assert runs[0].place == pytest.approx(np.arccos(9.80665 / 25), abs=1e-12)
 
@@ -78,7 +78,7 @@ def test_the_picture_is_that_of_the_description(name):
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, model.equations.m))
     values = point | {str(x): y for x, y in zip(model.equations.q, q.T, strict=True)}
     values |= {str(v): 0.0 for v in model.equations.v} | {"time": 0.0}
-    masses = [seen[:, 0] for kind, seen in equations.places(model.equations, values) if kind == "mass"]
+    masses = [seen[:, 0] for kind, seen in equations.picture_points(model.equations, values) if kind == "mass"]
     end = np.zeros((5, 2))
     for mass, angle in zip(masses, q.T, strict=True):
         end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m

@@ -112,7 +112,7 @@ def test_each_name_of_a_curve_stands_at_its_curve(law, span):
     (ax,) = figure.axes
     names = [text for text in ax.texts if text.get_text()]
     over = ax.get_xlabel().startswith("length")
-    assert len(names) == figure_oscillations.MOST_CURVES
+    assert len(names) == figure_oscillations.MAX_CURVES
     places = []
     for text in names:
         value = float(text.get_text().split()[0])
@@ -120,7 +120,7 @@ def test_each_name_of_a_curve_stands_at_its_curve(law, span):
         end = ax.transAxes.inverted().transform(ax.transData.transform((1.0, rate)))[1]
         places.append((end, text.xy[1]))
     # names keep their distance from each other, and 3 digits of a value move an end by a hundredth
-    room = figure_oscillations.LEAST_ROOM * (figure_oscillations.MOST_CURVES - 1) + 0.01
+    room = figure_oscillations.MIN_LABEL_SPACING * (figure_oscillations.MAX_CURVES - 1) + 0.01
     assert all(abs(end - at) <= room for end, at in places)
     ends = [round(end, 2) for end, _ in sorted(places, key=lambda place: place[1])]
     assert ends == sorted(ends)
@@ -133,7 +133,7 @@ def test_rounding_about_zero_is_no_boundary():
     assert "theory" not in drawn(figure)
     assert listed(figure) == ["marginal"]
     (dots,) = (line for line in figure.axes[0].lines if line.get_gid() == "marginal")
-    assert 0 < dots.get_xdata().size <= figure_oscillations.MOST_DOTS  # 3,600 would be a grey page
+    assert 0 < dots.get_xdata().size <= figure_oscillations.MAX_DOTS  # 3,600 would be a grey page
     assert len(set(np.diff(np.unique(dots.get_xdata())).round(9))) == 1  # evenly strided
 
 
@@ -152,4 +152,4 @@ def test_a_map_of_more_values_than_can_be_seen_is_thinned():
     square = np.linspace(0.5, 2.0, 1000)[:, None, None] * np.array([1.0, 1.1, 1.2])[:, None]
     figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
     (mesh,) = [c for ax in figure.axes for c in ax.collections if c.get_gid() == "measured"]
-    assert max(mesh.get_array().shape) <= planes.MOST_DRAWN < square.shape[0]
+    assert max(mesh.get_array().shape) <= planes.MAX_DRAWN < square.shape[0]

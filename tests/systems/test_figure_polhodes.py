@@ -55,7 +55,7 @@ def test_curves_have_the_colour_of_their_side_of_the_separatrix(moments):
 def test_what_is_seen_is_the_near_side():
     scene = Scene(np.array([1.0, 1.5, 2.2]))
     for _, curve in figure_polhodes.polhodes(scene):
-        for point, facing in zip(curve[::40], scene.facing(curve[::40]), strict=True):
+        for point, facing in zip(curve[::40], scene.facing_cosine(curve[::40]), strict=True):
             # from a point of the near side the line of sight leaves the ellipsoid, elsewhere it enters it
             beyond = point + 1e-6 * scene.view[2]
             assert (beyond**2 @ scene.moments > 1.0) == (facing > 0) or abs(facing) < 1e-5
@@ -89,7 +89,7 @@ def test_axes_are_named_in_the_order_of_their_moments():
 
 def test_the_body_is_the_most_asymmetric_that_can_exist():
     # (1, 1.5, 2.2): 1.467; (1, 1.5, 2.4): 1.5; (1, 1.5, 2.6): cannot exist; (1, 2.1, 2.4): 1.143
-    body = figure_polhodes.chosen(survey(I1=1.0, I2=[1.5, 2.1], I3=[2.2, 2.4, 2.6]))
+    body = figure_polhodes.most_asymmetric_body(survey(I1=1.0, I2=[1.5, 2.1], I3=[2.2, 2.4, 2.6]))
     assert body.moments.tolist() == [1.0, 1.5, 2.4]
     golden = (1 + 5**0.5) / 2
     found = figure_polhodes.asymmetry(np.random.default_rng(1).uniform(0.1, 1.0, (20_000, 3)))
@@ -99,11 +99,11 @@ def test_the_body_is_the_most_asymmetric_that_can_exist():
 @pytest.mark.slow
 def test_bodies_are_named():
     ds = sweeps.survey("bodies")
-    body = figure_polhodes.chosen(ds)
+    body = figure_polhodes.most_asymmetric_body(ds)
     assert body.name == "Telephone as a uniform box"  # the water molecule's moments differ more: it breaks the triangle
     assert body.units == "kg m²"
     assert body.name in " ".join(draw(ds).texts[1].get_text().split())
-    only = figure_polhodes.chosen(ds.isel(body=[1, 6]))
+    only = figure_polhodes.most_asymmetric_body(ds.isel(body=[1, 6]))
     assert (only.name, only.units) == ("Moon", "")
 
 

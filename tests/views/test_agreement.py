@@ -12,11 +12,11 @@ from sweeps.systems.presentation import agreement
 from sweeps.views import figures
 
 
-def compared(ds, most=agreement.MOST_DRAWN):
+def compared(ds, most=agreement.MAX_DRAWN):
     """Return the values that each column of the picture of a map shows."""
     presentation = systems.presentation_of(ds)
     table = presentation.system.layout().variables
-    return [agreement.agreement(ds, table, one, most) for one in presentation.compared if not one.is_spare]
+    return [agreement.compare(ds, table, one, most) for one in presentation.compared if not one.is_spare]
 
 
 def picture(ds):
@@ -77,7 +77,7 @@ def test_counts_are_written(tiny):
 
 
 def test_thinning_is_said(tiny, monkeypatch):
-    monkeypatch.setattr(agreement.agreement, "__defaults__", (150,))
+    monkeypatch.setattr(agreement.compare, "__defaults__", (150,))
     figure = picture(tiny)
     assert "every 7th drawn" in figure.texts[1].get_text()  # 864/150 is above 5, and 6 divides lengths of 3
     assert sum(line.get_xdata().size for line in figure.axes[2].lines if line.get_gid() == "stable_minor") <= 150
@@ -125,7 +125,7 @@ def test_worst_deviation_is_over_all_points_that_are_ok_possible_and_of_the_regi
     ds["status"].values[tuple(oscillating[-4])] = 2
     ds["regime"].values[tuple(oscillating[-6])] = 2
     # 1.1 of it is off by 0.1, but for rounding; the others are not converged, of another regime, and impossible
-    assert compared(ds)[0].worst == pytest.approx(0.1, abs=1e-15)
+    assert compared(ds)[0].max_deviation == pytest.approx(0.1, abs=1e-15)
 
 
 @pytest.mark.slow

@@ -303,7 +303,7 @@ def test_breakdown_of_a_grid():
     ds = sweeps.survey({"title": "nudges", "grid": grid})
     assert "breakdown" in figures.pictures(ds)
     assert "breakdown" not in figures.pictures(ds.isel(epsilon=slice(0, 5)))
-    chosen, total = figure_breakdown.bodies(ds)
+    chosen, total = figure_breakdown.select_bodies(ds)
     assert total == 15
     assert chosen.sizes["body"] == 8  # every second: at most 14
     assert "8 of 15 bodies" in figure_breakdown.draw(ds).texts[1].get_text()
@@ -367,8 +367,8 @@ def test_many_bodies_fit_a_page(of_bodies):
     figure = of_bodies["many"]
     assert figure.get_size_inches()[1] < 17
     rates, periods = figure.axes
-    assert len(rates.get_yticks()) <= figure_bodies.MOST_BODIES
-    assert len(drawn(periods, "observed")) <= figure_bodies.MOST_PERIODS
+    assert len(rates.get_yticks()) <= figure_bodies.MAX_BODIES
+    assert len(drawn(periods, "observed")) <= figure_bodies.MAX_PERIODS
     assert "20 of 40 bodies" in figure.texts[1].get_text()
     texts = [text.get_text() for text in periods.texts]
     assert "0 d" not in texts
@@ -393,8 +393,10 @@ def test_bodies_without_observation_have_one_panel():
 
 def test_gist_is_the_last_sentence():
     note = "Ratio 1/305 gives 305.  The observed 433 (solar)\n days come from elsewhere."
-    assert figure_bodies.gist(note) == "The observed 433 (solar) days come from elsewhere."
-    assert figure_bodies.gist("One clause; C = 0.355 M R2, 3.5 times.") == "One clause; C = 0.355 M R2, 3.5 times."
+    assert figure_bodies.conclusion(note) == "The observed 433 (solar) days come from elsewhere."
+    assert (
+        figure_bodies.conclusion("One clause; C = 0.355 M R2, 3.5 times.") == "One clause; C = 0.355 M R2, 3.5 times."
+    )
 
 
 USERS_SETTINGS = {

@@ -207,7 +207,7 @@ def valued(tree, at):
 
 def test_equations_of_the_page_are_those_of_the_double_pendulum():
     """Beside the accelerations that textbooks give, solved by hand for equal rods and masses of one."""
-    found = equations.facts(import_module("sweeps.mechanics.library.double_pendulum").system)
+    found = equations.page_equations(import_module("sweeps.mechanics.library.double_pendulum").system)
     one, two, speed, other = 0.7, -0.4, 1.3, 0.8
     at = {"mass1": 1.0, "mass2": 1.0, "length1": 1.0, "length2": 1.0, "gravity": 9.8, "theta1": one, "theta2": two}
     at |= {found["coordinates"][0]["velocity"]: speed, found["coordinates"][1]["velocity"]: other}
@@ -244,7 +244,7 @@ QUICK = ("double_pendulum", "foucault", "gyrostat", "lagrange_points", "paul_tra
 @pytest.mark.parametrize("name", repeated.but(QUICK, sorted({*systems.system_names()} - {*systems.MODULES})))
 def test_every_system_that_is_described_is_drawn_of_what_its_page_knows(name):
     description = systems.resolve(name).description
-    found = equations.facts(description)
+    found = equations.page_equations(description)
     moving = {c[kind] for c in found["coordinates"] for kind in ("name", "velocity")}
     known = {*description.parameters, *moving, "t", *(f"attitude_{k}" for k in range(4) if found["attitude"])}
     for name, tree in (*found["shared"], *found["seen"]):

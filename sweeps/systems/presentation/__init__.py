@@ -1,4 +1,4 @@
-"""Presentation of a system's maps: figures, animations, page, and how flags and parameters look."""
+"""Presentation of a system's maps: figures, animations, page, and the appearance of flags and parameters."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -11,69 +11,73 @@ from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation.appearance import Appearance, Compared
 from sweeps.systems.system import Dynamics
 
-Drawing = Callable[..., Any]  # of an optional place (Axes): a Figure, or None where there is nothing to draw
-Drawings = dict[str, Drawing]  # name → drawing
+Drawing = Callable[..., Any]  # a function of an optional place (Axes) that returns a Figure, or None without content
+Drawings = dict[str, Drawing]  # the drawing of each figure by its name
 DRAWING = Path(__file__).parent / "drawing.js"  # script of the pages that show a motion
-Animations = dict[str, Callable[[], Iterator[Any]]]  # name → function that draws the frames, arrays of pixels
+Animations = dict[
+    str, Callable[[], Iterator[Any]]
+]  # each animation's name → function that yields its frames, arrays of pixels
 
 
 @dataclass(frozen=True)
 class Opening:
-    """Where the page of a map begins."""
+    """Initial view of the page of a map."""
 
-    plane: tuple[str, ...] = ()  #: names of the two dimensions that it shows first; () for the longest
-    #: dimension → value at which to stand; others stand in their middle.
+    plane: tuple[str, ...] = ()  #: names of the two dimensions of the initial plane; () for the longest
+    #: dimension → its initial value; dimensions that are not listed start in their middle.
     at: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Page:
-    """A system's part of the page."""
+    """The content that a system adds to the page of a map."""
 
-    #: its own sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines `part`,
-    #: whose members `sweeps/views/page/part.js` lists; () for a page with no part of its own.
+    #: the system's sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
+    #: `part`, whose members `sweeps/views/page/part.js` lists; () for the plain page.
     files: tuple[Path, ...] = ()
-    #: what the page asks, below its title.
+    #: the question that the page answers, below its title.
     question: str = "What is stable, with which rates, and how accurate are they?"
-    keys: str = ""  #: what to know of the picture, after how it is steered
-    table: bool = False  #: whether the map is shown as a table, which `part` builds, and not as a plane
-    facts: Mapping = field(default_factory=dict)  #: what the scripts are told beside the map, as JSON knows it
-    needs: frozenset[str] = frozenset()  #: names of variables without which a map has the plain page
+    keys: str = ""  #: hints on the picture, after those on its keys
+    table: bool = False  #: True if the map is shown as a table, which `part` builds, and not as a plane
+    facts: Mapping = field(
+        default_factory=dict
+    )  #: values that the scripts receive in addition to the map, of JSON's types
+    needs: frozenset[str] = frozenset()  #: variables that a map must have; without them it has the plain page
 
 
 class Presentation:
     """Presentation of the maps of one system; the base class draws maps of points alone.
 
-    That of the system in `tests/toy` is `tests/toy/damped_top/presentation.py`.
+    For a small example see `tests/toy/damped_top/presentation.py`.
     """
 
-    appearance: Appearance = Appearance()  #: how flags and parameters look in figures, terminal and page
-    part: Page = Page()  #: the system's part of the page
-    least: tuple[str, ...] = ()  #: names of the dimensions at whose least value the page begins
+    appearance: Appearance = Appearance()  #: flags and parameters in figures, terminal and page
+    base_page: Page = Page()  #: the system's content of the page, of every map
+    minimum_dims: tuple[str, ...] = ()  #: names of the dimensions that start at their least value on the page
     #: (name, "module.function" of this package that draws it from a map) of each figure.
-    drawn: tuple[tuple[str, str], ...] = ()
-    compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure shows against theory
+    figure_paths: tuple[tuple[str, str], ...] = ()
+    compared: tuple[Compared, ...] = ()  #: the measured quantities that a figure compares with theory
 
     def __init__(self, system: Dynamics):
         self.system = system
 
     def figures(self, ds: Dataset) -> Drawings:
-        """Return name → drawing function, of an optional place, of each figure of a map."""
-        return {name: self.drawing(where, ds) for name, where in self.drawn} | self.against_theory(ds)
+        """Return name → drawing function of each figure of a map."""
+        return {name: self.drawing(path, ds) for name, path in self.figure_paths} | self.agreement_figure(ds)
 
-    def against_theory(self, ds: Dataset) -> Drawings:
-        """Return the figure of measured quantities against theory, of a map that has some of :attr:`compared`."""
+    def agreement_figure(self, ds: Dataset) -> Drawings:
+        """Return the figure of measured quantities against theory; {} if the map has none of :attr:`compared`."""
         from sweeps.systems.presentation import agreement
 
-        held = [one for one in self.compared if {*one.names} <= {*ds.variables}]
-        held = [one for one in held if not one.is_spare] or held
-        draw = partial(agreement.draw, ds, self.system.layout().variables, held, self.appearance)
-        return {"theory_against_measured": draw} if held else {}
+        compared = [quantity for quantity in self.compared if {*quantity.names} <= {*ds.variables}]
+        compared = [quantity for quantity in compared if not quantity.is_spare] or compared
+        draw = partial(agreement.draw, ds, self.system.layout().variables, compared, self.appearance)
+        return {"theory_against_measured": draw} if compared else {}
 
-    def drawing(self, where: str, ds: Dataset, *more) -> Drawing:
+    def drawing(self, function_path: str, ds: Dataset, *arguments) -> Drawing:
         """Return a function of this package, "module.function", that draws a map."""
-        module, function = where.split(".")
-        return partial(getattr(import_module(f"{type(self).__module__}.{module}"), function), ds, *more)
+        module, function = function_path.split(".")
+        return partial(getattr(import_module(f"{type(self).__module__}.{module}"), function), ds, *arguments)
 
     def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return name → drawing function of the figures of a map of sampled or listed points."""
@@ -86,16 +90,17 @@ class Presentation:
         return {}
 
     def needs_compiler(self, ds: Dataset) -> bool:
-        """Return False if the figures of a map call few kernels: plain Python is then faster than loading Numba."""
+        """Return False if the figures of a map call so few kernels that plain Python is faster than loading Numba."""
         return True
 
     def opening(self, ds: Dataset) -> Opening:
         """Return the initial view of the page of a map."""
-        return Opening(at={name: float(ds[name].values.min()) for name in self.least if name in ds.dims})
+        return Opening(at={name: float(ds[name].values.min()) for name in self.minimum_dims if name in ds.dims})
 
     def page(self, ds: Dataset) -> Page:
-        """Return the system's part of the page of a map."""
-        return self.part if self.part.needs <= set(ds.variables) else Page(question=self.part.question)
+        """Return the system's content of the page of a map."""
+        page = self.base_page
+        return page if page.needs <= set(ds.variables) else Page(question=page.question)
 
 
 PRESENTATION = Presentation

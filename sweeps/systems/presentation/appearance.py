@@ -1,4 +1,4 @@
-"""How a system's flags and names look: in words, as a character in a terminal, in colour, as a symbol."""
+"""Appearance of a system's flags and names: words, characters in a terminal, colours, symbols."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -9,28 +9,28 @@ from sweeps.figure import colors
 
 
 class Mark(NamedTuple):
-    """How one meaning of a flag looks."""
+    """Words, character and colour of one meaning of a flag."""
 
-    words: str  #: what people read
+    words: str  #: text in legends and tables
     glyph: str  #: one character
     color: str  #: a name of `sweeps.figure.colors`, or "#rrggbb", the same in every theme; "" for none
-    more: str = ""  #: what a reader of the words alone would miss, in a sentence under a legend
+    more: str = ""  #: explanation of the words, a sentence below a legend
 
 
 class Symbol(NamedTuple):
-    """How one parameter is written."""
+    """Symbol of one parameter."""
 
-    tex: str  #: as mathtext, with its dollars
+    tex: str  #: as mathtext, including the dollar signs
     text: str  #: in Unicode
 
 
 class Compared(NamedTuple):
     """A measured quantity that one column of the figure of agreement compares with theory."""
 
-    names: tuple[str, ...]  #: a measured variable; of several, as of a vector's components, the root of squares
-    title: str  #: of the column
-    per: str = ""  #: variable or coordinate in whose size theory is drawn; "" for theory's own unit
-    is_spare: bool = False  #: whether it is compared only in a map that has no other
+    names: tuple[str, ...]  #: a measured variable; of several, a vector's components, the root of the sum of squares
+    title: str  #: title of the column
+    per: str = ""  #: variable or coordinate by which theory is divided; "" for its own unit
+    is_spare: bool = False  #: True if it is compared only in a map without another compared quantity
 
 
 COMMON = {
@@ -58,13 +58,13 @@ def missing_words(codes: Iterable[int]) -> str:
 
 @dataclass(frozen=True)
 class Appearance:
-    """How a system's flags and names look; what it does not say looks as its name reads."""
+    """Appearance of a system's flags and names. A name without an entry is shown as it is."""
 
-    marks: Mapping[str, Mark] = field(default_factory=dict)  #: meaning of a flag → how it looks, beside `COMMON`
-    symbols: Mapping[str, Symbol] = field(default_factory=dict)  #: parameter → how it is written
+    marks: Mapping[str, Mark] = field(default_factory=dict)  #: meaning of a flag → its mark, in addition to `COMMON`
+    symbols: Mapping[str, Symbol] = field(default_factory=dict)  #: parameter → its symbol
 
     def mark(self, meaning: str) -> Mark | None:
-        """Return the words, character and colour of a meaning; None where it has none."""
+        """Return the words, character and colour of a meaning; None if it has no mark."""
         return self.marks.get(meaning) or COMMON.get(meaning)
 
     def words(self, meaning: str) -> str:
@@ -73,10 +73,10 @@ class Appearance:
         return mark.words if mark else meaning.replace("_", " ")
 
     def color(self, meaning: str) -> str:
-        """Return the colour of a meaning, "" where it has none."""
+        """Return the colour of a meaning, "" if it has none."""
         mark = self.mark(meaning)
         return mark.color if mark else ""
 
     def symbol(self, name: str) -> str:
-        """Return the symbol of a parameter as mathtext; its name where it has none."""
+        """Return the symbol of a parameter as mathtext; its name if it has no symbol."""
         return self.symbols[name].tex if name in self.symbols else name.replace("_", " ")

@@ -1,4 +1,4 @@
-"""Points that are drawn or listed, over two of their coordinates, and how a measured variable is distributed."""
+"""Sampled or listed points over two of their coordinates, and the distribution of a measured variable."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -17,8 +17,8 @@ from sweeps.schema.variables import Role, Variable, of_role
 if TYPE_CHECKING:
     from sweeps.systems.presentation.appearance import Appearance
 
-MOST_DRAWN = 20_000  # points of a panel
-MOST_PANELS = 4
+MAX_DRAWN = 20_000  # points of a panel
+MAX_PANELS = 4
 MAX_NAMED = 20  # points up to which their names are drawn next to them
 BINS = 60
 
@@ -26,49 +26,63 @@ BINS = 60
 def draw(
     ds: xr.Dataset, specs: Mapping[str, Variable], appearance: "Appearance", ax: Axes | None = None
 ) -> Figure | None:
-    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable."""
+    """Draw scatter plots coloured by the leading flag, and below each the histogram of a measured variable.
+
+    Args:
+        ds: the map, with dimension `point`.
+        specs: the system's table of variables.
+        appearance: words, symbols and colours of the system.
+        ax: place of the figure within another one.
+
+    Returns:
+        The figure; None if no coordinate varies, or without a flag.
+    """
     names = [name for name in own_of_points(ds) if np.ptp(ds[name].values) > 0][:2]
-    held = {name: spec for name, spec in specs.items() if name in ds.data_vars}
-    flag, measured = of_role(held, Role.HEADLINE), of_role(held, Role.MEASUREMENT)
+    map_specs = {name: spec for name, spec in specs.items() if name in ds.data_vars}
+    flag, measured = of_role(map_specs, Role.HEADLINE), of_role(map_specs, Role.MEASUREMENT)
     flag = flag or next((str(name) for name in ds.data_vars if flags(ds[name])), "")
     if not names or not flag:
         return None
-    stride = coprime_stride([ds.sizes["point"]], MOST_DRAWN)
-    chosen = [flag, *([measured] if measured else [])]
-    part, along, panels = _panels(ds[chosen].isel(point=slice(None, None, stride)))
+    stride = coprime_stride([ds.sizes["point"]], MAX_DRAWN)
+    variables = [flag, *([measured] if measured else [])]
+    points, along, panels = _panels(ds[variables].isel(point=slice(None, None, stride)))
     shown = "all shown" if stride == 1 else f"one in {stride:,} shown"
     subtitle = f"{ds.attrs.get('title', '')}:  {ds.sizes['point']:,} points, {shown}".strip()
     width = 0.8 + 2.9 * len(panels)
     figure = canvas.make_figure(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)
     axes = figure.subplots(len(heights), len(panels), squeeze=False, height_ratios=heights)
-    colored = {value: appearance.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
-    for column, (number, panel) in zip(axes.T, enumerate(panels), strict=True):
-        _scatter(column[0], panel, names, flag, colored, appearance)
+    flag_colors = {value: appearance.color(meaning) or colors.GREY for value, meaning in flags(ds[flag]).items()}
+    for column, (panel_number, panel) in zip(axes.T, enumerate(panels), strict=True):
+        _scatter(column[0], panel, names, flag, flag_colors, appearance)
         if along:
-            column[0].set_title(f"{along} {ds[along].values[number]}", loc="left", fontweight="bold")
+            column[0].set_title(f"{along} {ds[along].values[panel_number]}", loc="left", fontweight="bold")
         if measured:
-            _histogram(column[1], ds[measured], panel, flag, colored)
-    used, dot = set(np.unique(part[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
-    words = {value: appearance.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used}
-    canvas.draw_legend(figure, [Line2D([], [], color=colored[v], label=text, **dot) for v, text in words.items()])
+            _histogram(column[1], ds[measured], panel, flag, flag_colors)
+    used_flags, dot = set(np.unique(points[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
+    words = {value: appearance.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used_flags}
+    canvas.draw_legend(figure, [Line2D([], [], color=flag_colors[v], label=text, **dot) for v, text in words.items()])
     return figure
 
 
-def _panels(part: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
-    """Return the part in memory, the dimension that has a panel for each value ("" for none), and the panels."""
-    whole = [d for d, n in dimensions(part).items() if d != "point" and 1 < n <= MOST_PANELS]
-    along = next((d for d in whole if part[d].dtype.kind in "iuOU"), next(iter(whole), ""))
-    fixed = {d: (n - 1) // 2 for d, n in dimensions(part).items() if d not in ("point", along)}
-    part = part.isel(fixed).load()
-    return part, along, [part.isel({along: k}) for k in range(part.sizes[along])] if along else [part]
+def _panels(points: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
+    """Return the map in memory, the dimension that has a panel for each value ("" for none), and the panels."""
+    panel_dims = [d for d, n in dimensions(points).items() if d != "point" and 1 < n <= MAX_PANELS]
+    panel_dim = next((d for d in panel_dims if points[d].dtype.kind in "iuOU"), next(iter(panel_dims), ""))
+    middle = {d: (n - 1) // 2 for d, n in dimensions(points).items() if d not in ("point", panel_dim)}
+    points = points.isel(middle).load()
+    return (
+        points,
+        panel_dim,
+        [points.isel({panel_dim: k}) for k in range(points.sizes[panel_dim])] if panel_dim else [points],
+    )
 
 
-def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, appearance: "Appearance") -> None:
-    """Draw the points; later ones lie above earlier ones, in the order in which they stand."""
+def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, flag_colors, appearance: "Appearance") -> None:
+    """Draw the points in storage order, later ones over earlier ones."""
     x = panel[names[0]].values
     y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
-    tints = np.array([colored.get(int(value), colors.GREY) for value in panel[flag].values])
+    tints = np.array([flag_colors.get(int(value), colors.GREY) for value in panel[flag].values])
     size = float(np.clip(30_000 / max(x.size, 1), 1.0, 16.0))
     ax.scatter(x, y, s=size, c=tints, linewidths=0, alpha=0.8, rasterized=True, gid="points")
     if "name" in panel.coords and x.size <= MAX_NAMED:
@@ -81,15 +95,15 @@ def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, colored, appearance:
         ax.set_yticks([])
 
 
-def _histogram(ax: Axes, described: xr.DataArray, panel: xr.Dataset, flag: str, colored) -> None:
-    """Draw points by the value of a variable, flags on top of each other; the outermost hundredths are left out."""
-    values = panel[described.name].values
+def _histogram(ax: Axes, measured: xr.DataArray, panel: xr.Dataset, flag: str, flag_colors) -> None:
+    """Draw the histogram of a variable, stacked by flag, without its lowest and highest 0.5 %."""
+    values = panel[measured.name].values
     finite = np.isfinite(values)
     if finite.any():
         low, high = np.percentile(values[finite], (0.5, 99.5))
         bins = np.linspace(low, high if high > low else low + (abs(low) or 1.0), BINS)
-        used = [value for value in colored if (panel[flag].values[finite] == value).any()]
-        parts = [values[finite & (panel[flag].values == value)] for value in used]
-        ax.hist(parts, bins, stacked=True, color=[colored[value] for value in used], gid="histogram")
-    name = str(described.name).replace("_", " ")
-    ax.set(xlabel=wording.with_unit(name, str(described.attrs.get("units", "1")), "  ({})"), ylabel="points")
+        used_flags = [value for value in flag_colors if (panel[flag].values[finite] == value).any()]
+        groups = [values[finite & (panel[flag].values == value)] for value in used_flags]
+        ax.hist(groups, bins, stacked=True, color=[flag_colors[value] for value in used_flags], gid="histogram")
+    name = str(measured.name).replace("_", " ")
+    ax.set(xlabel=wording.with_unit(name, str(measured.attrs.get("units", "1")), "  ({})"), ylabel="points")

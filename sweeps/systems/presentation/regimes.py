@@ -13,32 +13,42 @@ from matplotlib.patches import Patch
 from sweeps.figure import canvas, colors, marks, sheets, wording
 from sweeps.systems.presentation.appearance import Appearance, missing_words
 
-SHADES = 6  # of a regime's colour, by the square root of the growth
+SHADES = 6  # shades per regime, deeper with the square root of the growth
 HATCHES = {"asymptotically_stable": "....", "unstable": "////", "flutter": "xxxx", "period_doubling": "\\\\\\\\"}
 
 
-def at_most(sizes: np.ndarray) -> float:
-    """Return 1, 2 or 5 times a power of ten, above all sizes; 0 where none is positive."""
-    most = float(np.nanmax(sizes, initial=0.0))
-    if not most > 1e-9:  # rounding
+def round_up(sizes: np.ndarray) -> float:
+    """Return the least of 1, 2 or 5 times a power of ten that bounds all sizes; 0 if none exceeds rounding."""
+    maximum = float(np.nanmax(sizes, initial=0.0))
+    if not maximum > 1e-9:  # rounding
         return 0.0
-    power = 10.0 ** math.floor(math.log10(most))
-    return next(n * power for n in (1, 2, 5, 10) if n * power >= most)
+    power = 10.0 ** math.floor(math.log10(maximum))
+    return next(n * power for n in (1, 2, 5, 10) if n * power >= maximum)
 
 
-def rated(names: Sequence[str]) -> list[int]:
-    """Return the codes of the regimes that have a rate of growth or decay, of names in the order of codes from -1."""
+def regimes_with_rate(names: Sequence[str]) -> list[int]:
+    """Return the codes of the regimes that grow or decay at a rate; `names` are in the order of codes from -1."""
     return [k - 1 for k, name in enumerate(names) if name in HATCHES]
 
 
-def dots(
+def draw_points(
     ax: Axes, x: np.ndarray, y: np.ndarray, codes: np.ndarray, names: Sequence[str], appearance: Appearance, **marks
 ) -> None:
-    """Draw points, those of each regime in its colour and named in the legend; names in the order of codes from 0."""
+    """Draw points in the colours of their regimes, which the legend names.
+
+    Args:
+        ax: the panel.
+        x: coordinates, shape (n,).
+        y: coordinates, shape (n,).
+        codes: code of each point's regime, shape (n,).
+        names: names of the regimes, in the order of codes from 0.
+        appearance: words and colours of the regimes.
+        **marks: properties of Matplotlib's markers.
+    """
     for k, name in enumerate(names):
-        if (at := codes == k).any():
+        if (is_regime := codes == k).any():
             marker = {"color": appearance.color(name), "gid": name, "label": appearance.words(name)}
-            ax.plot(x[at], y[at], "o", **{"mew": 0.0} | marker | marks)
+            ax.plot(x[is_regime], y[is_regime], "o", **{"mew": 0.0} | marker | marks)
 
 
 def _middles(edges: np.ndarray) -> np.ndarray:
@@ -49,70 +59,85 @@ def _middles(edges: np.ndarray) -> np.ndarray:
 
 
 def _hatch_of(name: str) -> dict:
-    """Return the hatch of a regime in a legend in print."""
+    """Return the properties of a regime's patch in a printed legend."""
     return {"hatch": HATCHES[name], "edgecolor": colors.INK, "lw": 0.0} if sheets.is_print() and name in HATCHES else {}
 
 
 class Regimes:
-    """The colours of regimes in the panels of one figure.
+    """Colours of regimes in the panels of one figure.
 
-    Names are in the order of their codes from -1; growth or decay of `top` has the full colour, 0 shows none.
+    Names are in the order of their codes from -1; growth or decay of `top` has the full colour, and with 0 no cell is
+    paler.
     """
 
     def __init__(self, names: Sequence[str], appearance: Appearance, top: float):
-        self.names, self.appearance, self.top, self.rated, self.most = names[1:], appearance, top, rated(names), 0.0
+        self.names, self.appearance, self.top, self.with_rate = names[1:], appearance, top, regimes_with_rate(names)
+        self.max_growth = 0.0
         self.shades = marks.Shades([appearance.color(name) for name in self.names], SHADES).with_extremes(
             bad=colors.MISSING
         )
-        self.seen: set[int] = set()
-        self.shaded: set[int] = set()
-        self.without: list[int] = []
+        self.drawn_codes: set[int] = set()
+        self.shaded_codes: set[int] = set()
+        self.missing_statuses: list[int] = []
 
     def _mesh(self, ax: Axes, x: np.ndarray, y: np.ndarray, code: np.ndarray, **props) -> None:
         norm = BoundaryNorm(np.arange(self.shades.N + 1) - 0.5, self.shades.N)
         ax.pcolormesh(x, y, code, cmap=self.shades, norm=norm, rasterized=True, **props)
 
     def paint(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray, growth: np.ndarray, status) -> None:
-        """Draw cells in the colour of their regime, paler where |growth| is small, but for 0.
+        """Draw cells in the colour of their regime, paler for small |growth|, except 0.
 
-        x and y are the edges of the cells, shape (y, x), or the places of their corners.
+        Args:
+            ax: the panel.
+            x: edges of the cells, shape (x + 1,), or their corners, shape (y + 1, x + 1).
+            y: edges of the cells, shape (y + 1,), or their corners, shape (y + 1, x + 1).
+            regime: codes, shape (y, x); -1 if undetermined.
+            growth: growth rate (> 0) or decay rate (< 0), shape (y, x), in the unit of `top`.
+            status: status codes, shape (y, x).
         """
-        size = np.where(np.isin(regime, self.rated), np.nan_to_num(np.abs(growth)), 0.0)
+        size = np.where(np.isin(regime, self.with_rate), np.nan_to_num(np.abs(growth)), 0.0)
         depth = np.where(size > 0.0, np.sqrt(np.minimum(size / (self.top or 1.0), 1.0)), 1.0)
         code = regime * SHADES + np.minimum((depth * SHADES).astype(int), SHADES - 1)
         code = np.ma.masked_where(regime < 0, code)
         self._mesh(ax, x, y, code, gid="measured")
         if sheets.is_print():
             self._hatch(ax, x, y, regime)
-        self.most = max(self.most, float(size.max(initial=0.0)))
-        self.seen |= set(np.unique(regime[regime >= 0]).tolist())
-        self.shaded |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
-        self.without += np.unique(status[regime < 0]).tolist()
+        self.max_growth = max(self.max_growth, float(size.max(initial=0.0)))
+        self.drawn_codes |= set(np.unique(regime[regime >= 0]).tolist())
+        self.shaded_codes |= set(np.unique(regime[(regime >= 0) & (size > 0.0)]).tolist())
+        self.missing_statuses += np.unique(status[regime < 0]).tolist()
 
-    def explain(self, figure: Figure, axes: Iterable[Axes], label: str, more: Iterable[Patch] = ()) -> None:
-        """Draw the scale of the shades beside the panels, and the legend of the regimes and of what else is drawn."""
-        shaded = sorted(self.shaded) if self.top else []
+    def explain(self, figure: Figure, axes: Iterable[Axes], label: str, more_handles: Iterable[Patch] = ()) -> None:
+        """Draw the scale of the shades next to the panels, and the legend.
+
+        Args:
+            figure: the figure.
+            axes: its panels.
+            label: name of the growth on the scale.
+            more_handles: legend entries in addition to those of the regimes.
+        """
+        shaded = sorted(self.shaded_codes) if self.top else []
         if shaded:
             scale, _ = make_axes(list(axes), fraction=0.05, pad=0.02, aspect=26 / len(shaded), shrink=0.8)
             steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded)
             self._mesh(scale, np.arange(len(shaded) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
             ticks = [0.0, 0.5, 1.0]
-            least, half, most = (wording.format_number(self.top * tick**2, 3) for tick in ticks)
-            scale.set_yticks(ticks, [least, half, f"≥ {most}" if self.most > self.top else most])
+            zero, quarter, full = (wording.format_number(self.top * tick**2, 3) for tick in ticks)
+            scale.set_yticks(ticks, [zero, quarter, f"≥ {full}" if self.max_growth > self.top else full])
             scale.yaxis.tick_right()
             scale.yaxis.set_label_position("right")
             scale.set(xticks=[], ylabel=label)
-        names = [(name, self.appearance.words(name)) for name in (self.names[k] for k in sorted(self.seen))]
+        names = [(name, self.appearance.words(name)) for name in (self.names[k] for k in sorted(self.drawn_codes))]
         handles = [
             Patch(facecolor=self.appearance.color(name), label=words, **_hatch_of(name)) for name, words in names
         ]
-        if self.without:
-            handles.append(Patch(facecolor=colors.MISSING, label=missing_words(self.without)))
-        canvas.draw_legend(figure, [*handles, *more])
+        if self.missing_statuses:
+            handles.append(Patch(facecolor=colors.MISSING, label=missing_words(self.missing_statuses)))
+        canvas.draw_legend(figure, [*handles, *more_handles])
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
-        """Hatch the cells of regimes: in grey, a colour's shades are those of any other."""
+        """Hatch the cells of regimes, whose colours in grey cannot be distinguished."""
         for k, name in enumerate(self.names):
-            chosen = (regime == k).astype(float)
-            if name in HATCHES and chosen.any() and min(chosen.shape) > 1:
-                ax.contourf(_middles(x), _middles(y), chosen, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])
+            cells = (regime == k).astype(float)
+            if name in HATCHES and cells.any() and min(cells.shape) > 1:
+                ax.contourf(_middles(x), _middles(y), cells, [0.5, 1.5], colors="none", hatches=[HATCHES[name]])

@@ -14,7 +14,7 @@ class DampedTopPresentation(Presentation):
         marks={"slows": Mark("slows down", "v", colors.UNSTABLE), "lasts": Mark("lasts", "^", colors.STABLE)},
         symbols={"spin": Symbol(r"$\omega$", "ω"), "tau": Symbol(r"$\tau$", "τ")},
     )
-    part = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
+    base_page = Page((Path(__file__).parent / "page" / "part.js",), "When does it stop?", facts={"drag": "viscous"})
 
     def figures(self, ds):
         from sweeps.figure import canvas

@@ -20,8 +20,8 @@ class ObservedPeriodsPresentation(Presentation):
             "sigma_phi": Symbol(r"$\sigma_\phi$", "σ_φ"),
         },
     )
-    part = Page((), "Which bodies have both periods, in which mode, and with which certainty?")
-    drawn = (("energies", "figure_energies.draw"),)
+    base_page = Page((), "Which bodies have both periods, in which mode, and with which certainty?")
+    figure_paths = (("energies", "figure_energies.draw"),)
 
 
 PRESENTATION = ObservedPeriodsPresentation

@@ -19,14 +19,14 @@ class OscillatorPresentation(Presentation):
     """Figures, animations and page of small oscillations."""
 
     appearance = APPEARANCE
-    least = ("epsilon",)
-    part = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
-    drawn = (("oscillations", "figure_oscillations.draw"),)
+    minimum_dims = ("epsilon",)
+    base_page = Page(_FILES, "Where are the equilibria, are they stable, and how accurate are the rates?")
+    figure_paths = (("oscillations", "figure_oscillations.draw"),)
     compared = (Compared(("frequency",), "oscillates in theory"), Compared(("growth_rate",), "grows in theory"))
 
     def page(self, ds: Dataset) -> Page:
         """Return the motion of one mode, and the equilibria."""
-        return replace(self.part, facts=moving.facts_of(ds, self.system))
+        return replace(self.base_page, facts=moving.page_facts(ds, self.system))
 
     def animations(self, ds: Dataset) -> Animations:
         """Return animations of the bead on a hoop and of pendulums near a stable and an unstable equilibrium."""

@@ -1,8 +1,8 @@
-"""What stability means, as an animation: the full motion from beside a stable and from beside an unstable equilibrium.
+"""Animation of stability: full motions that start near a stable and near an unstable equilibrium.
 
-Left the system as its description draws it; right its potential, over one coordinate or two, the effective one of what
-turns. Both motions start at rest and are those of the full equations, by the integrator that measures the map, at the
-grid's point nearest to the system's defaults.
+Left the system's picture; right its potential (of a rotating system the effective one) over one coordinate or two. Both
+motions start at rest and solve the full equations, by the integrator that measures the map, at the grid's point that is
+nearest to the system's defaults.
 """
 
 import math
@@ -20,147 +20,160 @@ from sweeps.schema.refusals import MapError
 from sweeps.systems.oscillator.system import REGIMES
 from sweeps.systems.presentation import animation
 from sweeps.systems.presentation.moving import film
-from sweeps.systems.presentation.moving.equations import places
+from sweeps.systems.presentation.moving.equations import picture_points
 
 if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
 FRAMES = 84
 INCHES = (6.4, 3.5)
-DOTS = 96  # per inch
-FINER = 4  # places of a trail a frame
-TRAIL = 10  # frames
+DOTS = 96  # pixels per inch
+FINER = 4  # points of a trail per frame
+TRAIL = 10  # length of a trail, frames
 TOLERANCE = 1e-9
-FAR, NEAR = 0.25, 0.03  # rad, from a stable place and from an unstable one
-PERIODS = 2.0  # of the slowest oscillation about the stable place, at least
-ROUND = 8.0  # rad: an unstable motion goes away and comes back in 2 ln(ROUND/NEAR) e-folds, about
-WINDOW = (-0.5 * math.pi, 1.5 * math.pi)  # of an angle: the valley and the hill
+STABLE_SHIFT, UNSTABLE_SHIFT = 0.25, 0.03  # rad, initial distance from the equilibrium
+MIN_PERIODS = 2.0  # periods of the slowest oscillation about the stable equilibrium that are shown
+ROUND_TRIP = 8.0  # rad; an unstable motion leaves and returns in about 2 ln(ROUND_TRIP/UNSTABLE_SHIFT) e-folds
+WINDOW = (-0.5 * math.pi, 1.5 * math.pi)  # range of an angle that shows a valley and a hill of the potential
 TICKS = ([0.0, math.pi], ["0", "π"])
 COLORS = {"stable": colors.STABLE, "unstable": colors.UNSTABLE}
 
 
 @dataclass(frozen=True)
 class Run:
-    """One motion."""
+    """A motion that starts near an equilibrium."""
 
-    name: str  #: of the equilibrium that it starts beside
-    regime: str  #: measured there: "stable" or "unstable"
-    place: np.ndarray  #: of the equilibrium, rad, shape (n,)
-    shift: np.ndarray  #: where it starts from there, rad, shape (n,)
-    duration: float  #: how long it takes to show what it is, s
+    name: str  #: name of the equilibrium
+    regime: str  #: measured regime: "stable" or "unstable"
+    place: np.ndarray  #: position of the equilibrium, rad, shape (n,)
+    shift: np.ndarray  #: initial displacement from it, rad, shape (n,)
+    duration: float  #: time that shows two oscillations, or departure and return, s
 
 
 def frames(ds: xr.Dataset, model: "Model") -> Iterator[np.ndarray]:
     """Yield the frames of the animation; none without a stable and an unstable equilibrium."""
     defaults = {p.name: p.default for p in model.system.parameters.values()}
-    if missing := defaults.keys() - ds.coords.keys():
-        raise MapError(f"{min(missing)}: is missing; allowed: every parameter of the map's system")
+    if missing_names := defaults.keys() - ds.coords.keys():
+        raise MapError(f"{min(missing_names)}: is missing; allowed: every parameter of the map's system")
     point = {n: float(ds[n].values[np.argmin(np.abs(ds[n].values - value))]) for n, value in defaults.items()}
-    here = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
-    runs = [run for regime in COLORS if (run := beside(here, regime, model)) is not None]
+    map_point = ds.sel(point).isel({d: 0 for d in ds["regime"].dims if d not in {*point, "equilibrium", "mode"}})
+    runs = [run for regime in COLORS if (run := motion_near(map_point, regime, model)) is not None]
     if not runs:
         return
     duration = max(run.duration for run in runs)
     start = np.array([[*(run.place + run.shift), *np.zeros(run.place.size)] for run in runs])
     times = np.linspace(0.0, duration, FRAMES * sheets.current_film.get().frame_factor * FINER + 1)
-    given = [np.full(len(runs), value) for value in point.values()]
-    states, _, _ = motions.solve(model.moving, given, start, np.tile(times, (len(runs), 1)), TOLERANCE)
+    parameters = [np.full(len(runs), value) for value in point.values()]
+    states, _, _ = motions.solve(model.moving, parameters, start, np.tile(times, (len(runs), 1)), TOLERANCE)
     if not np.isfinite(states).all():
         return
-    yield from _drawn(model, point, runs, states[:, :, : model.equations.m], times)
+    yield from _draw(model, point, runs, states[:, :, : model.equations.m], times)
 
 
-def beside(here: xr.Dataset, regime: str, model: "Model") -> Run | None:
-    """Return the motion beside the first equilibrium of this regime, stable in all modes; None without one."""
-    for name in here["equilibrium"].values.tolist():
-        one = here.sel(equilibrium=name)
-        regimes = {REGIMES[1 + int(code)] for code in one["regime"].values}
+def motion_near(point: xr.Dataset, regime: str, model: "Model") -> Run | None:
+    """Return the motion near the first equilibrium of a regime.
+
+    Args:
+        point: the map at one point.
+        regime: "stable" (in all modes) or "unstable" (in at least one mode).
+        model: the system's model.
+
+    Returns:
+        The motion; None if no equilibrium has this regime, or its rate is not measured.
+    """
+    for name in point["equilibrium"].values.tolist():
+        equilibrium = point.sel(equilibrium=name)
+        regimes = {REGIMES[1 + int(code)] for code in equilibrium["regime"].values}
         if regime not in regimes or not regimes <= {"stable", "unstable"} or (regime == "stable" and len(regimes) > 1):
             continue
-        place = np.array([float(one[f"{c.name}_equilibrium"].values[0]) for c in model.system.kept])
-        rate = float(one["frequency"].min() if regime == "stable" else one["growth_rate"].max())
+        place = np.array([float(equilibrium[f"{c.name}_equilibrium"].values[0]) for c in model.system.kept])
+        rate = float(equilibrium["frequency"].min() if regime == "stable" else equilibrium["growth_rate"].max())
         if not (0.0 < rate < math.inf and np.isfinite(place).all()):
             continue
         signs = (-1.0) ** np.arange(place.size) if regime == "unstable" else 1.0 + 0.4 * np.arange(place.size)
         if regime == "stable":
-            return Run(name, regime, place, FAR * signs, PERIODS * 2.0 * math.pi / rate)
-        duration = 2.0 * math.log(ROUND / NEAR) / rate
-        return Run(name, regime, place, NEAR * signs, duration)
+            return Run(name, regime, place, STABLE_SHIFT * signs, MIN_PERIODS * 2.0 * math.pi / rate)
+        duration = 2.0 * math.log(ROUND_TRIP / UNSTABLE_SHIFT) / rate
+        return Run(name, regime, place, UNSTABLE_SHIFT * signs, duration)
     return None
 
 
 # -- drawing
 
 
-def _drawn(model, point, runs, q, times):
-    words = ",  ".join(animation.settings(model.system, point))
-    figure = animation.stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
+def _draw(model, point, runs, q, times):
+    words = ",  ".join(animation.format_parameters(model.system, point))
+    figure = animation.empty_stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
         name, shift = run.name.replace("_", " "), wording.format_number(abs(run.shift[0]))
         text = f"● from rest {shift} rad beside “{name}”: {run.regime}"
-        x, side = ((0.03, "left"), (0.98, "right"))[k]
-        figure.text(x, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom", ha=side)
+        x, alignment = ((0.03, "left"), (0.98, "right"))[k]
+        figure.text(x, 0.03, text, fontsize=8, color=COLORS[run.regime], va="bottom", ha=alignment)
     scene, curve = figure.add_axes((0.0, 0.09, 0.4, 0.76)), figure.add_axes((0.53, 0.22, 0.44, 0.58))
     curve.spines[["top", "right"]].set_visible(False)
-    landscape = _surface if q.shape[-1] == 2 else _valley
-    parts = [_scene(scene, model, point, runs, q), landscape(curve, model, point, runs, q)]
-    place = {"transform": scene.transAxes, "ha": "right", "animated": True}
-    clock = scene.text(0.98, 0.02, "", fontsize=8.5, color=colors.INK, **place)
+    draw_potential = _draw_contours if q.shape[-1] == 2 else _draw_valley
+    setters = [_draw_scene(scene, model, point, runs, q), draw_potential(curve, model, point, runs, q)]
+    corner = {"transform": scene.transAxes, "ha": "right", "animated": True}
+    clock = scene.text(0.98, 0.02, "", fontsize=8.5, color=colors.INK, **corner)
     digits = max(0, 2 - math.floor(math.log10(times[-1])))
 
     def frames():
         for k in range(0, FINER * FRAMES * sheets.current_film.get().frame_factor, FINER):
             clock.set_text(f"t = {times[k]:.{digits}f} s" if digits < 5 else f"t = {times[k]:.2e} s")
-            yield *(artist for part in parts for artist in part(k)), clock
+            yield *(artist for setter in setters for artist in setter(k)), clock
 
-    yield from animation.played(figure, frames())
+    yield from animation.draw_frames(figure, frames())
 
 
-def _lines(ax, runs, **props):
-    """Draw one animated line a motion, in its colour."""
+def _motion_lines(ax, runs, **props):
+    """Draw an animated line for each motion, in its colour."""
     return [ax.plot([], [], color=COLORS[run.regime], animated=True, **props)[0] for run in runs]
 
 
-def _scene(ax, model, point, runs, q):
-    """Draw the picture, each run's moving part in its colour, and its equilibrium; masses have trails."""
-    moving, reach = [], 0.0
-    resting = np.array([run.place for run in runs])
-    both = (dict(zip(map(str, model.equations.q), np.moveaxis(x, -1, 0), strict=True)) for x in (q, resting))
+def _draw_scene(ax, model, point, runs, q):
+    """Draw the picture: the moving parts of each run and its equilibrium in its colour, masses with trails."""
+    elements, reach = [], 0.0
+    equilibria = np.array([run.place for run in runs])
+    states_and_rest = (
+        dict(zip(map(str, model.equations.q), np.moveaxis(x, -1, 0), strict=True)) for x in (q, equilibria)
+    )
     values = {**point, **{str(v): 0.0 for v in model.equations.v}, "time": 0.0}
-    for (kind, seen), (_, rest) in zip(*(places(model.equations, values | x) for x in both), strict=True):
-        reach = max(reach, float(np.abs(seen).max()))
-        mark = {} if kind == "line" else {"ls": "none", "marker": "o", "mfc": "none", "ms": 9 if kind == "mass" else 4}
-        if (seen == seen[0, 0]).all():  # it stands still
-            ax.plot(*rest[0].T, color=colors.QUIET, **{"lw": 1.5} | mark)
+    for (kind, points), (_, rest_points) in zip(
+        *(picture_points(model.equations, values | x) for x in states_and_rest), strict=True
+    ):
+        reach = max(reach, float(np.abs(points).max()))
+        props = {} if kind == "line" else {"ls": "none", "marker": "o", "mfc": "none", "ms": 9 if kind == "mass" else 4}
+        if (points == points[0, 0]).all():  # it does not move
+            ax.plot(*rest_points[0].T, color=colors.QUIET, **{"lw": 1.5} | props)
             continue
-        for run, one, place in zip(runs, seen, rest, strict=True):
-            ax.plot(*place.T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | mark)
-            moving.append((kind, one, {"color": COLORS[run.regime], "lw": 2.0}))
+        for run, run_points, run_rest in zip(runs, points, rest_points, strict=True):
+            ax.plot(*run_rest.T, color=COLORS[run.regime], **{"lw": 0.9, "ls": (0, (3, 3))} | props)
+            elements.append((kind, run_points, {"color": COLORS[run.regime], "lw": 2.0}))
     ax.set(xlim=(-1.15 * reach, 1.15 * reach), ylim=(-1.15 * reach, 1.15 * reach))
-    return film.mover(ax, moving, TRAIL * FINER * sheets.current_film.get().frame_factor)
+    return film.frame_setter(ax, elements, TRAIL * FINER * sheets.current_film.get().frame_factor)
 
 
-def _valley(ax, model, point, runs, q):
-    """Return V over one turn of the angle, in units of half its height."""
-    height = _potential(model, point)
+def _draw_valley(ax, model, point, runs, q):
+    """Draw V over one turn of the angle, in units of half its height."""
+    height = _potential_function(model, point)
     theta = np.linspace(*WINDOW, 361)
     unit = 0.5 * np.ptp(height(theta[:, None])) or 1.0
     ax.plot(theta, height(theta[:, None]) / unit, color=colors.INK, lw=1.2)
     name = model.system.kept[0].name
     ax.set(xlabel=f"{name} (rad)", ylabel="V / half its height", xlim=WINDOW)
     ax.set_xticks(*TICKS)
-    return _along(ax, runs, q, lambda one: (_shown(one[:, 0]), height(one) / unit))
+    return _dot_setter(ax, runs, q, lambda states: (_reduce_angle(states[:, 0]), height(states) / unit))
 
 
-def _surface(ax, model, point, runs, q):
-    """Draw lines of equal V over both angles."""
-    height = _potential(model, point)
+def _draw_contours(ax, model, point, runs, q):
+    """Draw contours of V over both angles."""
+    height = _potential_function(model, point)
     angle = np.linspace(*WINDOW, 121)
     grid = np.stack(np.meshgrid(angle, angle), axis=-1)
     V = height(grid.reshape(-1, 2)).reshape(121, 121)
     ax.contour(angle, angle, V, 12, colors=colors.FAINT, linewidths=0.9, linestyles="-")
     for run in runs:
-        x, y = _shown(run.place)
+        x, y = _reduce_angle(run.place)
         ax.plot([x], [y], "o", color=COLORS[run.regime], mfc="none", ms=8, mew=0.9)
     names = [c.name for c in model.system.kept]
     ax.set(xlabel=f"{names[0]} (rad)", ylabel=f"{names[1]} (rad)", aspect="equal")
@@ -168,17 +181,17 @@ def _surface(ax, model, point, runs, q):
     ax.set_title("lines of equal V", loc="right", fontsize=8.5)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_ticks(*TICKS)
-    return _along(ax, runs, q, lambda one: (_shown(one[:, 0]), _shown(one[:, 1])))
+    return _dot_setter(ax, runs, q, lambda states: (_reduce_angle(states[:, 0]), _reduce_angle(states[:, 1])))
 
 
-def _along(ax, runs, q, seen):
-    """Return a function that moves dots with trails on a curve, broken where an angle is periodic."""
-    trails, dots = _lines(ax, runs, lw=3.0, alpha=0.35), _lines(ax, runs, marker="o", ms=7)
+def _dot_setter(ax, runs, q, project):
+    """Return a function that moves dots with trails on a curve, with gaps at the jumps of periodic angles."""
+    trails, dots = _motion_lines(ax, runs, lw=3.0, alpha=0.35), _motion_lines(ax, runs, marker="o", ms=7)
     trail_length = TRAIL * FINER * sheets.current_film.get().frame_factor
 
     def move(k):
-        for trail, dot, one in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):
-            x, y = seen(one)
+        for trail, dot, states in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):
+            x, y = project(states)
             jumps = 1 + np.flatnonzero((np.abs(np.diff(x)) > math.pi) | (np.abs(np.diff(y)) > math.pi))
             trail.set_data(np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan))
             dot.set_data(x[-1:], y[-1:])
@@ -187,13 +200,13 @@ def _along(ax, runs, q, seen):
     return move
 
 
-def _shown(angle):
-    """Return an angle within the window."""
+def _reduce_angle(angle):
+    """Return an angle reduced to the window."""
     return WINDOW[0] + np.mod(angle - WINDOW[0], 2.0 * math.pi)
 
 
-def _potential(model, point):
-    """Return V of places, shape (…, n), from the description."""
+def _potential_function(model, point):
+    """Return the function V of positions, shape (…, n), from the description."""
     values = {p.symbol: point[p.name] for p in model.system.parameters.values()}
     V = sp.lambdify(list(model.equations.q), model.equations.V.subs(values), "numpy")
     return lambda q: V(*np.moveaxis(q, -1, 0))

@@ -24,17 +24,17 @@ class PeriodicPresentation(Presentation):
     """Figures of the regimes."""
 
     appearance = APPEARANCE
-    least = ("epsilon",)
+    minimum_dims = ("epsilon",)
     compared = COMPARED
-    part = Page(
+    base_page = Page(
         (*moving.FILES, Path(__file__).parent / "page" / "part.js"),
         "Which periodic motions are stable, and how fast does a perturbation grow?",
     )
 
     def page(self, ds: Dataset) -> Page:
         """Return the perturbed motion beside the unperturbed one."""
-        facts = moving.facts_of(ds, self.system, "start")
-        return replace(self.part, facts=facts) if facts["equations"] else Page(question=self.part.question)
+        facts = moving.page_facts(ds, self.system, "start")
+        return replace(self.base_page, facts=facts) if facts["equations"] else Page(question=self.base_page.question)
 
     def figures(self, ds: Dataset) -> Drawings:
         """Return the regimes over two parameters, for each base motion, with the exact boundary."""
@@ -45,7 +45,7 @@ class PeriodicPresentation(Presentation):
         for name in ds["equilibrium"].values.tolist():
             more = {"equilibrium": name}, f"perturbed motion: {name}", APPEARANCE, curves
             tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *more)
-        return tongues | self.against_theory(ds)
+        return tongues | self.agreement_figure(ds)
 
 
 PRESENTATION = PeriodicPresentation

@@ -38,7 +38,7 @@ def draw(
     x, y, third = planes.sides(part["regime"], ())
     if y is None:
         return None
-    part = part.isel(planes.few(part["regime"], (x, y), (third,))).load()
+    part = part.isel(planes.cut_indices(part["regime"], (x, y), (third,))).load()
     if np.unique(part["regime"]).size == 1 and not (part["growth_per_period"] > 0.0).any():
         return None  # all would be of one colour
     values = part[third].values[:MOST_PANELS] if third else [None]
@@ -58,7 +58,7 @@ def draw(
         for number, pair in enumerate(pairs):
             dashes = "-" if label == EXACT else "--"
             place.plot(*pair, dashes, gid="law", label="" if number else label, color=colors.INK, linewidth=1.0)
-        planes.name_sides(place, one, x, y, appearance.symbols)
+        planes.label_axes(place, one, x, y, appearance.symbols)
         place.set(xlim=ends(one, x), ylim=ends(one, y))
     regimes.explain(figure, axes, "growth per period")
     return figure

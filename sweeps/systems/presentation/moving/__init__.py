@@ -1,6 +1,6 @@
-"""The part of a page that shows a described system moving, by its full equations, beside linear theory.
+"""Section of a page that shows the motion of a described system, by its full equations and by linear theory.
 
-For the pages of systems that descriptions make. Their own script says, in `part.rate`, how the chosen mode moves.
+The system's own script defines, in `part.rate`, the motion of the selected mode.
 """
 
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import DRAWING
-from sweeps.systems.presentation.moving.equations import facts
+from sweeps.systems.presentation.moving.equations import page_equations
 
 if TYPE_CHECKING:
     from sweeps.systems.described import Described
@@ -18,14 +18,19 @@ _NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.
 FILES = (DRAWING, *(_HERE / name for name in _NAMES))
 
 
-def facts_of(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
-    """Return what the scripts are told: the equations, where the map has all that stands in them.
+def page_facts(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
+    """Return the equations for the page's scripts; None in their place if the map lacks a variable that they need.
 
-    A file that only a map names is not run. Names of variables with `suffix` hold where a motion starts.
+    A system's file that is only named in a map is not run.
+
+    Args:
+        ds: the map.
+        system: its system.
+        suffix: ending of the names of the variables that contain the initial place of a motion.
     """
     if system.name.endswith(".py"):
         return {"equations": None}
     description = system.description
-    moving = description.kept or tuple(description.states.values())
-    needed = {*description.parameters, *(f"{c.name}_{suffix}" for c in moving)}
-    return {"equations": facts(description) if needed <= set(ds.variables) else None}
+    states = description.kept or tuple(description.states.values())
+    required = {*description.parameters, *(f"{c.name}_{suffix}" for c in states)}
+    return {"equations": page_equations(description) if required <= set(ds.variables) else None}

@@ -1,4 +1,4 @@
-"""The full equations of motion of a described system, as trees that a page's script works out without compiling text.
+"""Full equations of motion of a described system, as trees that a page's script evaluates without compiling text.
 
 A tree is a number, the name of a symbol, or a list: "+", "*", "^" or the name of a function, and its arguments.
 """
@@ -19,43 +19,45 @@ FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "asin", "acos", "atan"
 FUNCTIONS["Abs"] = "abs"
 
 
-class UnwrittenError(Exception):
-    """An expression that a page does not know."""
+class UnsupportedExpressionError(Exception):
+    """An expression that a page's script cannot evaluate."""
 
 
 @cache
-def facts(system: "System") -> dict | None:
-    """Return the equations a_ij q̈_j = f_i, or x' = f, of a system for the page; None where it cannot evaluate them.
+def page_equations(system: "System") -> dict | None:
+    """Return the equations a_ij q̈_j = f_i, or x' = f, of a system for the page; None if the page cannot evaluate them.
 
     Returns:
-        `coordinates` (name, `velocity`, None of a state, `unit`, and `size`, the tree of what is drawn as a
-        perturbation of one), `shared` (name and tree of what stands in several), `a` (rows of trees; none of states),
+        `coordinates` (name, `velocity`, None of a state, `unit`, and `size`, the tree of the size that is drawn as a
+        perturbation of 1), `shared` (name and tree of each common subexpression), `a` (rows of trees; none of states),
         `forces` (trees of f), `period` (a tree, or None), `drawn` (kind, label and trees of the points of each part of
-        the picture) with `seen`, what is shared in these, and `attitude` (trees of the body's angular velocity, and of
-        what points upwards).
+        the picture) with its common subexpressions `seen`, and `attitude` (trees of the body's angular velocity, and
+        of the upward vector).
     """
     from sweeps.mechanics.derivation import derive
 
     equations = derive(system)
-    drawn = picture(system, equations)
+    picture_parts = picture(system, equations)
     try:
         shared, trees = _trees([*(equations.a or ()), *equations.forces], "shared")
-        seen, points = _trees([x for part in drawn for point in part.points for x in point], "seen")
+        picture_shared, points = _trees([x for part in picture_parts for point in part.points for x in point], "seen")
         period = None if system.given_period is None else tree(system.given_period)
         attitude = system.attitude_equations and [[tree(x) for x in vector] for vector in system.attitude_equations]
         coordinates = []
-        for c in equations.places:  # a perturbation of 1 is drawn as described, as a radian, or an eighth of the bounds
-            usual = 1 if c.unit == "rad" else (c.bounds[1] - c.bounds[0]) / 8
+        for c in equations.places:  # 1 is drawn as described, as a radian, or as an eighth of the bounds
+            default_size = 1 if c.unit == "rad" else (c.bounds[1] - c.bounds[0]) / 8
             words = {"name": c.name, "velocity": c.velocity.name if equations.v else None, "unit": c.unit}
-            coordinates.append(words | {"size": tree(usual if c.size is None else c.size)})
-    except UnwrittenError:
+            coordinates.append(words | {"size": tree(default_size if c.size is None else c.size)})
+    except UnsupportedExpressionError:
         return None
     n = len(equations.v)
     points = iter(points)
-    parts = [[part.kind, part.label, [[next(points) for _ in point] for point in part.points]] for part in drawn]
-    moving = {"coordinates": coordinates, "shared": shared, "a": [trees[i * n : (i + 1) * n] for i in range(n)]}
-    moving |= {"forces": trees[n * n :], "period": period, "attitude": attitude}
-    return moving | {"seen": seen, "drawn": parts}
+    parts = [
+        [part.kind, part.label, [[next(points) for _ in point] for point in part.points]] for part in picture_parts
+    ]
+    page = {"coordinates": coordinates, "shared": shared, "a": [trees[i * n : (i + 1) * n] for i in range(n)]}
+    page |= {"forces": trees[n * n :], "period": period, "attitude": attitude}
+    return page | {"seen": picture_shared, "drawn": parts}
 
 
 def _trees(expressions: list, word: str) -> tuple[list, list]:
@@ -67,12 +69,12 @@ def _trees(expressions: list, word: str) -> tuple[list, list]:
 
 
 def picture(system: "System", equations: "Equations") -> list:
-    """Return the parts of the picture: as described, else masses and rods in a plane, else the first two states."""
+    """Return the parts of the picture: as described, else masses and rods in a plane, else two states."""
     from sweeps.mechanics.description import PicturePart
 
     if system.picture_parts:
         return system.picture_parts
-    places = _places(system)
+    places = _mass_places(system)
     if not places:
         return [PicturePart("mass", (equations.states[:2],))] if equations.n > 1 else []
     return [
@@ -82,12 +84,12 @@ def picture(system: "System", equations: "Equations") -> list:
     ]
 
 
-def places(equations: "Equations", values: Mapping) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield kind and places, shape (…, points, 2 or 3), of each part of the picture.
+def picture_points(equations: "Equations", values: Mapping) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield kind and points, shape (…, points, 2 or 3), of each part of the picture.
 
     Args:
-        equations: of the system.
-        values: of each state, parameter and `time`, by name: arrays that broadcast together.
+        equations: the system's equations.
+        values: values of each state, parameter and `time`, by name: arrays that broadcast together.
     """
     import sympy as sp
 
@@ -100,25 +102,25 @@ def places(equations: "Equations", values: Mapping) -> Iterator[tuple[str, np.nd
         yield kind, numbers.reshape(*arrays[-1].shape, len(points), -1)
 
 
-def _places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
-    """Return places of the masses in a plane: upright through a vertical axis, turning with a turning system."""
+def _mass_places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
+    """Return the masses' (x, z) in a plane: vertical, through the vertical axis, co-rotating with a rotating system."""
     import sympy as sp
 
-    still = {c.symbol: 0 for c in system.coordinates.values() if c.momentum is not None} | {system.time: 0}
-    flat = [[sp.sympify(e).subs(still) for e in place] for _, place in system.particles]
-    return [(place[0], place[-1] if len(place) > 1 else sp.Integer(0)) for place in flat]
+    at_start = {c.symbol: 0 for c in system.coordinates.values() if c.momentum is not None} | {system.time: 0}
+    planar = [[sp.sympify(e).subs(at_start) for e in place] for _, place in system.particles]
+    return [(place[0], place[-1] if len(place) > 1 else sp.Integer(0)) for place in planar]
 
 
 def _rods(system: "System", places: list) -> list[tuple[int, int]]:
     """Return pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
     import sympy as sp
 
-    moving = {c.symbol for c in system.coordinates.values()}
+    coordinates = {c.symbol for c in system.coordinates.values()}
     pairs = []
     for k, (x, y) in enumerate(places):
         for j in dict.fromkeys((k - 1, -1)):
             u, v = places[j] if j >= 0 else (0, 0)
-            if not sp.simplify((x - u) ** 2 + (y - v) ** 2).free_symbols & moving:
+            if not sp.simplify((x - u) ** 2 + (y - v) ** 2).free_symbols & coordinates:
                 pairs.append((k, j))
                 break
     return pairs
@@ -128,7 +130,7 @@ def tree(expression: "sp.Expr") -> float | str | list:
     """Return an expression as a tree.
 
     Raises:
-        UnwrittenError: for a function that is none of `FUNCTIONS`, and for what is not real.
+        UnsupportedExpressionError: for a function that is not in `FUNCTIONS`, or a number that is not real.
     """
     import sympy as sp
 
@@ -145,4 +147,4 @@ def tree(expression: "sp.Expr") -> float | str | list:
         return ["^", *map(tree, e.args)]
     if e.is_Function and e.func.__name__ in FUNCTIONS and len(e.args) == 1:
         return [FUNCTIONS[e.func.__name__], tree(e.args[0])]
-    raise UnwrittenError(str(e))
+    raise UnsupportedExpressionError(str(e))

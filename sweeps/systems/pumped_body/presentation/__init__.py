@@ -27,7 +27,7 @@ class PumpedBodyPresentation(Presentation):
 
     appearance = APPEARANCE
     compared = COMPARED
-    part = on_triangle(
+    base_page = on_triangle(
         "Does a spin stay stable while the moments of inertia change?", Path(__file__).parent / "page" / "part.js"
     )
 
@@ -52,7 +52,7 @@ class PumpedBodyPresentation(Presentation):
             tongues[f"tongues_axis_{axis}"] = partial(
                 figure_tongues.draw, ds, {"axis": axis}, title, APPEARANCE, curves
             )
-        return tongues | self.against_theory(ds)
+        return tongues | self.agreement_figure(ds)
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""

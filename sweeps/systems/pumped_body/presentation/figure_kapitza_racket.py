@@ -93,7 +93,7 @@ def _drawn(point, times, both):
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])
     moments = ", ".join(wording.format_number(point[f"I{i}"], 4) for i in (1, 2, 3))
     words = f"I = ({moments}) kg m², spun about the intermediate axis {axis}"
-    figure = animation.stage(INCHES, DOTS, "Kapitza's racket", words, (12.0, 8.0))
+    figure = animation.empty_stage(INCHES, DOTS, "Kapitza's racket", words, (12.0, 8.0))
     shaken = wording.with_unit(f"shaken: {depths}, at {wording.format_number(point['frequency'], 3)}", "rad s-1")
     trace, scenes, dots = figure.add_axes((0.1, 0.12, 0.87, 0.2)), [], []
     for k, (title, color) in enumerate(((shaken, colors.STABLE), ("at rest", colors.UNSTABLE))):
@@ -116,4 +116,4 @@ def _drawn(point, times, both):
                 artists += [*scene.turn(turned[at], L[at] / moments[at], trail), dot]
             yield artists
 
-    yield from animation.played(figure, steps())
+    yield from animation.draw_frames(figure, steps())

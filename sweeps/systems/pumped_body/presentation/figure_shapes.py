@@ -14,7 +14,7 @@ from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, 
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
-from sweeps.systems.rigid_body.presentation.figure_triangle import about, fixed_at
+from sweeps.systems.rigid_body.presentation.figure_triangle import fixed_at, values_about
 
 NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theory")
 
@@ -29,7 +29,7 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
     figure, places = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
     regimes = Regimes(REGIMES, appearance, DEEPEST)
     for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
-        regime, growth, status, margin, trace = (about(ds, name, axis) for name in NAMES)
+        regime, growth, status, margin, trace = (values_about(ds, name, axis) for name in NAMES)
         regimes.paint(place, *triangle.places(ds, axis_scales.cell_edges), regime, growth, status)
         planes.boundary(place, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
         place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])

@@ -26,17 +26,17 @@ class RelativeEquilibriumPresentation(Presentation):
     """Figures and animation of relative equilibria; a page with the eigenvalues of the chosen point in the plane."""
 
     appearance = APPEARANCE
-    least = ("epsilon",)
-    part = Page(
+    minimum_dims = ("epsilon",)
+    base_page = Page(
         (*moving.FILES, *(_PAGE / name for name in ("spectrum.html", "spectrum.js", "part.js"))),
         "Which equilibria are stable, which flutter, and how accurate are the eigenvalues?",
     )
-    drawn = (("stability", "figure_spectra.draw"),)
+    figure_paths = (("stability", "figure_spectra.draw"),)
     compared = (Compared(("eigenvalue_real", "eigenvalue_imag"), "eigenvalues", "rate_scale"),)
 
     def page(self, ds: Dataset) -> Page:
         """Return the motion about the equilibrium, and its eigenvalues."""
-        return replace(self.part, facts=moving.facts_of(ds, self.system))
+        return replace(self.base_page, facts=moving.page_facts(ds, self.system))
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of the flat spin of a body with a viscous slug."""

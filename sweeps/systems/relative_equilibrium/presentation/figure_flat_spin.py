@@ -23,7 +23,7 @@ E_FOLDS = 60.0  # after which nothing is waited for any more
 FINER = 60  # points of the path a frame
 TRAIL = 6  # frames of the path that are drawn dark
 NAMES = ("transverse_moment", "axial_moment", "slug_moment", "drag", "rotor_momentum", "spin_rate")
-SCREEN = animation.screen(np.array([0.75, -0.5, 0.45]))  # of a viewer in that direction
+SCREEN = animation.screen_axes(np.array([0.75, -0.5, 0.45]))  # of a viewer in that direction
 
 
 def frames(ds: xr.Dataset) -> Iterator[np.ndarray]:
@@ -85,7 +85,7 @@ def _drawn(point, times, momenta):
     moments = ("axial_moment", "transverse_moment", "slug_moment")
     axial, transverse, slug = (wording.format_number(point[name], 3) for name in moments)
     words = f"moment about its axis {axial} of {transverse} kg m², slug {slug} kg m²"
-    figure = animation.stage(INCHES, DOTS, "A slender body ends in a flat spin", words)
+    figure = animation.empty_stage(INCHES, DOTS, "A slender body ends in a flat spin", words)
     ball, curve = figure.add_axes((0.01, 0.04, 0.42, 0.78)), figure.add_axes((0.53, 0.16, 0.44, 0.62))
     place = momenta / np.linalg.norm(momenta, axis=1, keepdims=True) @ SCREEN
     path = _ball(ball, place)
@@ -107,7 +107,7 @@ def _drawn(point, times, momenta):
             tip.set_data(*place[at : at + 1].T)
             yield path, dot, tip
 
-    yield from animation.played(figure, frames())
+    yield from animation.draw_frames(figure, frames())
 
 
 def _ball(ax, place):

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.presentation import planes
-from sweeps.systems.presentation.regimes import Regimes, at_most, dots, rated
+from sweeps.systems.presentation.regimes import Regimes, draw_points, regimes_with_rate, round_up
 from sweeps.systems.relative_equilibrium.presentation import APPEARANCE
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
@@ -23,7 +23,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """
     x, y, third = planes.sides(ds["growth_rate"], ("equilibrium", "eigenvalue"))
     part = _thinned(ds, x, y, third)
-    top = at_most(np.abs(part["relative"].values)) if y else 0.0
+    top = round_up(np.abs(part["relative"].values)) if y else 0.0
     panels, plain = _panels(ds, part, third, top)
     subtitle = "\n".join([planes.subtitle(ds, part, ds["growth_rate"], APPEARANCE), *plain])
     figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
@@ -52,7 +52,7 @@ def _panels(ds, part, third, top):
             named = [str(e).replace("_", " ")] if part.sizes["equilibrium"] > 1 else []
             titled.append((",  ".join(named + ([wording.format_coordinate(ds, third, z)] if third else [])), one))
     panels, plain = [], []
-    for title, one in planes.once(titled, ("regime", "relative", "shade")):
+    for title, one in planes.merge_equal(titled, ("regime", "relative", "shade")):
         kinds = np.unique(one["regime"].values)
         if top and kinds.size == 1 and not one["relative"].values.any():
             plain.append(f"{title}: {APPEARANCE.words(REGIMES[int(kinds[0]) + 1])} everywhere")
@@ -64,13 +64,15 @@ def _panels(ds, part, third, top):
 def _thinned(ds, x, y, third):
     """Select the middle of every other dimension, a few values of these, both ends of a third."""
     names = ["growth_rate", "growth_rate_theory", "rate_scale", "regime", "regime_theory", "status"]
-    few = planes.few(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
+    few = planes.cut_indices(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
     if third:
         few[third] = sorted({0, ds.sizes[third] // 2, ds.sizes[third] - 1})
     part = ds[names].isel(few | {"eigenvalue": 0}).load()
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(few) for name in ("real", "imag"))
     frequencies = np.abs(ds["eigenvalue_imag"].isel(few)).max("eigenvalue")
-    relative = (part["growth_rate"] / part["rate_scale"]).where(np.isin(part["regime"], rated(REGIMES)), 0.0)
+    relative = (part["growth_rate"] / part["rate_scale"]).where(
+        np.isin(part["regime"], regimes_with_rate(REGIMES)), 0.0
+    )
     shade = frequencies / (np.nanmax(frequencies.values, initial=0.0) or 1.0)
     return part.assign(relative=relative, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
 
@@ -80,8 +82,8 @@ def _frequencies(ax, one, x, y, most):
     edges = axis_scales.cell_edges(one[x].values), axis_scales.cell_edges(one[y].values)
     values = np.ma.masked_invalid(one["frequencies"].transpose(y, x).values)
     palette = sheets.color_map("size").with_extremes(bad=colors.MISSING)
-    props = {"vmin": 0.0, "vmax": at_most(most) or most, "rasterized": True, "gid": "frequency"}
-    planes.name_sides(ax, one, x, y)
+    props = {"vmin": 0.0, "vmax": round_up(most) or most, "rasterized": True, "gid": "frequency"}
+    planes.label_axes(ax, one, x, y)
     return ax.pcolormesh(*edges, values, cmap=palette, **props)
 
 
@@ -93,7 +95,7 @@ def _map(ax, one, x, y, regimes):
     for margin in _margins(one):
         rounding = ROUNDING * np.nanmax(np.abs(margin), initial=0.0)
         planes.boundary(ax, one[x].values, one[y].values, margin, rounding, "theory's boundary")
-    planes.name_sides(ax, one, x, y)
+    planes.label_axes(ax, one, x, y)
 
 
 def _margins(one):
@@ -118,7 +120,7 @@ def _margins(one):
 
 
 def _lines(ax, one, x):
-    """Draw the measured growth rate as dots on theory's line, where one parameter varies."""
+    """Draw the measured growth rate as draw_points on theory's line, where one parameter varies."""
     at = one[x].values
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(at, one["growth_rate_theory"].values, color=colors.INK, lw=0.9, gid="theory", label="theory")
@@ -128,6 +130,6 @@ def _lines(ax, one, x):
             ax.axvline(limit, color=colors.QUIET, lw=0.9, ls=(0, (4, 2)), gid="limit")
             props = {"xycoords": ax.get_xaxis_transform(), "va": "top", "ha": "right"}
             marks.annotate(ax, f"theory: {wording.format_number(limit, 4)}", (limit, 0.97), (-5, 0), **props)
-    dots(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], APPEARANCE, ms=3.0)
+    draw_points(ax, at, one["growth_rate"].values, one["regime"].values, REGIMES[1:], APPEARANCE, ms=3.0)
     axis_scales.set_scale(ax.xaxis, at)
     ax.set(xlabel=wording.axis_label(one, x), ylabel=f"growth rate, below 0 decay  ({wording.format_units('s-1')})")

@@ -12,7 +12,7 @@ class RigidBodyPresentation(Presentation):
     """Figures, animation and page of free rigid bodies."""
 
     appearance = APPEARANCE
-    least = ("epsilon",)
+    minimum_dims = ("epsilon",)
     compared = (
         Compared(("frequency",), "oscillates in theory", "omega0"),
         Compared(("growth_rate",), "grows in theory", "omega0"),
@@ -24,9 +24,9 @@ class RigidBodyPresentation(Presentation):
         if not is_grid(ds):
             return super().opening(ds)
         from sweeps.systems.rigid_body.presentation.figure_flip import racket_at
-        from sweeps.systems.rigid_body.presentation.figure_stability import planes
+        from sweeps.systems.rigid_body.presentation.figure_stability import plane_and_cuts
 
-        plane, at = (SHAPE, super().opening(ds).at) if is_of_shapes(ds) else planes(ds)
+        plane, at = (SHAPE, super().opening(ds).at) if is_of_shapes(ds) else plane_and_cuts(ds)
         return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
 
     def page(self, ds: Dataset) -> Page:
@@ -45,7 +45,7 @@ class RigidBodyPresentation(Presentation):
         else:
             one = "figure_triangle.draw_axis" if shapes else "figure_stability.draw"
             drawings |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
-        drawings |= self.against_theory(ds)
+        drawings |= self.agreement_figure(ds)
         if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
             drawings["breakdown"] = self.drawing("figure_breakdown.draw", ds)
         return drawings | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
@@ -57,7 +57,7 @@ class RigidBodyPresentation(Presentation):
     def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""
         drawings = {"triangle": self.drawing("figure_triangle.draw", ds), **super().figures_of_points(ds)}
-        return drawings | self.against_theory(ds)
+        return drawings | self.agreement_figure(ds)
 
     def animations(self, ds: Dataset) -> Animations:
         """Return the animation of one flip of the most unstable possible body."""

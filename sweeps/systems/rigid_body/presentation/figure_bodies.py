@@ -1,4 +1,4 @@
-"""Real bodies side by side: their measured rates, how soon they flip, and their periods beside the observed ones."""
+"""Figure of real bodies: measured rates, flip periods, and measured against observed periods."""
 
 import re
 import textwrap
@@ -16,88 +16,88 @@ from sweeps.systems.rigid_body.fits import Period, compare_periods, signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, LINES, cut_at, settings
 from sweeps.systems.rigid_body.system import REGIMES
 
-MOST_BODIES, MOST_PERIODS = 30, 10
-PERIOD_INCHES, LINE_INCHES = 1.28, 0.145
-NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # letters an inch of the figure, and of a name
-AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # where those columns stand, inches from the right of the panel of rates
-NAME_LETTERS = 40  # of a period's heading
+MAX_BODIES, MAX_PERIODS = 30, 10  # rows that fit a page
+PERIOD_INCHES, LINE_INCHES = 1.28, 0.145  # heights of a period's row and of a line of its note
+NOTE_WIDTH, NAME_WIDTH = 4.6, 20  # characters of a note per inch of the figure, and of a line of a name
+AXIS, GROWS, FLIPS = 0.3, 0.97, 1.87  # inches from the right edge of the panel of rates to these columns of text
+HEADING_LENGTH = 40  # characters of a period's heading
 MEASURED = {"label": "rigid body, measured", "marker": "o", "ms": 7.5, "color": colors.STABLE}
 OBSERVED = {"label": "observed", "marker": "D", "ms": 6.5, "color": colors.PAPER, "mec": colors.INK, "mew": 1.3}
-HOLLOW = ("sphere", "undetermined")  # regimes
-LIGHT = (*HOLLOW, "stable_minor")  # of whose marks the numeral is dark
+HOLLOW = ("sphere", "undetermined")  # regimes with hollow markers
+LIGHT = (*HOLLOW, "stable_minor")  # regimes with light markers, on which the numeral is dark
 NUMERAL = {"ha": "center", "va": "center", "fontsize": 7.6, "fontweight": "bold", "zorder": 4}
 OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
-    part = _selected(ds)
-    all_periods = compare_periods(ds.sel(body=part["body"].values))
-    observed = [all_periods[i] for i in spaced_indices(len(all_periods), MOST_PERIODS)]
-    rows = part.sizes["body"]
-    row = 0.84 if sheets.is_narrow() else 0.46  # inches: marks of three axes, one above the other
-    height = 2.0 + max(row * rows, PERIOD_INCHES * len(observed), 1.0)
-    many = ds.sizes["body"] > MOST_BODIES
-    panels = 2 if observed or many else 1
-    lines, columns, size = canvas.arrange_panels(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
-    some = f";  periods of {len(observed)} of {len(all_periods)}" if len(observed) < len(all_periods) else ""
-    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, part) + some, ax=ax)
-    axes = np.ravel(figure.subplots(lines, columns))
-    _rates(axes[0], part)
+    selected = _select_bodies(ds)
+    all_periods = compare_periods(ds.sel(body=selected["body"].values))
+    periods = [all_periods[i] for i in spaced_indices(len(all_periods), MAX_PERIODS)]
+    rows = selected.sizes["body"]
+    row_height = 0.84 if sheets.is_narrow() else 0.46  # inches, for the markers of three axes
+    height = 2.0 + max(row_height * rows, PERIOD_INCHES * len(periods), 1.0)
+    has_more = ds.sizes["body"] > MAX_BODIES
+    panels = 2 if periods or has_more else 1
+    panel_rows, columns, size = canvas.arrange_panels(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
+    period_count = f";  periods of {len(periods)} of {len(all_periods)}" if len(periods) < len(all_periods) else ""
+    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, selected) + period_count, ax=ax)
+    axes = np.ravel(figure.subplots(panel_rows, columns))
+    _draw_rates(axes[0], selected)
     if not sheets.is_narrow():
-        _times(axes[0], part)
-    if observed:
-        _periods(axes[1], observed, (figure.get_size_inches()[1] / lines - 2.0) / len(observed))
-    elif many:
-        _histogram(axes[1], ds)
-    present = {REGIMES[int(code) + 1] for code in np.unique(part["regime"].values)}
-    words = [word for word in REGIMES if word in present]
-    handles = [Line2D([], [], ls="none", label=APPEARANCE.words(word), **_marker(word)) for word in words]
+        _write_times(axes[0], selected)
+    if periods:
+        _draw_periods(axes[1], periods, (figure.get_size_inches()[1] / panel_rows - 2.0) / len(periods))
+    elif has_more:
+        _draw_histogram(axes[1], ds)
+    regimes = {REGIMES[int(code) + 1] for code in np.unique(selected["regime"].values)}
+    drawn_regimes = [word for word in REGIMES if word in regimes]
+    handles = [Line2D([], [], ls="none", label=APPEARANCE.words(word), **_marker_props(word)) for word in drawn_regimes]
     handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
     canvas.draw_legend(figure, handles)
     return figure
 
 
-def _selected(ds: xr.Dataset) -> xr.Dataset:
-    """Return at most `MOST_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
+def _select_bodies(ds: xr.Dataset) -> xr.Dataset:
+    """Return at most `MAX_BODIES` bodies at the least epsilon and the middle omega0 and phase, over (body, axis)."""
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
-    few = {"body": spaced_indices(ds.sizes["body"], MOST_BODIES)}
-    part = ds[names].isel(cut_at(ds) | few).load().transpose("body", "axis")
-    measured, theory = (signed_rate(part[name], part["omega0"]) for name in names[:2])
-    return part.assign(rate=abs(measured), rate_theory=abs(theory))
+    body_index = {"body": spaced_indices(ds.sizes["body"], MAX_BODIES)}
+    selected = ds[names].isel(cut_at(ds) | body_index).load().transpose("body", "axis")
+    measured, theory = (signed_rate(selected[name], selected["omega0"]) for name in names[:2])
+    return selected.assign(rate=abs(measured), rate_theory=abs(theory))
 
 
-def _subtitle(ds: xr.Dataset, part: xr.Dataset) -> str:
-    fixed = {name: float(part[name]) for name in ("omega0", "epsilon", "phase") if part[name].ndim == 0}
-    varied = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if part[name].ndim]
+def _subtitle(ds: xr.Dataset, selected: xr.Dataset) -> str:
+    fixed_values = {name: float(selected[name]) for name in ("omega0", "epsilon", "phase") if selected[name].ndim == 0}
+    varying = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if selected[name].ndim]
     bodies = wording.format_count(ds.sizes["body"], "body", "bodies")
-    if part.sizes["body"] < ds.sizes["body"]:
-        bodies = f"{part.sizes['body']} of {bodies}"
-    text = settings(fixed) + (f";  {', '.join(varied)} differ by body" if varied else "")
+    if selected.sizes["body"] < ds.sizes["body"]:
+        bodies = f"{selected.sizes['body']} of {bodies}"
+    text = settings(fixed_values) + (f";  {', '.join(varying)} differ by body" if varying else "")
     return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
 
 
-def _rates(ax: Axes, part: xr.Dataset) -> None:
-    """Draw numbered markers at the measured rates over ticks at theory's; rates of zero have their own column."""
-    rates, theory = part["rate"].values, part["rate_theory"].values
-    trusted = ~np.isin(part["regime"].values, (3, 4))
+def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
+    """Draw numbered markers at the measured rates over ticks at theory's; zero rates have a column of their own."""
+    rates, theory = selected["rate"].values, selected["rate_theory"].values
+    trusted = ~np.isin(selected["regime"].values, (3, 4))
     positive = rates[trusted & (rates > 0)]
     low = 10.0 ** (np.floor(np.log10(positive.min())) - 0.3) if positive.size else 0.1
     zero = low / 2.2
     ax.set_xscale("log")
     for (i, j), rate in np.ndenumerate(rates):
-        axis = int(part["axis"].values[j])
-        y, word = i + OFFSETS[axis], REGIMES[int(part["regime"].values[i, j]) + 1]
+        axis = int(selected["axis"].values[j])
+        y, word = i + OFFSETS[axis], REGIMES[int(selected["regime"].values[i, j]) + 1]
         ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
             x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else colors.PAPER
-            ax.plot([x], [y], zorder=3, gid=word, **_marker(word) | {"ms": 9.6, "mew": 0.9})
+            ax.plot([x], [y], zorder=3, gid=word, **_marker_props(word) | {"ms": 9.6, "mew": 0.9})
             marks.annotate(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
-    rows = part.sizes["body"]
+    rows = selected.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
-    letters = 7.2 if sheets.is_narrow() else 9.0
-    ax.set_yticks(range(rows), [_row_label(part.isel(body=i)) for i in range(rows)], fontsize=letters)
+    font_size = 7.2 if sheets.is_narrow() else 9.0
+    ax.set_yticks(range(rows), [_row_label(selected.isel(body=i)) for i in range(rows)], fontsize=font_size)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
@@ -109,10 +109,10 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
     ax.tick_params(axis="y", length=0)
 
 
-def _histogram(ax: Axes, ds: xr.Dataset) -> None:
-    """Draw how the measured rates of all bodies are distributed, about each axis."""
-    part = ds[["omega_squared"]].isel(cut_at(ds)).load()
-    rate = signed_rate(part["omega_squared"], part["omega0"]).transpose("axis", "body")
+def _draw_histogram(ax: Axes, ds: xr.Dataset) -> None:
+    """Draw the distribution of the measured rates of all bodies about each axis."""
+    selected = ds[["omega_squared"]].isel(cut_at(ds)).load()
+    rate = signed_rate(selected["omega_squared"], selected["omega0"]).transpose("axis", "body")
     finite = rate.values[np.isfinite(rate.values)]
     ends = (float(finite.min()), float(finite.max())) if finite.size else (-1.0, 1.0)
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
@@ -126,30 +126,34 @@ def _histogram(ax: Axes, ds: xr.Dataset) -> None:
     ax.legend(loc="best")
 
 
-def _times(ax: Axes, part: xr.Dataset) -> None:
-    """Write the unstable axis, its e-folding time and the time between flips beside each row."""
+def _write_times(ax: Axes, selected: xr.Dataset) -> None:
+    """Write the unstable axis, its e-folding time and the time between flips next to each row."""
     props = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
-    flips = "flip_period" in part
-    nudge = f"ε = {wording.format_number(float(part['epsilon']), 2)}" if part["epsilon"].ndim == 0 else "own ε"
-    heads = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | ({FLIPS: f"{nudge},\nflips every"} if flips else {})
-    for inches, head in heads.items():
-        _beside(ax, None, inches, head, va="bottom", fontsize=8, color=colors.QUIET)
-    for i in range(part.sizes["body"]):
-        unstable = np.flatnonzero(part["regime"].values[i] == REGIMES.index("unstable") - 1)
+    has_flips = "flip_period" in selected
+    perturbation = (
+        f"ε = {wording.format_number(float(selected['epsilon']), 2)}" if selected["epsilon"].ndim == 0 else "own ε"
+    )
+    headings = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | (
+        {FLIPS: f"{perturbation},\nflips every"} if has_flips else {}
+    )
+    for inches, heading in headings.items():
+        _write_at_right(ax, None, inches, heading, va="bottom", fontsize=8, color=colors.QUIET)
+    for i in range(selected.sizes["body"]):
+        unstable = np.flatnonzero(selected["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
-            at = part.isel(body=i, axis=int(unstable[0]))
-            _beside(ax, i, AXIS, f"axis {int(at['axis'])}", gid="about", **props)
-            if rate := float(at["growth_rate"]):
-                _beside(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **props)
-        if unstable.size and flips and np.isfinite(at["flip_period"]):
-            _beside(ax, i, FLIPS, brief_duration(float(at["flip_period"])), gid="flip", **props)
+            spin = selected.isel(body=i, axis=int(unstable[0]))
+            _write_at_right(ax, i, AXIS, f"axis {int(spin['axis'])}", gid="about", **props)
+            if rate := float(spin["growth_rate"]):
+                _write_at_right(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **props)
+        if unstable.size and has_flips and np.isfinite(spin["flip_period"]):
+            _write_at_right(ax, i, FLIPS, brief_duration(float(spin["flip_period"])), gid="flip", **props)
 
 
-def _beside(ax: Axes, row: int | None, inches: float, text: str, **props) -> None:
-    """Write a text so many inches to the right of a panel, in a row or (None) above all: at any size of the panel."""
-    at, kind = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
+def _write_at_right(ax: Axes, row: int | None, inches: float, text: str, **props) -> None:
+    """Write a text at a distance in inches to the right of a panel, in a row, or above all rows (None)."""
+    anchor, transform = ((1.0, 1.0), ax.transAxes) if row is None else ((1.0, row), ax.get_yaxis_transform())
     shift = (72 * inches, 4 if row is None else 0)
-    marks.annotate(ax, text, at, shift, xycoords=kind, ha="center", annotation_clip=False, **props)
+    marks.annotate(ax, text, anchor, shift, xycoords=transform, ha="center", annotation_clip=False, **props)
 
 
 def _row_label(body: xr.Dataset) -> str:
@@ -157,63 +161,65 @@ def _row_label(body: xr.Dataset) -> str:
     return name + ("" if float(body["triangle_margin"].min()) >= 0 else "\n(no rigid body)")
 
 
-def _marker(word: str) -> dict:
+def _marker_props(word: str) -> dict:
     color = APPEARANCE.color(word)
     return {"marker": "o", "ms": 7, "mec": color, "mfc": colors.PAPER if word in HOLLOW else color}
 
 
-def _periods(ax: Axes, observed: list[Period], inches: float) -> None:
-    """Draw measured and observed periods as pairs on an axis of days, each with its note in a row of some inches."""
-    days = [d for p in observed for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
-    wide = ax.figure.get_size_inches()[0]
-    room = max(6.0, (max(days) / min(days)) ** 0.35) ** (12.0 / wide)  # for the numbers beside the outermost marks
-    ax.set(xscale="log", xlim=(min(days) / room, max(days) * room), ylim=(len(observed), 0.0), yticks=[])
-    for row, period in enumerate(observed):
+def _draw_periods(ax: Axes, periods: list[Period], inches: float) -> None:
+    """Draw measured and observed periods as pairs on an axis of days, each with its note in a row of `inches`."""
+    all_days = [d for p in periods for d in (p.measured_days, p.observed_days) if np.isfinite(d)]
+    width = ax.figure.get_size_inches()[0]
+    margin = max(6.0, (max(all_days) / min(all_days)) ** 0.35) ** (
+        12.0 / width
+    )  # for the numbers next to the outermost markers
+    ax.set(xscale="log", xlim=(min(all_days) / margin, max(all_days) * margin), ylim=(len(periods), 0.0), yticks=[])
+    for row, period in enumerate(periods):
         y = row + 0.42 / inches
         pair = [period.measured_days, period.observed_days]
         ax.plot(pair, [y, y], color=colors.FAINT, lw=2.5, zorder=1, solid_capstyle="butt")
         for x, props in zip(pair, (MEASURED, OBSERVED), strict=True):
             ax.plot(x, y, ls="none", zorder=3, gid=props["label"], **props)
-        _period_texts(ax, period, row, y, inches)
+        _write_period_texts(ax, period, row, y, inches)
         if row:
             ax.axhline(row, color=colors.FAINT, lw=0.5)
     axis_scales.set_plain_log_ticks(ax.xaxis)
     ax.set_xlabel("period in the body's frame  (days of 86,400 s)")
     ax.set_title("" if sheets.is_narrow() else "Periods", loc="left", fontweight="bold", fontsize=9.5)
     handles = [Line2D([], [], ls="none", **props) for props in (MEASURED, OBSERVED)]
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
-    ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **place)
+    corner = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
+    ax.legend(handles=handles, ncols=2, handletextpad=0.3, columnspacing=1.2, **corner)
     marks.draw_grid(ax, "x")
 
 
-def _period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
+def _write_period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
     def write(text, depth, **props):
         ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **props)
 
-    head = f"{period.body}: {period.what}, axis {period.axis}"
-    write(textwrap.shorten(head, NAME_LETTERS, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
+    heading = f"{period.body}: {period.what}, axis {period.axis}"
+    write(textwrap.shorten(heading, HEADING_LENGTH, placeholder=" …"), 0.08, fontsize=9, fontweight="bold")
     values = sorted(d for d in (period.measured_days, period.observed_days) if np.isfinite(d))
     props = {"va": "center", "fontsize": 8.5, "path_effects": marks.halo(2.0)}
     if len(values) > 1:
-        marks.annotate(ax, _days(values[0]), (values[0], y), (-8, 0), ha="right", **props)
-    marks.annotate(ax, _days(values[-1]), (values[-1], y), (8, 0), ha="left", **props)
+        marks.annotate(ax, _format_days(values[0]), (values[0], y), (-8, 0), ha="right", **props)
+    marks.annotate(ax, _format_days(values[-1]), (values[-1], y), (8, 0), ha="left", **props)
     if sheets.is_narrow():
         return
-    letters = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
-    note = textwrap.wrap(" ".join(period.note.split()), letters)
+    line_length = int(NOTE_WIDTH * ax.figure.get_size_inches()[0])
+    note = textwrap.wrap(" ".join(period.note.split()), line_length)
     if len(note) * LINE_INCHES > inches - 0.64:
-        note = textwrap.wrap(gist(period.note), letters)
+        note = textwrap.wrap(conclusion(period.note), line_length)
     write("\n".join(note), 0.58, fontsize=7.8, color=colors.QUIET, linespacing=1.25)
 
 
-def _days(value: float) -> str:
+def _format_days(value: float) -> str:
     if value < 0.01:
         return f"{wording.format_number(value, 3)} d"
     text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"
     return (text.rstrip("0").rstrip(".") if "." in text else text) + " d"
 
 
-def gist(note: str) -> str:
+def conclusion(note: str) -> str:
     """Return the last sentence of a note, its conclusion."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z])", " ".join(note.split()))[-1]
 

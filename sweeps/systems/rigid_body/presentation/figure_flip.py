@@ -30,7 +30,7 @@ FRAMES = 90
 INCHES, WIDE = (4.8, 4.6), (9.6, 5.4)  # of a GIF and of a film
 DOTS = 100  # per inch
 TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
-SCREEN = animation.screen(TOWARDS)
+SCREEN = animation.screen_axes(TOWARDS)
 LIGHT = np.array([0.35, -0.2, 0.91])
 RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985: shown where it stands on the grid
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
@@ -114,7 +114,7 @@ def film(motion: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
-    times, pace = animation.timing(float(motion["time"][-1] - motion["time"][0]))
+    times, pace = animation.frame_times(float(motion["time"][-1] - motion["time"][0]))
     inertia, start = (", ".join(wording.format_number(value, 3) for value in values) for values in (moments, omega))
     words = f"I = ({inertia}) kg m², starts with ω = ({start}) {wording.format_units('rad s-1')}; {pace}"
     outline = next(iter(outlines.read(motion.attrs).values()), None)
@@ -159,7 +159,7 @@ class _Shown(NamedTuple):
 def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
     """Yield the pictures; attitudes `FINER` times as many."""
     wide = sheets.current_film.get().width is not None
-    figure = animation.stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
+    figure = animation.empty_stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
     place = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
     scene = FilmStage(place, 1.68 if wide else 2.3, shown.faces, shown.axis)
     dots = _trace(figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22)), omegas, times)
@@ -171,7 +171,7 @@ def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray
                 dot.set_data([times[k]], [component])
             yield [*scene.turn(matrix, omegas[k], turned[max(0, FINER * k - trail) : FINER * k + 1, :, handle]), *dots]
 
-    yield from animation.played(figure, frames())
+    yield from animation.draw_frames(figure, frames())
 
 
 def _trace(ax: Axes, omegas, times) -> list[Artist]:

@@ -1,4 +1,4 @@
-"""The inertia triangle: every shape of body there can be, its spin about each axis, and real bodies on it."""
+"""Figure of the inertia triangle: all possible shapes of bodies, the rates of their spins, and real bodies."""
 
 import math
 from collections.abc import Iterator
@@ -13,63 +13,65 @@ from sweeps.schema.datasets import Dataset, dimensions
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.rigid_body.fits import signed_rate
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, cut_at, is_of_shapes, settings
-from sweeps.systems.rigid_body.presentation.figure_stability import color_bar, mark_untrusted, real_bodies
+from sweeps.systems.rigid_body.presentation.figure_stability import draw_color_bar, mark_statuses, real_bodies
 
-CELLS = 500  # a side of a panel
-LEAST_FILLED = 100_000  # points; fewer are drawn as dots
+CELLS = 500  # cells per side of a panel
+MIN_BINNED = 100_000  # points; fewer are drawn as dots
 BLOCK_POINTS = 2**19
-BEYOND = 1e-9  # of a ratio: rounding
+RATIO_ROUNDING = 1e-9  # rounding error of a ratio of moments
 
 
 def draw(ds: Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw a panel for each axis, that of axis 2 largest; None where I3 is not the greatest moment of all points."""
+    """Draw a panel for each axis, axis 2 largest; return None unless I3 is the greatest moment of all points."""
     if not _is_on_triangle(ds):
         return None
-    spun = ds["axis"].values.tolist()
-    large = 2 if 2 in spun else spun[0]
-    others = [axis for axis in spun if axis != large]
+    axes_of_spin = ds["axis"].values.tolist()
+    main_axis = 2 if 2 in axes_of_spin else axes_of_spin[0]
+    small_axes = [axis for axis in axes_of_spin if axis != main_axis]
     title = "All possible rigid bodies" if "ratios" in str(ds.attrs.get("definition", "")) else "Bodies by shape"
-    upright = sheets.is_narrow()  # the others below, and not beside
-    size = (4.2, 6.2) if upright else (8.6, 5.9) if others else (5.6, 5.9)
+    is_narrow = sheets.is_narrow()  # the small panels below, and not next to the large one
+    size = (4.2, 6.2) if is_narrow else (8.6, 5.9) if small_axes else (5.6, 5.9)
     bodies = math.prod(ds.sizes[dim] for dim in ("point", *SHAPE) if dim in ds.sizes)
     points = f"{bodies:,} bodies, spun about each axis, perturbed and measured"
     subtitle = f"{points}.  Colour: measured rate of the perturbation over the spin rate"
     figure = canvas.make_figure(*size, title, subtitle, ax=ax)
-    shares = (1.9, 1.0) if others else (1.0,)
-    shape = (len(shares), 2, None, shares) if upright else (2, len(shares), shares, None)
+    ratios = (1.9, 1.0) if small_axes else (1.0,)
+    shape = (len(ratios), 2, None, ratios) if is_narrow else (2, len(ratios), ratios, None)
     grid = figure.add_gridspec(*shape[:2], width_ratios=shape[2], height_ratios=shape[3])
-    axes = {large: figure.add_subplot(grid[0, :] if upright else grid[:, 0])}
-    axes |= {axis: figure.add_subplot(grid[1, k] if upright else grid[k, 1]) for k, axis in enumerate(others[:2])}
+    axes = {main_axis: figure.add_subplot(grid[0, :] if is_narrow else grid[:, 0])}
+    axes |= {axis: figure.add_subplot(grid[1, k] if is_narrow else grid[k, 1]) for k, axis in enumerate(small_axes[:2])}
     for axis, ax in axes.items():
-        mesh = _panel(ax, ds, axis, axis == large)
-        size, pad = (10, 18) if axis == large else (9, 6)
+        mesh = _draw_panel(ax, ds, axis, axis == main_axis)
+        size, pad = (10, 18) if axis == main_axis else (9, 6)
         ax.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", fontsize=size, pad=pad)
-    color_bar(figure, axes[large], mesh)
+    draw_color_bar(figure, axes[main_axis], mesh)
     return figure
 
 
 def draw_axis(ds: Dataset, axis: int, ax: Axes | None = None) -> Figure | None:
-    """Draw the stability about one axis, as `figure_stability.draw`, of a map over a grid of shapes."""
+    """Draw the stability about one axis (as `figure_stability.draw`) of `ds`, a map over a grid of shapes."""
     fixed = {name: float(ds[name].values[i]) for name, i in cut_at(ds).items()}
     subtitle = f"{ds.attrs.get('title', '')}\n{settings(fixed)}".strip()
     figure = canvas.make_figure(6.4, 5.9, f"Spin about axis {axis}: measured stability", subtitle, ax=ax)
     ax = figure.subplots()
-    mesh = _panel(ax, ds, axis, True)
-    color_bar(figure, ax, mesh)
-    mark_untrusted(ax, *triangle.places(ds), about(ds, "status", axis))
+    mesh = _draw_panel(ax, ds, axis, True)
+    draw_color_bar(figure, ax, mesh)
+    mark_statuses(ax, *triangle.places(ds), values_about(ds, "status", axis))
     canvas.draw_legend(figure)
     return figure
 
 
 def _is_on_triangle(ds: Dataset) -> bool:
-    """Return whether the map is of shapes, or of points whose greatest moment is the third, and no other grid."""
+    """Return True for a map of shapes, or of points with I3 as greatest moment and no further dimension."""
     if "axis" not in ds.dims or is_of_shapes(ds):
         return is_of_shapes(ds)
     names = {"I1", "I2", "I3", "omega_squared", "omega0"}
-    alone = {("point",), *((name,) for name in ("I3", "omega0") if ds.sizes.get(name, 1) == 1)}
-    if not names <= set(ds.variables) or any(ds[name].dims not in alone for name in ("I1", "I2", "I3", "omega0")):
+    allowed_dims = {("point",), *((name,) for name in ("I3", "omega0") if ds.sizes.get(name, 1) == 1)}
+    if not names <= set(ds.variables) or any(
+        ds[name].dims not in allowed_dims for name in ("I1", "I2", "I3", "omega0")
+    ):
         return False
-    return all(max(x.max(), y.max()) <= 1 + BEYOND for x, y, _ in _blocks(ds, None))
+    return all(max(x.max(), y.max()) <= 1 + RATIO_ROUNDING for x, y, _ in _blocks(ds, None))
 
 
 def fixed_at(ds: Dataset) -> dict[str, int]:
@@ -77,23 +79,23 @@ def fixed_at(ds: Dataset) -> dict[str, int]:
     return {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")} | cut_at(ds)
 
 
-def about(ds: Dataset, name: str, axis: int) -> np.ndarray:
-    """Return a variable of a grid of shapes about an axis, at the places of the shapes."""
+def values_about(ds: Dataset, name: str, axis: int) -> np.ndarray:
+    """Return the variable `name` of `ds`, a grid of shapes, about an axis, in the order of `triangle.places`."""
     return triangle.values(ds, name, fixed_at(ds) | {"axis": int(np.flatnonzero(ds["axis"].values == axis)[0])})
 
 
 def _blocks(ds: Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
-    """Yield I1/I3, I2/I3 and, about an axis, the signed rate, block after block of points."""
-    fixed = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
+    """Yield I1/I3, I2/I3 and the signed rate about an axis (None without one), for each block of points."""
+    cut = {d: 0 for d in ds["omega_squared"].dims if d not in ("point", "axis")}
     for first in range(0, ds.sizes["point"], BLOCK_POINTS):
-        part = ds.isel(fixed | {"point": slice(first, first + BLOCK_POINTS)})
-        x, y = (part[name].values / part["I3"].values for name in ("I1", "I2"))
-        squared = None if axis is None else part["omega_squared"].sel(axis=axis).values
-        yield x, y, None if squared is None else signed_rate(squared, part["omega0"].values)
+        block = ds.isel(cut | {"point": slice(first, first + BLOCK_POINTS)})
+        x, y = (block[name].values / block["I3"].values for name in ("I1", "I2"))
+        squared = None if axis is None else block["omega_squared"].sel(axis=axis).values
+        yield x, y, None if squared is None else signed_rate(squared, block["omega0"].values)
 
 
-def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
-    """Return mean signed rate in each cell of the triangle, NaN in those without a point."""
+def _bin_rates(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
+    """Return the mean signed rate in each cell of the triangle, NaN in cells without a point."""
     total = count = 0.0
     for x, y, rate in _blocks(ds, axis):
         finite = np.isfinite(rate)
@@ -102,38 +104,42 @@ def _binned(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
     return np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
 
 
-def _panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
+def _draw_panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
     props = {"cmap": sheets.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
     if is_of_shapes(ds):
-        rate = signed_rate(about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
+        rate = signed_rate(values_about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
         mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), rate, zorder=0, **props)
-    elif ds.sizes["point"] >= LEAST_FILLED:
+    elif ds.sizes["point"] >= MIN_BINNED:
         edges = np.linspace(0, 1, (CELLS if is_large else CELLS // 2) + 1)
-        mesh = ax.pcolormesh(edges, edges, _binned(ds, axis, edges), zorder=0, **props)
+        mesh = ax.pcolormesh(edges, edges, _bin_rates(ds, axis, edges), zorder=0, **props)
     else:
-        x, y, rate = (np.concatenate(part) for part in zip(*_blocks(ds, axis), strict=True))
+        x, y, rate = (np.concatenate(columns) for columns in zip(*_blocks(ds, axis), strict=True))
         mesh = ax.scatter(x, y, s=6, c=rate, linewidths=0, **props)
     triangle.frame(ax, axis, is_large)
-    _words(ax, axis, is_large)
+    _name_regions(ax, axis, is_large)
     if is_large and not sheets.is_narrow():
         _name_bodies(ax)
     return mesh
 
 
-def _words(ax: Axes, axis: int, is_large: bool) -> None:
-    """Write the stability of the spin in each part."""
-    above, below = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
-    kinds = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
+def _name_regions(ax: Axes, axis: int, is_large: bool) -> None:
+    """Write the stability of the spin on each side of the line I1 = I2."""
+    above_line, below_line = (0.62, 0.78), ((0.83, 0.45) if is_large else (0.78, 0.5))  # I1 < I2, I1 > I2
+    regimes = {1: ("stable_minor", "unstable"), 2: ("unstable", "stable_minor"), 3: ("stable_major", "")}[axis]
     props = {"ha": "center", "va": "center", "path_effects": marks.halo(2.4), "zorder": 5}
-    for at, kind in zip((above, below) if axis != 3 else ((0.72, 0.75), below), kinds, strict=True):
-        if kind:
-            words = APPEARANCE.words(kind).replace(", ", ",\n") if is_large else APPEARANCE.words(kind).split(",")[0]
-            ax.text(*at, words, fontsize=10 if is_large else 8.5, fontweight="bold", **props)
+    for place, regime in zip(
+        (above_line, below_line) if axis != 3 else ((0.72, 0.75), below_line), regimes, strict=True
+    ):
+        if regime:
+            words = (
+                APPEARANCE.words(regime).replace(", ", ",\n") if is_large else APPEARANCE.words(regime).split(",")[0]
+            )
+            ax.text(*place, words, fontsize=10 if is_large else 8.5, fontweight="bold", **props)
 
 
 def _name_bodies(ax: Axes) -> None:
-    for name, (x, y, _), offset, side in real_bodies():
+    for name, (x, y, _), offset, alignment in real_bodies():
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec=colors.PAPER, mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:
-            props = {"ha": side, "fontsize": 8.5, "zorder": 7, "path_effects": marks.halo(2.6)}
+            props = {"ha": alignment, "fontsize": 8.5, "zorder": 7, "path_effects": marks.halo(2.6)}
             marks.annotate(ax, name, (x, y), offset, **props)

@@ -23,12 +23,12 @@ class SymmetricTopPresentation(Presentation):
 
     appearance = APPEARANCE
     files = (*turning.FILES, Path(__file__).parent / "page/part.js")
-    part = Page(files, keys="Space: play or pause.", facts=turning.FACTS)
+    base_page = Page(files, keys="Space: play or pause.", facts=turning.FACTS)
     compared = (
         Compared(("precession_rate",), "precession of ω", "omega3"),
         Compared(("momentum_precession_rate",), "precession of L", "omega3"),
     )
-    drawn = (("precession", "figure_tops.draw_precession"), ("cones", "figure_tops.draw_cones"))
+    figure_paths = (("precession", "figure_tops.draw_precession"), ("cones", "figure_tops.draw_cones"))
 
 
 PRESENTATION = SymmetricTopPresentation

@@ -20,11 +20,11 @@ class TumblingPresentation(Presentation):
         },
         SYMBOLS | {"energy": Symbol("$2TI_3/L^2$", "2T I₃/L²")},
     )
-    part = on_triangle(
+    base_page = on_triangle(
         "How does a body tumble, with which periods, and how accurate are they?", Path(__file__).parent / "page/part.js"
     )
     compared = (Compared(("period_psi",), "period in the body"), Compared(("period_phi_encircled",), "period about L"))
-    drawn = (("periods", "figure_tumbling.draw_periods"), ("herpolhode", "figure_tumbling.draw_herpolhode"))
+    figure_paths = (("periods", "figure_tumbling.draw_periods"), ("herpolhode", "figure_tumbling.draw_herpolhode"))
 
 
 PRESENTATION = TumblingPresentation

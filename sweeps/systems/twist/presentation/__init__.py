@@ -15,9 +15,9 @@ class TwistPresentation(Presentation):
         {"reversed": Mark("reversed", "#", colors.UNSTABLE), "same_side": Mark("same side", "+", colors.STABLE)},
         SYMBOLS | {"chi": Symbol(r"$\chi$", "χ"), "theta": Symbol(r"$\theta$", "θ")},
     )
-    part = on_triangle("How far does a thrown body twist?", Path(__file__).parent / "page/part.js")
+    base_page = on_triangle("How far does a thrown body twist?", Path(__file__).parent / "page/part.js")
     compared = (Compared(("twist",), "twist"), Compared(("time_of_turn",), "time of a revolution"))
-    drawn = (("twist", "figure_twist.draw_map"), ("defect", "figure_twist.draw_defect"))
+    figure_paths = (("twist", "figure_twist.draw_map"), ("defect", "figure_twist.draw_defect"))
 
 
 PRESENTATION = TwistPresentation

@@ -18,7 +18,7 @@ class UncertainBodiesPresentation(Presentation):
     """Figure and table of probabilities and quantiles."""
 
     appearance = Appearance({**OF_RIGID_BODIES.marks, **MARKS}, OF_RIGID_BODIES.symbols)
-    drawn = (("outlook", "figure_outlook.draw"),)
+    figure_paths = (("outlook", "figure_outlook.draw"),)
 
     def page(self, ds: Dataset) -> Page:
         """Return bodies and axes in a table."""
