@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from kernels.cache import cache_folder
-from kernels.fingerprint import machine
+from kernels.compile.cache import cache_folder
+from kernels.compile.fingerprint import machine
 
 ROOT = Path(__file__).parents[1]
 

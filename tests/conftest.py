@@ -22,11 +22,11 @@ from sweeps import systems
 from sweeps.points import compile_kernels
 
 LEFT_TO_THE_SLOW = {
-    "spectrum",
-    "projection",
-    "invariants",
-    "flows",
-    "in_space",
+    "flow.spectrum",
+    "flow.projection",
+    "flow.invariants",
+    "flow.flows",
+    "events.in_space",
 }  # kernels that no quick test needs
 
 settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=15)

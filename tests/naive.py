@@ -7,7 +7,8 @@ import mpmath
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from kernels import elliptic, measure
+from kernels.estimator import measure
+from kernels.free import elliptic
 
 
 def jacobi(u, m, m1):
@@ -118,7 +119,7 @@ def rate_squared_of(D, spacing):
 
 
 def estimate(guess, sums, triples, spacing):
-    """The signed rate² and its standard error from the sums of ``kernels.measure.leftover`` over so many triples."""
+    """The signed rate² and its standard error from the sums of ``measure.leftover`` over so many triples."""
     sum_rx, sum_rr, sum_xx = sums
     value, slope = measure.rate_squared(guess - 0.5 * sum_rx / sum_xx, spacing)
     scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)

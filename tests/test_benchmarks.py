@@ -12,7 +12,7 @@ import pytest
 import race
 import random_motions
 
-from kernels.statuses import OK
+from kernels.estimator.statuses import OK
 
 SCRIPT = Path(race.__file__)
 

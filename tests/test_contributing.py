@@ -34,8 +34,9 @@ def blocks(heading, language="python"):
 def packages():
     """The packages in the order of their imports, each with the first line of its docstring."""
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    for name in (name for layer in layers for name in layer.split(" | ")):
+    orders = [contract for contract in contracts if contract["type"] == "layers"]
+    layers = [(order.get("containers", [""])[0], layer) for order in orders for layer in order["layers"]]
+    for name in (f"{around}.{name}".strip(".") for around, layer in layers for name in layer.split(" | ")):
         path = ROOT / name.replace(".", "/")
         text = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
         yield f"{name:18s} {ast.get_docstring(ast.parse(text)).splitlines()[0]}"

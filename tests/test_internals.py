@@ -15,14 +15,14 @@ INTERNAL = (
 PUBLIC = {"_exit"}  # of os, documented
 OURS = ("kernels", "sweeps")
 REASONS = {
-    "kernels/jit.py: kernel._cache": "Numba has no public way to give a dispatcher a cache",
-    "kernels/cache.py: numba.core.compiler": "what is stored is Numba's result of compiling",
-    "kernels/cache.py: CompileResult._rebuild": "made again from what its _reduce gave, as Numba's own cache does",
-    "kernels/cache.py: numba.core.serialize": "as Numba's own cache writes it",
-    "kernels/cache.py: numba.core.sigutils": "a signature is given as a text or as types",
-    "kernels/straight.py: llvmlite.ir": "writes instructions for LLVM: Numba's documented way to extend it",
-    "kernels/jit.py: numba.core.registry": "a kernel without a form for Python refuses to be called",
-    "kernels/straight.py: numba.core": "cgutils, the helpers of that way",
+    "kernels/compile/jit.py: kernel._cache": "Numba has no public way to give a dispatcher a cache",
+    "kernels/compile/cache.py: numba.core.compiler": "what is stored is Numba's result of compiling",
+    "kernels/compile/cache.py: CompileResult._rebuild": "made from what _reduce gave, as in Numba's cache",
+    "kernels/compile/cache.py: numba.core.serialize": "as Numba's own cache writes it",
+    "kernels/compile/cache.py: numba.core.sigutils": "a signature is given as a text or as types",
+    "kernels/compile/llvm_formulas.py: llvmlite.ir": "LLVM's instructions: Numba's documented way to extend it",
+    "kernels/compile/jit.py: numba.core.registry": "a kernel without a form for Python refuses to be called",
+    "kernels/compile/llvm_formulas.py: numba.core": "cgutils, the helpers of that way",
     "sweeps/maps/validation.py: xarray.core": "indexing.LazilyIndexedArray, documented for authors of backends",
     "sweeps/pipeline/claims.py: workflow._prepare_dag": "Snakemake has no setting against its lock in a Snakefile",
     "sweeps/pipeline/targets.py: snakemake.cli": "Snakemake tells a Snakefile its config, but not its targets",

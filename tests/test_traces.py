@@ -38,7 +38,7 @@ print("SEEN" + json.dumps(seen))
 GRID = {"I1": 1.0, "I2": [2.0, 2.5], "I3": [3.0, 3.2], "omega0": 1.0}
 SURVEY = f"import sweeps; ds = sweeps.survey({{'grid': {GRID!r}}})\n"
 ENTRIES = """
-from kernels import linear, exact, survey; exact.rotation
+from kernels.free import exact, linear; from kernels.near_axis import survey; exact.rotation
 import sweeps.accessor
 ds.to_netcdf('map.nc'); sweeps.open_map('map.nc').close()
 sweeps.plot.stability(ds, axis=2)

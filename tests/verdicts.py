@@ -6,8 +6,8 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from kernels.codes import REGIMES as OF_MULTIPLIERS
-from kernels.statuses import STATUSES
+from kernels.estimator.statuses import STATUSES
+from kernels.flow.codes import REGIMES as OF_MULTIPLIERS
 from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
 from sweeps.systems.relative_equilibrium.system import REGIMES

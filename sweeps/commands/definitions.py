@@ -79,7 +79,7 @@ def _facts(planned) -> dict:
 
 
 def _rows(planned):
-    from kernels.cache import why_unkept
+    from kernels.compile.cache import why_unkept
     from sweeps.points.estimate import PAGE_BYTES, count_impossible, format_duration, in_words, list_shortages
 
     grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
@@ -144,7 +144,7 @@ def add_compile(commands) -> None:
 
 
 def _compile(args):
-    from kernels.cache import why_unkept
+    from kernels.compile.cache import why_unkept
     from sweeps import systems
     from sweeps.points import compile_kernels
     from sweeps.points.loading import read_sweep

@@ -300,7 +300,7 @@ def _held(variable: xr.Variable, numbers: np.ndarray, points: int) -> np.ndarray
 
 def _by_own_kernels(ds: xr.Dataset, sweep: Sweep, sample: _Sample, seed: int) -> Check:
     """Return findings where the kernels that made the map give other bits now."""
-    from kernels.blocks import W
+    from kernels.compile.blocks import W
 
     name, count = "this project's kernels", len(sample.numbers)
     covers = f"{count:,} points (seed {seed}), bit for bit"

@@ -36,8 +36,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from kernels.codes import POLE, UNIT
-from kernels.matrices import apply_by_matrix
+from kernels.flow.matrices import apply_by_matrix
+from kernels.search.codes import POLE, UNIT
 
 STEPS = 8  # steps of the path from the defaults to a point
 STEP_SHIFT = 0.381966  # steps end this much before round fractions of the path, at which roots often meet

@@ -25,8 +25,8 @@ chapter 3 (the differentiation matrix).
 
 import numpy as np
 
-from kernels import statuses
-from kernels.matrices import apply_by_matrix
+from kernels.estimator import statuses
+from kernels.flow.matrices import apply_by_matrix
 
 PHASE_COUNTS = 31, 63, 127, 255  # numbers of collocation phases; odd, so that every harmonic has a derivative
 MAX_TAIL = 1e-5  # largest coefficient of the last third of the harmonics, relative to the state sizes

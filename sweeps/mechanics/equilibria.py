@@ -1,7 +1,7 @@
 """All equilibria of many points within bounds, F(x) = 0: each proved, or undecided with the reason.
 
-A branch-and-prune search with Krawczyk's operator (`kernels.roots`) covers all of the bounds. So "there are k" is
-proved, or the reason is reported:
+A branch-and-prune search with Krawczyk's operator (`kernels.search.roots`) covers all of the bounds. So "there are k"
+is proved, or the reason is reported:
 
 * PROVED: each root is the only one in its box, and the remaining bounds contain none.
 * ROUNDING: numerically there is a root (a double root, an exact pitchfork, two roots closer than doubles resolve), but
@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from kernels import codes
+from kernels.search import codes
 from sweeps.mechanics import branches
 from sweeps.mechanics.landscape import SINGULAR, Landscape
 
@@ -289,11 +289,11 @@ class EquilibriumSearch:
         Args:
             constants: rows of constants, one for each search.
             bounds: shape (searches, 2, n).
-            limits: see `kernels.roots.Limits`.
+            limits: see `kernels.search.roots.Limits`.
             starts: boxes to begin with and each search's range of them; by default the bounds.
             tape: the function whose roots are searched; by default F.
         """
-        from kernels import roots  # compiled by its import
+        from kernels.search import roots  # compiled by its import
 
         progress, indices = np.zeros(2, dtype=np.int64), np.arange(len(bounds))
         starts, ranges = starts or (bounds, np.stack([indices, indices + 1], axis=-1))

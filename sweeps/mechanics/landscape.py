@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from kernels.codes import SOUND
+from kernels.search.codes import SOUND
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.graph import lambdified
 from sweeps.mechanics.tape import Tape

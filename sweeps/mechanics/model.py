@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.mechanics import equilibria
 from sweeps.mechanics.degenerate import Degenerate
 from sweeps.mechanics.derivation import derive

@@ -22,7 +22,7 @@ Source: Landau and Lifshitz, Mechanics, section 23.
 
 import numpy as np
 
-from kernels.matrices import apply_by_matrix
+from kernels.flow.matrices import apply_by_matrix
 
 MAX_TERM_GROWTH = 4.0  # growth of the terms of V″ within a perturbation of relative size one
 MAX_HALVINGS = 100  # halvings of a distance until V″ is finite within it

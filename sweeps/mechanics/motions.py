@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from kernels import paths
+from kernels.flow import paths
 from sweeps.mechanics.series import Moving
 
 SEGMENT_STEPS, MAX_SEGMENTS = 32, 1 << 14  # steps between evaluations of the functions, and how many segments of these

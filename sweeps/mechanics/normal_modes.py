@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import codes, measure, statuses
-from kernels import oscillations as kernel
-from kernels.runs import SIZES, Runs, Sampling
+from kernels.estimator import measure, statuses
+from kernels.flow import codes
+from kernels.flow import oscillations as kernel
+from kernels.flow.runs import SIZES, Runs, Sampling
 from sweeps.mechanics import modes
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.landscape import matrix_change

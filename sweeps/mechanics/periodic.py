@@ -11,11 +11,11 @@ If functions of the time are steep (`sweeps.mechanics.steepness`), there are mor
 
 *Measuring.* From the base motion at each segment's start the full equations are integrated with perturbations +epsilon
 and -epsilon in each direction (only +epsilon if the equations are odd or linear), by the steps of
-`sweeps.mechanics.perturbed`, which are halved until their truncation is below the tolerance; `kernels.monodromy`
+`sweeps.mechanics.perturbed`, which are halved until their truncation is below the tolerance; `kernels.flow.monodromy`
 composes the matrix of the period. Unless the derivation proves that the equations are linear, one more motion begins at
 twice the sum of all directions: its distance from the sum of the other motions is the effect of the amplitude.
 
-*Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.variational`), with
+*Certificate.* The variational flow by collocation at Gauss's points, of order 16 (`kernels.flow.variational`), with
 derivatives of the equations by SymPy: it shares nothing with the generated Taylor steps. It is integrated again in
 fewer steps from another phase, and compared, entry by entry, with the matrix that the finer steps give for the period
 that begins there: steps are shortened by a third until the difference is rounding. If Hamilton's equations are proved
@@ -35,8 +35,10 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from kernels import floquet, jacobians, jit, monodromy, statuses, variational
-from kernels.matrices import find_coupled
+from kernels.compile import jit
+from kernels.estimator import statuses
+from kernels.flow import floquet, jacobians, monodromy, variational
+from kernels.flow.matrices import find_coupled
 from sweeps.mechanics import continuation, motions
 from sweeps.mechanics.equations import Equations, term_coefficients
 from sweeps.mechanics.graph import lambdified
@@ -120,7 +122,7 @@ class Variation:
         self.is_odd = all(sp.expand(e + sign * e.subs(mirror)) == 0 for e, sign in with_sign)
 
     def kernels(self, still):
-        """Return the compiled function of `kernels.variational.integrate_flow`, and which states are coupled."""
+        """Return the compiled function of `kernels.flow.variational.integrate_flow`, and which states are coupled."""
         if still not in self._kernels:
             m, n, entries = self.unknowns, self.equations.n, self.entries[still]
             couplings = [(i, i + n - m, j, j % m) for i, j in [*entries, *np.ndindex(m, 1)]]
@@ -558,7 +560,8 @@ class BaseMotions:
     def integrate_variation(self, steps: int, begin: float = 0.0) -> tuple[floquet.Matrices, np.ndarray, np.ndarray]:
         """Return the variational flow over a period from the phase `begin`, in an even number of steps.
 
-        Also return the matrix of the period that begins at `kernels.monodromy.SECOND_PHASE`, and the trace's integral.
+        Also return the matrix of the period that begins at `kernels.flow.monodromy.SECOND_PHASE`, and the trace's
+        integral.
         """
         variation, still, n = self.model.variation, bool(self.is_still.all()), self.sizes.shape[1]
         is_half, first_velocity, step = self.is_even[0] and begin == 0.0, n - variation.unknowns, self.period / steps
@@ -651,7 +654,7 @@ def unpack_matrices(rows: np.ndarray, n: int, noise: float) -> tuple[floquet.Mat
     """Return matrices with errors, in units of the states' sizes, and the remaining rows.
 
     Args:
-        rows: the result of `kernels.monodromy.compose`, shape (rows, points).
+        rows: the result of `kernels.flow.monodromy.compose`, shape (rows, points).
         n: number of states.
         noise: the error that `rows` give as 1; that of the minors is twice as large.
     """

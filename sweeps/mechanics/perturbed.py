@@ -28,16 +28,16 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from kernels.blocks import W
-from kernels.codes import FAR_ORDER as ORDER
-from kernels.matrices import find_coupled
+from kernels.compile.blocks import W
+from kernels.flow.codes import FAR_ORDER as ORDER
+from kernels.flow.matrices import find_coupled
 from sweeps.mechanics.graph import ADD, DIV, FUNCTION, MUL, Graph, X
 from sweeps.mechanics.series import Series, sum_text
 
 TEXT = '''"""{title}: one Taylor step of order {order} of a motion and of perturbed ones, for {W} lanes."""
 
-from kernels.jit import PASSED, njit
-from kernels.straight import lines
+from kernels.compile.jit import PASSED, njit
+from kernels.compile.llvm_formulas import lines
 
 BASE = lines("""
 {base}

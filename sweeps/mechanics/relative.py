@@ -12,8 +12,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kernels import codes, jacobians, matrices, statuses
-from kernels.blocks import W
+from kernels.compile.blocks import W
+from kernels.estimator import statuses
+from kernels.flow import codes, jacobians, matrices
 from sweeps.mechanics.equilibria import runs_of
 from sweeps.mechanics.landscape import matrix_change
 
@@ -262,10 +263,10 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
         runs: number of runs of a point, in different directions.
 
     Returns:
-        `raw` (points, …) of `kernels.flows`, `status` (int8) and `spacing` (in 1/S).
+        `raw` (points, …) of `kernels.flow.flows`, `status` (int8) and `spacing` (in 1/S).
     """
-    from kernels import flows as kernel
-    from kernels.runs import Sampling
+    from kernels.flow import flows as kernel
+    from kernels.flow.runs import Sampling
 
     sampling = Sampling.of(cycles, samples_per_cycle, tolerance)
     intervals, spacing, _ = sampling
@@ -291,8 +292,8 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
 
 
 def _run(model, points, theory, chunk, runs, sampling):
-    from kernels import flows as kernel
-    from kernels.runs import SIZES, Runs
+    from kernels.flow import flows as kernel
+    from kernels.flow.runs import SIZES, Runs
 
     parameters = [p[chunk] for p in theory["parameters"]]
     epsilon = np.asarray(points["epsilon"], dtype=np.float64)[chunk]
@@ -338,7 +339,7 @@ def survey(
 
 def _columns(model, theory, results):
     """Return columns of motions; those of eigenvalues have shape (motions, n)."""
-    from kernels import flows as kernel
+    from kernels.flow import flows as kernel
 
     q, n, S = len(model.quantities), model.n, theory["scale"]
     raw = results["raw"]
@@ -466,7 +467,7 @@ def _growth_rate(re, error):
 
 
 def regimes(re, im, re_error, im_error, invariants=None, has_pairs=None, is_reversible=True, is_separate=False):
-    """Return the regimes of spectra with errors, int8 of `kernels.codes`, -1 if there is no spectrum.
+    """Return the regimes of spectra with errors, int8 of `kernels.flow.codes`, -1 if there is no spectrum.
 
     Args:
         re: real parts, shape (points, n).

@@ -6,8 +6,8 @@ Each node of the graph has terms :math:`U_n` (coefficient times h^n), which foll
           f(U)_n = \frac1n\sum_{k=1}^n k\,U_k\,f'(U)_{n-k}, \qquad A_0V_n = F_n - \sum_{k=1}^n A_kV_{n-k}
 
 so functions are integrated together with the states. Terms that vanish are not written: a time has two.
-:class:`Moving` generates a module that computes the terms; :mod:`kernels.paths` sums them over steps as long as they
-allow; :mod:`sweeps.mechanics.perturbed` adds perturbations.
+:class:`Moving` generates a module that computes the terms; :mod:`kernels.flow.paths` sums them over steps as long as
+they allow; :mod:`sweeps.mechanics.perturbed` adds perturbations.
 
 Source: as for :mod:`sweeps.mechanics.taylor`.
 """
@@ -18,8 +18,8 @@ from functools import reduce
 
 import numpy as np
 
-from kernels.blocks import W
-from kernels.codes import FAR_ORDER as ORDER
+from kernels.compile.blocks import W
+from kernels.flow.codes import FAR_ORDER as ORDER
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
 from sweeps.mechanics.taylor import HEADER, ONCE, Generated, factor_lines, indices_newest_last, solution_lines
 

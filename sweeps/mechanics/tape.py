@@ -1,4 +1,4 @@
-"""Expressions as tapes for `kernels.enclosures`: one row an operation, nothing expanded, equal parts once.
+"""Expressions as tapes for `kernels.search.enclosures`: one row an operation, nothing expanded, equal parts once.
 
 An expression without variables is a constant: it is enclosed once for each point, by a second tape with the parameters
 as variables. A function of parameters alone that no tape supports (a Bessel function, `Max`, `Piecewise`) is evaluated
@@ -8,7 +8,7 @@ by NumPy or SciPy, with an error of some roundings.
 import numpy as np
 import sympy as sp
 
-from kernels import codes
+from kernels.search import codes
 from sweeps.mechanics.graph import lambdified
 from sweeps.schema.refusals import DescriptionError
 
@@ -59,7 +59,7 @@ class Tape:
             high: upper ends.
             count: number of variables to differentiate by; by default all.
         """
-        from kernels import enclosures  # compiled by its import
+        from kernels.search import enclosures  # compiled by its import
 
         count = len(self.variables) if count is None else count
         values = np.empty((owner.size, self.outputs.size, 1 + count, 2))

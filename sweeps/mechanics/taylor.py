@@ -1,7 +1,7 @@
 r"""The integrator of a system near its equilibria: its Taylor series of order 12, written out for 32 lanes.
 
-It is the integrator of :mod:`kernels.direct` for any right-hand side: with terms :math:`u_n` (coefficient times h^n)
-each node of the graph gives its n-th term from the ones before it,
+It is the integrator of :mod:`kernels.free.direct` for any right-hand side: with terms :math:`u_n` (coefficient times
+h^n) each node of the graph gives its n-th term from the ones before it,
 
 .. math:: (uv)_n = (U + u_0) v_n + (V + v_0) u_n + \sum_{k=1}^{n-1} u_k v_{n-k}, \qquad
           (u/v)_n = \Big(u_n - (W + w_0) v_n - \sum_{k=1}^{n-1} v_k w_{n-k}\Big)\Big/(V + v_0), \qquad
@@ -16,9 +16,9 @@ its terms are relative to the perturbation, and for Euler's equations it is the 
 The module also has a function `check`, which writes the deviations of conserved quantities over ε, or over ε² if the
 gradient vanishes at the equilibria, as that of an energy does.
 
-The code is a Python module, and :mod:`kernels.straight` passes its straight lines to LLVM. Its file, in the cache
-folder of the kernels, is named by the hash of its text, so that Numba's disk cache is valid for later processes; the
-hash is part of a map's `kernel_fingerprint`.
+The code is a Python module, and :mod:`kernels.compile.llvm_formulas` passes its straight lines to LLVM. Its file, in
+the cache folder of the kernels, is named by the hash of its text, so that Numba's disk cache is valid for later
+processes; the hash is part of a map's `kernel_fingerprint`.
 """
 
 import hashlib
@@ -29,16 +29,16 @@ from pathlib import Path
 
 import numpy as np
 
-from kernels.blocks import W
-from kernels.cache import cache_folder, load
-from kernels.codes import ORDER
+from kernels.compile.blocks import W
+from kernels.compile.cache import cache_folder, load
+from kernels.flow.codes import ORDER
 from sweeps.mechanics.graph import ABSOLUTE, ADD, CONSTANT, DIV, FIRST, FUNCTION, MUL, SOLVED, Graph, Values, X
 from sweeps.process.files import replace_output
 
 HEADER = '''"""{title}: one Taylor step of order {order}, and what is conserved, for {W} lanes."""
 
-from kernels.jit import PASSED, njit
-from kernels.straight import lines
+from kernels.compile.jit import PASSED, njit
+from kernels.compile.llvm_formulas import lines
 '''
 
 ADVANCE = '''STEP = lines("""
@@ -384,8 +384,8 @@ class Code(Generated):
         return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), advance, check])
 
     def integrator(self):
-        """Return the compiled functions and the number of states, a `kernels.runs.Integrator`."""
-        from kernels.runs import Integrator  # compiled by its import
+        """Return the compiled functions and the number of states, a `kernels.flow.runs.Integrator`."""
+        from kernels.flow.runs import Integrator  # compiled by its import
 
         module = self.module()
         return Integrator(module.advance, module.check, self.states)

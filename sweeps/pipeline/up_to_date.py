@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from kernels.fingerprint import processor
+from kernels.compile.fingerprint import processor
 from sweeps.pipeline import claims
 from sweeps.process.files import replace_output
 from sweeps.reading.files import content

@@ -14,9 +14,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from kernels import jit
-from kernels.cache import cache_folder, why_unkept
-from kernels.fingerprint import replace, stamp
+from kernels.compile import jit
+from kernels.compile.cache import cache_folder, why_unkept
+from kernels.compile.fingerprint import replace, stamp
 from sweeps.points.sweep import Sweep
 from sweeps.process import machine, progress
 from sweeps.systems.system import Example
@@ -87,7 +87,11 @@ def _mark_file(example: Example) -> Path:
 
 
 def _module_file(example: Example) -> Path:
-    return Path(example.module) if example.module.endswith(".py") else ROOT / "kernels" / f"{example.module}.py"
+    return (
+        Path(example.module)
+        if example.module.endswith(".py")
+        else ROOT / "kernels" / f"{example.module.replace('.', '/')}.py"
+    )
 
 
 def _read_text(path: Path) -> str:

@@ -41,7 +41,7 @@ def call_example(example: Example) -> None:
     """Compile and store the kernels of one example, by calling it."""
     from numba import NumbaExperimentalFeatureWarning
 
-    from kernels.cache import load
+    from kernels.compile.cache import load
 
     with warnings.catch_warnings():
         # kernels take a system's compiled step as an argument, which Numba calls an experiment

@@ -16,7 +16,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from kernels.cache import cache_folder
+from kernels.compile.cache import cache_folder
 from sweeps.process import machine
 from sweeps.process.files import remove_all_leftovers, replace_output
 from sweeps.reading import tables

@@ -26,6 +26,6 @@ def configure() -> None:
 
 def leave_out_the_compiler() -> bool:
     """Run kernels as plain Python in a command that calls few of them; return whether this process does so."""
-    from kernels import jit
+    from kernels.compile import jit
 
     return _is_own and jit.leave_out_compiler()

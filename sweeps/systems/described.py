@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from sweeps.mechanics.taylor import Code
 
 MECHANICS = Path(__file__).parents[1] / "mechanics"
-ENCLOSURES, SEARCH = Example("enclosures"), Example("roots")  # the search calls both
-PLANNING = Example("examples", "plan_runs", is_last=True)  # before and between runs
-PATHS = Example("paths")  # motions far from an equilibrium
+ENCLOSURES, SEARCH = Example("search.enclosures"), Example("search.roots")  # the search calls both
+PLANNING = Example("flow.runs", "plan_example", is_last=True)  # before and between runs
+PATHS = Example("flow.paths")  # motions far from an equilibrium
 MAX_FILE_SECONDS = 60.0  # processor time after which a description's file is stopped, s; a derivation needs seconds
 MIN_CHECK_POINTS, MAX_CHECK_POINTS = 16, 256  # grid points at which a check searches; the second if none has a result
 
@@ -242,9 +242,9 @@ def hash_sources(kernels: Iterable[str], code: "Code", source: bytes) -> str:
         code: generated code.
         source: text of the description.
     """
-    from kernels.fingerprint import fingerprint
+    from kernels.compile.fingerprint import fingerprint
 
-    digest = hashlib.sha256(fingerprint(*kernels, "straight").encode() + code.digest.encode() + source)
+    digest = hashlib.sha256(fingerprint(*kernels, "compile.llvm_formulas").encode() + code.digest.encode() + source)
     for path in sorted(MECHANICS.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()

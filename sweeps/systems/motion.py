@@ -97,7 +97,7 @@ def attitude_columns(moments, omega, times, tolerance: float) -> dict[str, tuple
         times: instants, s, shape (n,).
         tolerance: relative truncation error of the direct integration.
     """
-    from kernels import direct, exact
+    from kernels.free import direct, exact
 
     moments = np.asarray(moments)
     rotations = np.abs(omega).max() * np.abs(times).max() / (2 * np.pi)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Annotated
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.schema.values import Epsilon, integer
 from sweeps.schema.variables import Layout, Parameter, Quantity, Role, Variable, coordinates_of, table
 

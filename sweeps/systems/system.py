@@ -25,7 +25,7 @@ Point = Mapping[str, float]  # argument → value
 class Example:
     """A call that compiles kernels: of a function on example arguments, or the import of what compiles on import."""
 
-    module: str  #: name of a module of `kernels`, or the path of a generated file
+    module: str  #: name of a module in `kernels` (`free.exact`), or the path of a generated file
     function: str = ""  #: name of a Python function of the module; "" if its import compiles all of it
     arguments: tuple = ()  #: of the function
     is_last: bool = False  #: whether it is called after all other examples, as it links kernels that they compile
@@ -34,7 +34,7 @@ class Example:
     def name(self) -> str:
         """A name of the call for files, which no other call has."""
         values = hashlib.sha256(repr(self.arguments).encode()).hexdigest()[:8]
-        return f"{PurePath(self.module).stem}.{self.function}-{values}"
+        return f"{PurePath(self.module.removesuffix('.py')).name}.{self.function}-{values}"
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class Dynamics(ABC):
 
     def fingerprint(self) -> str:
         """Return a hash of the code that makes the columns, 64 hexadecimal digits."""
-        from kernels.fingerprint import fingerprint
+        from kernels.compile.fingerprint import fingerprint
 
         return fingerprint(*self.kernels)
 

@@ -14,7 +14,8 @@ import mpmath as mp
 import numpy as np
 from numba import njit
 
-from kernels import linear, measure, rigid_body
+from kernels.estimator import measure
+from kernels.free import linear, rigid_body
 
 END, SAMPLES, EPSILON = 20.0, 64, 1e-6
 SPACING = END / SAMPLES

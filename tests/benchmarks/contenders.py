@@ -16,8 +16,10 @@ import numpy as np
 from bodies import END, SAMPLES, SPACING, TIMES, rate_of, rates_of
 from numba import carray, cfunc, njit, prange
 
-from kernels import direct, lanes, measure, propagators, rigid_body, survey
-from kernels.jit import takes_whole_vectors
+from kernels.compile.jit import takes_whole_vectors
+from kernels.estimator import measure
+from kernels.free import direct, rigid_body
+from kernels.near_axis import near_axis_block, propagators, survey
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
 SHARES = 4  # that every thread or process takes one after the other: what holds up one of them leaves more to the rest
@@ -86,7 +88,7 @@ class Polhode(Contender):
 
 
 def _row(body, steps):
-    """One body's values of the rows that lanes.follow asks for."""
+    """One body's values of the rows that near_axis_block.follow asks for."""
     points = {name: x[0] for name, x in body.points.items()}
     moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
     return np.array([*moments, 1.0, points["epsilon"], *body.start[0, 1:], SPACING, steps])
@@ -95,16 +97,16 @@ def _row(body, steps):
 @njit(error_model="numpy")
 def _sampled(row, order, steps, samples):
     """Follow one body in all lanes of a block and keep what lane 0 shows."""
-    S = np.zeros(lanes.ROWS * lanes.W)
+    S = np.zeros(near_axis_block.ROWS * near_axis_block.W)
     for r in range(row.size):
-        S[lanes.W * r : lanes.W * (r + 1)] = row[r]
-    lanes.begin(S)
+        S[near_axis_block.W * r : near_axis_block.W * (r + 1)] = row[r]
+    near_axis_block.begin(S)
     if order == propagators.RECURRENCE:
-        lanes.begin_recurrence(S)
+        near_axis_block.begin_recurrence(S)
     for k in range(samples.shape[0]):
         if k > 0:
-            lanes.advance(S, order, steps)
-        samples[k, 0], samples[k, 1] = S[lanes.B], S[lanes.C]
+            near_axis_block.advance(S, order, steps)
+        samples[k, 0], samples[k, 1] = S[near_axis_block.B], S[near_axis_block.C]
 
 
 class Direct(Polhode):

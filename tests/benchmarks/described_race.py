@@ -20,7 +20,7 @@ from numba import njit
 from oscillations import captured
 from timing import beside, least, printed
 
-from kernels import flows, oscillations, runs
+from kernels.flow import flows, oscillations, runs
 from sweeps import systems
 from sweeps.mechanics import motions
 from sweeps.points import catalogue

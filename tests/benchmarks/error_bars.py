@@ -33,9 +33,11 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
 
-from kernels import linear, survey, symmetric_top  # noqa: E402
-from kernels.oscillations import MARGINAL  # noqa: E402
-from kernels.statuses import OK  # noqa: E402
+from kernels.estimator.statuses import OK  # noqa: E402
+from kernels.events import symmetric_top  # noqa: E402
+from kernels.flow.oscillations import MARGINAL  # noqa: E402
+from kernels.free import linear  # noqa: E402
+from kernels.near_axis import survey  # noqa: E402
 
 SETTINGS = (4.0, 16, 1e-10)
 DECADES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.3)

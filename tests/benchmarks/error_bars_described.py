@@ -17,9 +17,9 @@ import relative
 import sympy as sp
 from scipy.optimize import linear_sum_assignment
 
-from kernels import codes
-from kernels.oscillations import MARGINAL
-from kernels.statuses import OK
+from kernels.estimator.statuses import OK
+from kernels.flow import codes
+from kernels.flow.oscillations import MARGINAL
 from sweeps.mechanics import relative as spectra
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import THEORY_ROUNDING, regimes

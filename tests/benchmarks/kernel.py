@@ -14,7 +14,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from kernels import estimates, linear, survey
+from kernels.free import linear
+from kernels.near_axis import estimates, survey
 from sweeps.points import catalogue
 from sweeps.points.loading import read_sweep
 from sweeps.process import machine

@@ -214,7 +214,7 @@ def stages(points, columns, folder):
 
 def bare(points, folder):
     """Ns of one core a point of the kernels where they measure Ω² and its error and no more."""
-    from kernels import survey  # loaded before, it would count as memory of every process that is started
+    from kernels.near_axis import survey  # loaded before, it would count as memory of every process that is started
 
     definition, points = written(points, "few", folder)
     sweep = read_sweep(definition)

@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 from timing import beside, least, printed
 
-from kernels import floquet
+from kernels.flow import floquet
 from sweeps import systems
 from sweeps.mechanics import periodic
 from sweeps.mechanics.graph import lambdified

@@ -21,7 +21,9 @@ sys.path[:0] = [str(Path(__file__).parents[k]) for k in range(3)]
 import error_bars  # noqa: E402
 import precise  # noqa: E402
 
-from kernels import linear, statuses, tumbling  # noqa: E402
+from kernels.estimator import statuses  # noqa: E402
+from kernels.events import tumbling  # noqa: E402
+from kernels.free import linear  # noqa: E402
 
 PERIODS = tumbling.PERIODS
 COLUMNS = {

@@ -9,8 +9,8 @@ import repeated
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from kernels import attitude, direct, exact, rigid_body
-from kernels import taylor as steps_of
+from kernels.free import attitude, direct, exact, rigid_body
+from kernels.free import taylor as steps_of
 
 ULP = 2.0**-52
 CASES = {

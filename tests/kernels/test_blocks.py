@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kernels.blocks import W, cut
+from kernels.compile.blocks import W, cut
 
 
 @given(st.lists(st.integers(0, 40), min_size=1, max_size=200), st.integers(1, 7))

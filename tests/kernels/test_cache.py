@@ -11,12 +11,14 @@ from pathlib import Path
 import pytest
 from calls import python
 
-from kernels import cache, fingerprint
+from kernels.compile import cache, fingerprint
+from kernels.events import twist
+from kernels.near_axis import near_axis_block
 
-ROOT = Path(cache.__file__).parents[1]
+ROOT = Path(cache.__file__).parents[2]
 SOURCE = """\
-from kernels import statuses
-from kernels.jit import OPTIONS, njit
+from kernels.estimator import statuses
+from kernels.compile.jit import OPTIONS, njit
 
 @njit(**OPTIONS)
 def double(x):
@@ -128,7 +130,7 @@ def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else
     copied = tmp_path / "checkout"
     shutil.copytree(ROOT / "kernels", copied / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
     (copied / "user.py").write_text(SOURCE)
-    (copied / "other.py").write_text(SOURCE.replace("from kernels import statuses\n", ""))
+    (copied / "other.py").write_text(SOURCE.replace("from kernels.estimator import statuses\n", ""))
     call = "import {0}; {0}.double(1); print(sum({0}.double.stats.cache_hits.values()))"
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(copied)}
     environment.pop("NUMBA_CACHE_DIR", None)
@@ -138,7 +140,7 @@ def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else
         return int(subprocess.run([sys.executable, "-c", call.format(name)], **options).stdout)
 
     assert [loaded("user"), loaded("other"), loaded("user"), loaded("other")] == [0, 0, 1, 1]
-    with (copied / "kernels" / "statuses.py").open("a") as file:
+    with (copied / "kernels" / "estimator" / "statuses.py").open("a") as file:
         file.write("# edited\n")
     assert [loaded("user"), loaded("other"), loaded("user")] == [0, 1, 1]
 
@@ -146,7 +148,7 @@ def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else
 MEASURE = """
 import hashlib
 import numpy as np
-from kernels import tumbling, twist
+from kernels.events import tumbling, twist
 random = np.random.default_rng(7)
 moments = np.sort(np.exp(random.uniform(-1, 1, (3, 200))), axis=0)
 body = dict(zip(("I1", "I2", "I3"), moments)) | {{"omega0": random.uniform(1, 9, 200)}}
@@ -169,15 +171,14 @@ def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
 
 
 def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
-    folder = Path(cache.__file__).parent
-    found = {name: fingerprint._with_imports({folder / f"{name}.py"}) for name in ("lanes", "twist")}
-    stems = {name: {path.stem for path in paths} for name, paths in found.items()}
-    assert {"lanes", "measure", "jit", "exact"} <= stems["lanes"]
-    assert "twist" not in stems["lanes"]
-    assert "lanes" not in stems["twist"]
-    (tmp_path / "generated.py").write_text("from kernels.straight import lines\n")
+    block, thrown = (fingerprint._with_imports({Path(module.__file__)}) for module in (near_axis_block, twist))
+    block_stems, twist_stems = ({path.stem for path in paths} for paths in (block, thrown))
+    assert {"near_axis_block", "measure", "jit", "exact"} <= block_stems
+    assert "twist" not in block_stems
+    assert "near_axis_block" not in twist_stems
+    (tmp_path / "generated.py").write_text("from kernels.compile.llvm_formulas import lines\n")
     before = fingerprint.stamp(tmp_path / "generated.py")
-    (tmp_path / "generated.py").write_text("from kernels.straight import lines\n\n")
+    (tmp_path / "generated.py").write_text("from kernels.compile.llvm_formulas import lines\n\n")
     fingerprint.stamp.cache_clear()
     assert fingerprint.stamp(tmp_path / "generated.py") != before
 

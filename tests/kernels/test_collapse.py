@@ -3,7 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from kernels import collapse, rigid_body, survey
+from kernels.free import collapse, rigid_body
+from kernels.near_axis import survey
 
 # without the compiler NumPy's scalars warn of the wrap-around that a hash is made of
 pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")

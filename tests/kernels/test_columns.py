@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
 
-from kernels import columns, flips, statuses, survey
-from kernels.columns import Column
+from kernels.compile import columns
+from kernels.compile.columns import Column
+from kernels.estimator import statuses
+from kernels.events import flips
+from kernels.near_axis import survey
 from sweeps.systems.rigid_body.system import CERTIFICATE, FLIPS, TERMS, VARIABLES
 
 TABLES = (survey.COLUMNS, flips.COLUMNS)

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow  # compiling the eigenvalues takes as long as many
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
     global dense, invariants
-    from kernels import dense, invariants
+    from kernels.flow import dense, invariants
 
 
 @pytest.mark.parametrize("n", range(1, 13))

@@ -11,7 +11,7 @@ from naive import taylor_terms, truncation
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import direct, exact, rigid_body, taylor
+from kernels.free import direct, exact, rigid_body, taylor
 
 ULP = 2.0**-52
 STEPS, NEAR, NEAREST = (dict(zip(direct.ORDERS, taylor.STEPS[k::3], strict=True)) for k in range(3))

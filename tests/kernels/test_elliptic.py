@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from naive import jacobi
 
-from kernels import elliptic
+from kernels.free import elliptic
 
 SMALL = [0.0, *(10.0**-k for k in (300, 200, 100, 40, 30, 20, 16, 14, 12, 9, 6, 4, 3, 2, 1)), 0.3, 0.5]
 PARAMETERS = [(x, 1.0 - x) for x in SMALL] + [(1.0 - x, x) for x in SMALL]

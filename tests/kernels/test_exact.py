@@ -21,8 +21,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.spatial import cKDTree
 
-from kernels import exact, solution
-from kernels.fingerprint import sources
+from kernels.compile.fingerprint import sources
+from kernels.free import elliptic_constants, exact
 
 BITS = 220
 ROUNDING = 2.0**-53
@@ -135,7 +135,9 @@ def step_constants(top, h):
     """Coefficients of the exact step of any length below 0.9 K."""
     h *= top.unit
     at_half = jacobi(0.5 * top.p * h, top.m, top.m1)
-    return tuple(q / top.unit for q in solution.by_axis(top.axes, *exact.step_coefficients(top.c, top.p, h, *at_half)))
+    return tuple(
+        q / top.unit for q in elliptic_constants.by_axis(top.axes, *exact.step_coefficients(top.c, top.p, h, *at_half))
+    )
 
 
 def marched(moments, start, h, steps):
@@ -243,7 +245,7 @@ def test_the_difference_from_the_separatrix_is_exact():
         (low, middle, high), (w_low, w_high) = np.sort(moments), start[[np.argmin(moments), np.argmax(moments)]]
         a, b, c, x, y = (Fraction(v) for v in (low, middle, high, w_low, w_high))
         wanted = c * (c - b) * y**2 - a * (b - a) * x**2
-        found = solution.separatrix_offset(low, middle, high, w_low, w_high)
+        found = elliptic_constants.separatrix_offset(low, middle, high, w_low, w_high)
         assert abs(Fraction(found) - wanted) <= abs(wanted) * Fraction(1e-15)  # rounded once
 
 
@@ -571,7 +573,7 @@ def test_a_polhode_lies_on_both_ellipsoids_and_closes():
 def test_a_polhode_is_where_the_motion_goes(signs):
     start = np.array([0.5, 0.7, 0.4]) * signs
     for moments in np.array(BODIES):
-        coefficients = solution.coefficients(*moments)
+        coefficients = elliptic_constants.coefficients(*moments)
 
         def motion(_, w, c=coefficients):
             return c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1]
@@ -652,17 +654,19 @@ def test_what_has_no_polhode_is_refused(body):
 
 
 def test_the_exact_solution_shares_nothing_with_the_direct_integrator():
-    ours, theirs, package = ({path.stem for path in sources(name)} for name in ("exact", "direct", "jit"))
+    ours, theirs, package = (
+        {path.stem for path in sources(name)} for name in ("free.exact", "free.direct", "compile.jit")
+    )
     assert (
         ours & theirs
-        == package | {"straight", "blocks"}
-        == {"__init__", "fingerprint", "cache", "jit", "straight", "blocks"}
+        == package | {"llvm_formulas", "blocks"}
+        == {"__init__", "fingerprint", "cache", "jit", "llvm_formulas", "blocks"}
     )
 
 
 def test_what_stands_still_is_what_has_no_torque_of_its_own():
     for moments in ((1.0, 2.0, 2.5), (2.0, 2.0, 2.5), (1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (2.0, 2.0, 2.0)):
-        c = solution.coefficients(*moments)
+        c = elliptic_constants.coefficients(*moments)
         for start in itertools.product((0.0, 1.0, -0.5), repeat=3):
             turned = np.cross(np.multiply(moments, start), start)
-            assert solution.is_stationary(c, start) == (not turned.any()), (moments, start)
+            assert elliptic_constants.is_stationary(c, start) == (not turned.any()), (moments, start)

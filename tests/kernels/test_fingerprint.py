@@ -6,7 +6,7 @@ import pytest
 from calls import ROOT, python
 
 import sweeps
-from kernels import fingerprint as fp
+from kernels.compile import fingerprint as fp
 
 
 @pytest.fixture(autouse=True)
@@ -20,11 +20,11 @@ def afresh(monkeypatch):
 def checkout(tmp_path, monkeypatch):
     """A checkout of our own to edit: two source files beside one that is none."""
     folder = tmp_path / "checkout" / "kernels"
-    folder.mkdir(parents=True)
-    (folder / "fingerprint.py").write_bytes(b"ours")
+    (folder / "compile").mkdir(parents=True)
+    (folder / "compile" / "fingerprint.py").write_bytes(b"ours")
     (folder / "step.py").write_bytes(b"a = 1\n")
     (folder / "notes.txt").write_bytes(b"no source")
-    monkeypatch.setattr(fp, "__file__", str(folder / "fingerprint.py"))
+    monkeypatch.setattr(fp, "__file__", str(folder / "compile" / "fingerprint.py"))
     return folder
 
 
@@ -37,7 +37,7 @@ def test_every_byte_of_every_source_counts(checkout):
     (checkout / "step.py").write_bytes(b"a = 1\n")
     before = fp.fingerprint()
     assert before in told
-    (checkout / "fingerprint.py").write_bytes(b"ourS")
+    (checkout / "compile" / "fingerprint.py").write_bytes(b"ourS")
     assert fp.fingerprint() not in told
 
 
@@ -62,7 +62,7 @@ def test_what_is_no_source_does_not_count(checkout):
 def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch):
     before = fp.fingerprint()
     checkout.parent.rename(tmp_path / "elsewhere")
-    monkeypatch.setattr(fp, "__file__", str(tmp_path / "elsewhere" / "kernels" / "fingerprint.py"))
+    monkeypatch.setattr(fp, "__file__", str(tmp_path / "elsewhere" / "kernels" / "compile" / "fingerprint.py"))
     assert fp.fingerprint() == before
 
 
@@ -109,8 +109,9 @@ def test_other_settings_change_no_bit():
 
 
 KERNELS = {
-    "__init__": "from kernels.fingerprint import stamp\n",
-    "fingerprint": "import ast\nfrom numpy import linear\n",
+    "__init__": "from kernels.compile.fingerprint import stamp\n",
+    "compile/__init__": "",
+    "compile/fingerprint": "import ast\nfrom numpy import linear\n",
     "statuses": "OK = 0\n",
     "step": "import math\nfrom kernels.statuses import OK\n",
     "spin": "from kernels import OPTIONS, step\n",
@@ -118,6 +119,10 @@ KERNELS = {
     "late": "def f():\n    if True:\n        from . import top\n        from .spin import OK\n",
     "terse": "if True: import kernels.spin; from .alone import *\nfrom kernels import \\\n    late\n",
     "wordy": '"""It comes\nfrom kernels, so to speak.\n"""\nfrom kernels import (\n    top,  # :)\n    alone,\n)\n',
+    "free/__init__": "from kernels import statuses\n",
+    "free/exact": "from . import elliptic\nfrom ..spin import OK\n",
+    "free/elliptic": "from kernels.compile import fingerprint\n",
+    "body": "from kernels.free import exact\n",
     "linear": "from kernelsmith import step\nimport kernelsmith.top\n",
     "alone": "",
 }
@@ -126,6 +131,7 @@ KERNELS = {
 @pytest.fixture
 def sweeping(checkout):
     """Kernels that import one another in every way there is."""
+    (checkout / "free").mkdir()
     for name, text in KERNELS.items():
         (checkout / f"{name}.py").write_text(text)
     return checkout
@@ -142,12 +148,17 @@ def sweeping(checkout):
         ("wordy", "alone top step statuses"),
         ("linear", ""),
         ("alone linear step", "statuses"),
+        ("free.elliptic", "free/__init__ statuses"),
+        ("free.exact", "free/__init__ free/elliptic spin step statuses"),
+        ("body", "free/__init__ free/exact free/elliptic spin step statuses"),
     ],
 )
 def test_modules_count_with_all_that_they_import(sweeping, modules, imported):
-    expected = {"__init__", "fingerprint", *modules.split(), *imported.split()}
+    own = modules.replace(".", "/").split()
+    expected = {"__init__", "compile/__init__", "compile/fingerprint", *own, *imported.split()}
     found = fp.sources(*modules.split())
-    assert [path.stem for path in found] == sorted(expected)
+    assert {str(path.relative_to(sweeping).with_suffix("")) for path in found} == expected
+    assert [path.name for path in found] == sorted(path.name for path in found)
     before = fp.fingerprint(*modules.split())
     for name in KERNELS:
         kernel = sweeping / f"{name}.py"
@@ -164,7 +175,7 @@ def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
 
 @pytest.mark.slow
 def test_what_is_read_is_what_is_imported():
-    for module in ("survey", "symmetric_top", "oscillations"):
+    for module in ("near_axis.survey", "events.symmetric_top", "flow.oscillations"):
         code = f"import sys, kernels.{module}; print(*(sys.modules[n].__file__ for n in sys.modules if 'kernels' in n))"
-        loaded = {Path(file) for file in python(code).split() if Path(file).parent == ROOT / "kernels"}
+        loaded = {Path(file) for file in python(code).split() if ROOT / "kernels" in Path(file).parents}
         assert set(fp.sources(module)) == loaded, module

@@ -3,7 +3,9 @@ import pytest
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import exact, flips, rigid_body, survey
+from kernels.events import flips
+from kernels.free import exact, rigid_body
+from kernels.near_axis import survey
 
 FEWER = 20 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 

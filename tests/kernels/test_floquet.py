@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from kernels import codes, floquet
+from kernels.flow import codes, floquet
 
 NAMES = dict(zip(codes.REGIMES, range(-1, 6), strict=True))
 

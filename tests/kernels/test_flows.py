@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from kernels.blocks import W
+from kernels.compile.blocks import W
 
 pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
 
 
 def test_means_stand_where_every_run_has_many_samples_and_first_samples_elsewhere():
-    from kernels import flows
+    from kernels.flow import flows
 
     runs, count, n, kept = 2, 9, 3, 4
     rng = np.random.default_rng(1)

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from kernels import exact, in_space, tumbling
+from kernels.events import in_space, tumbling
+from kernels.free import exact
 from sweeps.points import catalogue
 from sweeps.systems.rigid_body.system import SYSTEM, RigidBodyIntegration, initial_state
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kernels import jacobians
+from kernels.flow import jacobians
 
 
 def _matrices(n, count=70):

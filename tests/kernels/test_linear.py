@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from naive import coefficients, fractions, growing_share, seen_from
 from strategies import moment_triples
 
-from kernels import linear, rigid_body
+from kernels.free import linear, rigid_body
 
 ULP = 2.0**-52
 AXES = np.array([1, 2, 3])

@@ -1,4 +1,4 @@
-"""Linear theory's columns in one pass are, bit for bit, what the formulas of kernels.linear make of arrays.
+"""Linear theory's columns in one pass are, bit for bit, what the formulas of kernels.free.linear make of arrays.
 
 The axis that is encircled is that of a difference in 60 digits, and whose component of SciPy's motion keeps its sign.
 """
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from kernels import linear, rigid_body, triangle
-from kernels.rigid_body import Spins
+from kernels.free import linear, rigid_body, triangle
+from kernels.free.rigid_body import Spins
 
 
 def some_bodies(alike):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kernels import matrices
+from kernels.flow import matrices
 
 
 def test_a_matrix_for_which_lapack_fails_is_not_a_number_and_its_neighbours_are_as_alone():

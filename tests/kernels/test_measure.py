@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from naive import estimate, fractions, rate_squared, rate_squared_of, signed_rate
 
-from kernels import measure
+from kernels.estimator import measure
 
 ULP = 2.0**-52
 SAMPLE = st.floats(-1e3, 1e3).map(lambda x: x if abs(x) > 1e-3 else 0.25)

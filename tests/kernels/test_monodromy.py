@@ -4,8 +4,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from kernels import matrices, monodromy
-from kernels.blocks import W, rows_of
+from kernels.compile.blocks import W, rows_of
+from kernels.flow import matrices, monodromy
 
 STEPS, LANES = 10, 8
 

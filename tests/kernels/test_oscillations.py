@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from kernels import oscillations, statuses
-from kernels.runs import Integrator, Runs, Sampling
+from kernels.estimator import statuses
+from kernels.flow import oscillations
+from kernels.flow.runs import Integrator, Runs, Sampling
 
 STATES = 2  # x, v in units of epsilon; then 1, the step, energy and its terms, k
 

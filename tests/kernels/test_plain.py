@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from numba import config
 
-from kernels import survey
+from kernels.near_axis import survey
 
 pytestmark = pytest.mark.skipif(not config.DISABLE_JIT, reason="the kernels are compiled here")
 KNOWS_NOTHING = """
 import pickle, sys
-from kernels import survey
+from kernels.near_axis import survey
 calls = pickle.load(sys.stdin.buffer)
 pickle.dump([getattr(survey, name)(*given, **options) for name, given, options in calls], sys.stdout.buffer)
 """
@@ -47,7 +47,7 @@ CALLS = {
 def compiled():
     """What the compiled kernels make of the same calls, in a process of its own."""
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_DISABLE_JIT"}
-    options = {"cwd": Path(survey.__file__).parents[1], "env": environment, "capture_output": True, "check": True}
+    options = {"cwd": Path(survey.__file__).parents[2], "env": environment, "capture_output": True, "check": True}
     done = subprocess.run([sys.executable, "-c", KNOWS_NOTHING], input=pickle.dumps([*CALLS.values()]), **options)
     return dict(zip(CALLS, pickle.loads(done.stdout), strict=True))
 

@@ -4,7 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from kernels import exact, recurrence, reduction, rigid_body
+from kernels.estimator import reduction
+from kernels.free import exact, recurrence, rigid_body
 
 BODIES = [(0.6, 1.0, 1.3), (1.3, 0.6, 1.0), (1.0, 1.3, 0.6), (1.0, 1.0, 1.7), (0.7, 1.0, 1.0 + 1e-9), (1.0, 1.0, 1.0)]
 

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive import signed_rate
 
-from kernels import exact, linear, reduction, survey, uncertainty
-from kernels.taylor import ORDERS
+from kernels.estimator import reduction, uncertainty
+from kernels.free import exact, linear
+from kernels.free.taylor import ORDERS
+from kernels.near_axis import survey
 
 SETTINGS = (4.0, 16, 1e-10)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from naive import fractions, seen_from
 from strategies import moment_triples
 
-from kernels import rigid_body, triangle
+from kernels.free import rigid_body, triangle
 
 ULP = 2.0**-52
 RATES = st.tuples(*[st.floats(-1e3, 1e3).map(lambda x: x if abs(x) > 1e-3 else 1e-3)] * 3)

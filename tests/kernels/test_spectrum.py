@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from kernels.blocks import W
+from kernels.compile.blocks import W
 
 pytestmark = pytest.mark.slow  # what they need takes as long to compile as all that the quick tests need
 
@@ -31,7 +31,7 @@ SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below w
 def compiled():
     """The kernels, imported for the tests that are chosen alone: importing compiles them."""
     global codes, dense, spectrum
-    from kernels import codes, dense, spectrum
+    from kernels.flow import codes, dense, spectrum
 
 
 class Spectrum(NamedTuple):

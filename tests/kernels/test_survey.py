@@ -11,7 +11,9 @@ from naive import signed_rate
 from numba import config
 from strategies import LANES, point_batches
 
-from kernels import exact, linear, rigid_body, statuses, survey
+from kernels.estimator import statuses
+from kernels.free import exact, linear, rigid_body
+from kernels.near_axis import survey
 
 SETTINGS = (4.0, 16, 1e-10)
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
@@ -404,9 +406,9 @@ def test_too_few_steps_are_not_converged():
     # one step a sample, whatever is asked for: in a process of its own, for the compiler freezes and keeps constants
     program = """
 import numpy as np
-from kernels import direct
+from kernels.free import direct
 direct.MOST_STEPS = 1
-from kernels import survey
+from kernels.near_axis import survey
 points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": 2, "omega0": 1.0, "phase": 0.6}
 points = {name: np.full(2, value) for name, value in points.items()} | {"epsilon": np.array([0.5, 1e-6])}
 print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measured(points, 1.5, 8, tolerance)["status"]))

@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from numba import config
 from scipy.integrate import solve_ivp
 
-from kernels import exact, symmetric_top
-from kernels.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN, row
+from kernels.events import symmetric_top
+from kernels.events.symmetric_top import AGAINST_SPIN, NONE, NOT_CONVERGED, OK, WITH_SPIN, row
+from kernels.free import exact
 
 SETTINGS = (4.0, 16, 1e-12)
 COUNT = 40 if config.DISABLE_JIT else 4000

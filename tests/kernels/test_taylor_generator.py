@@ -1,10 +1,11 @@
 import ast
 
-from kernels import propagators, taylor
+from kernels.free import taylor
+from kernels.near_axis import propagators
 
 
 def test_a_step_takes_as_many_multiply_adds_as_are_counted():
-    # the docstring of kernels.direct: 108, 165 and 234 by the whole step, one a product and one a term's factor
+    # the docstring of kernels.free.direct: 108, 165 and 234 by the whole step, one a product and one a term's factor
     for order, counted in zip(taylor.ORDERS, (108, 165, 234), strict=True):
         products = [
             node

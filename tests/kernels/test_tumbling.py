@@ -4,7 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from kernels import exact, tumbling
+from kernels.events import tumbling
+from kernels.free import exact
 
 
 def legendre(I, energy):  # noqa: E741

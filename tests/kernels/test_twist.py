@@ -8,7 +8,8 @@ import precise
 import pytest
 from scipy.integrate import solve_ivp
 
-from kernels import statuses, twist
+from kernels.estimator import statuses
+from kernels.events import twist
 from sweeps.systems.bodies.body import Once
 from sweeps.systems.twist.system import SYSTEM
 

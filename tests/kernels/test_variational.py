@@ -4,8 +4,8 @@ from scipy.linalg import expm
 from sympy import Poly, legendre_poly, symbols
 from sympy.integrals.quadrature import gauss_legendre
 
-from kernels import variational
-from kernels.blocks import W, scratch
+from kernels.compile.blocks import W, scratch
+from kernels.flow import variational
 
 
 def test_weights_of_collocation_are_those_of_exact_integrals():

@@ -6,7 +6,7 @@ import xarray as xr
 from maps import assert_same_bits
 
 import sweeps
-from kernels import survey as kernel
+from kernels.near_axis import survey as kernel
 from sweeps.maps.dataset import _chunk_sizes
 from sweeps.points import catalogue, columns
 from sweeps.points.loading import read_sweep

@@ -5,8 +5,8 @@ import oscillators
 import pytest
 import relative
 
-from kernels import codes, flows
-from kernels.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
+from kernels.estimator.statuses import OK, PERTURBATION_TOO_LARGE, SHORT_WINDOW
+from kernels.flow import codes, flows
 from sweeps.mechanics.model import Model
 from sweeps.mechanics.relative import _errors_of_exchange, regimes
 

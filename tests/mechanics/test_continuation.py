@@ -6,7 +6,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from test_jumps import solve_between
 
-from kernels.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
+from kernels.estimator.statuses import NO_PERIODIC_MOTION, NOT_FOUND, OK
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
 

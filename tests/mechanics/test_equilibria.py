@@ -8,7 +8,7 @@ import sympy as sp
 from oscillators import shipped
 from scipy.optimize import brentq
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.landscape import Landscape

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from kernels import codes
+from kernels.flow import codes
 from sweeps.mechanics import DescriptionError, System, equilibria
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.equilibria import FAMILY, PROVED

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from test_periodic import of_model
 
 import sweeps
-from kernels.codes import REGIMES
-from kernels.statuses import OK
+from kernels.estimator.statuses import OK
+from kernels.flow.codes import REGIMES
 from sweeps.mechanics import DescriptionError, System
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DefinitionError

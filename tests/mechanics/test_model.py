@@ -8,8 +8,8 @@ from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from kernels import oscillations as kernel
-from kernels import statuses
+from kernels.estimator import statuses
+from kernels.flow import oscillations as kernel
 from sweeps.mechanics import System, equilibria, modes, normal_modes
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DescriptionError

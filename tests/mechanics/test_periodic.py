@@ -9,9 +9,9 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import sweeps
-from kernels import floquet
-from kernels.codes import REGIMES
-from kernels.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, NOT_FOUND, OK
+from kernels.estimator.statuses import NO_PERIODIC_MOTION, NON_FINITE, NOT_CONVERGED, NOT_FOUND, OK
+from kernels.flow import floquet
+from kernels.flow.codes import REGIMES
 from sweeps import systems
 from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.derivation import derive

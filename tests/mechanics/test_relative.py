@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from kernels import linear
+from kernels.free import linear
 from sweeps.mechanics import System
 from sweeps.mechanics import relative as theirs
 from sweeps.mechanics.model import Model
@@ -396,7 +396,7 @@ def test_full_motions_of_all_systems_are_scipys(name):
 
 
 def check_motion(name, epsilon=0.01):
-    from kernels.blocks import W
+    from kernels.compile.blocks import W
 
     m, columns = motions(name, 1, seed=5)
     one = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}

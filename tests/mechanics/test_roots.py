@@ -9,7 +9,7 @@ import sympy as sp
 from potentials import FAINT, KNOWN, MULTIPLE, x
 from scipy.optimize import fsolve
 
-from kernels import codes, enclosures
+from kernels.search import codes, enclosures
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.equations import Equations
 from sweeps.mechanics.equilibria import FAMILY, PROVED, ROUNDING, TOO_LARGE

@@ -6,8 +6,8 @@ import repeated
 import sympy as sp
 from oscillators import LIBRARY, shipped
 
-from kernels import oscillations as kernel
-from kernels import statuses
+from kernels.estimator import statuses
+from kernels.flow import oscillations as kernel
 from sweeps.maps import dataset
 from sweeps.mechanics import System, equilibria
 from sweeps.mechanics.model import Model

@@ -10,7 +10,7 @@ from oscillators import LIBRARY, points, shipped
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from kernels.cache import cache_folder
+from kernels.compile.cache import cache_folder
 from sweeps.mechanics import System, taylor
 from sweeps.mechanics.derivation import derive
 from sweeps.mechanics.first_order import graph

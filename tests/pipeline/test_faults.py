@@ -159,7 +159,7 @@ def test_a_clock_that_jumps_changes_no_bit(house, years):
 
 def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
     broken_off(house, settle=False)
-    kernel, ours = house.folder / "kernels/measure.py", Path(house.ask(FOLDER))
+    kernel, ours = house.folder / "kernels/estimator/measure.py", Path(house.ask(FOLDER))
     before = kernel.read_text()
     # while the jobs that the killed run has left still finish shards of the old kernels
     kernel.write_text(before + "\nEDITED = True\n")
@@ -179,14 +179,14 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
         kernel.write_text(before)
 
 
-FOLDER = "from kernels.cache import cache_folder; print(cache_folder())"
+FOLDER = "from kernels.compile.cache import cache_folder; print(cache_folder())"
 HASH = "import sweeps; print(sweeps.survey('broken.yaml').attrs['content_hash'])"
 ANOTHER = "nehalem"  # a processor that every other of its kind can stand for
 
 
 def compiled_of_an_edit(house, **settings):
     """The folder of compiled kernels that measure wrong rates; no file but measure.py says so."""
-    kernel = house.folder / "kernels/measure.py"
+    kernel = house.folder / "kernels/estimator/measure.py"
     before = kernel.read_text()
     wrong = before.replace("TURNS[0]", "1.25 * TURNS[0]")  # of the series that most rates come from
     assert wrong != before

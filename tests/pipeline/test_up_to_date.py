@@ -82,9 +82,11 @@ def test_settings_processor_and_sources_count(mine, monkeypatch):
         patched.setattr(up_to_date, "processor", lambda: ["another"])
         assert up_to_date.inputs_hash(mine) != basis
     sources = [*map(str, up_to_date._sources())]
-    assert {str(ROOT / name) for name in ("kernels/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {*sources}
+    assert {str(ROOT / name) for name in ("kernels/free/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {
+        *sources
+    }
     weigh = up_to_date._file_state
-    edited = str(ROOT / "kernels/exact.py")
+    edited = str(ROOT / "kernels/free/exact.py")
     monkeypatch.setattr(up_to_date, "_file_state", lambda p: (*weigh(p), "edited") if str(p) == edited else weigh(p))
     assert up_to_date.inputs_hash(mine) != basis
 

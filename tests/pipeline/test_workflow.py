@@ -75,7 +75,7 @@ def test_a_definition_in_json_by_its_path(made):
 def test_an_edited_kernel_runs_the_sweep_again(made):
     asked = ("-n", "results/tiny/stability_map.nc")
     assert "Nothing to be done" in snakemake(made, *asked).stdout
-    kernel = made / "kernels" / "linear.py"
+    kernel = made / "kernels" / "free" / "linear.py"
     before = kernel.read_text()
     kernel.write_text(before + "# another comment\n")
     try:

@@ -15,7 +15,8 @@ import pytest
 import rich.console
 from calls import refused, said
 
-from kernels import cache, fingerprint
+from kernels.compile import cache, fingerprint
+from kernels.events import flips
 from sweeps import systems
 from sweeps.points import catalogue, columns, compile_kernels
 from sweeps.points.loading import read_sweep
@@ -23,7 +24,11 @@ from sweeps.process import progress
 from sweeps.systems.system import Example
 
 ROOT = compile_kernels.ROOT
-ONE, OTHER, LAST = Example("exact", "one"), Example("exact", "one", (2.0,)), Example("linear", "last", is_last=True)
+ONE, OTHER, LAST = (
+    Example("free.exact", "one"),
+    Example("free.exact", "one", (2.0,)),
+    Example("free.linear", "last", is_last=True),
+)
 
 
 @pytest.fixture
@@ -75,7 +80,7 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
     examples = systems.all_examples()
     compile_kernels.compile_examples(examples)
     assert not compile_kernels.missing_examples(examples)
-    read_whole, edited = fingerprint._read, Path(fingerprint.__file__).with_name("flips.py")
+    read_whole, edited = fingerprint._read, Path(flips.__file__)
     stamp = fingerprint.stamp.__wrapped__
 
     def read_edited(path):
@@ -85,8 +90,8 @@ def test_an_edit_misses_what_imports_it_and_nothing_else(compiled, monkeypatch):
     monkeypatch.setattr(fingerprint, "_read", read_edited)
     monkeypatch.setattr(compile_kernels, "stamp", stamp)
     missing = {example.module for example in compile_kernels.missing_examples(examples)}
-    assert "survey" in missing
-    assert not missing & {"oscillations", "flows", "tumbling", "symmetric_top"}
+    assert "near_axis.survey" in missing
+    assert not missing & {"flow.oscillations", "flow.flows", "events.tumbling", "events.symmetric_top"}
 
 
 def test_several_that_need_kernels_at_once_have_them_compiled_once(compiled, monkeypatch):
@@ -113,12 +118,12 @@ def test_the_door_to_the_kernels_has_them_compiled(compiled, threads):
 
 def test_what_few_definitions_ask_for_is_compiled_for_them():
     grid = {"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0}}
-    usual, flips = read_sweep(grid), read_sweep(grid | {"integration": {"flips": True}})
-    usual, flips = ({example.name for example in one.system.examples(one.definition)} for one in (usual, flips))
-    assert [name.partition("-")[0] for name in flips - usual] == ["survey.flipped"]
+    usual, flipping = read_sweep(grid), read_sweep(grid | {"integration": {"flips": True}})
+    usual, flipping = ({example.name for example in one.system.examples(one.definition)} for one in (usual, flipping))
+    assert [name.partition("-")[0] for name in flipping - usual] == ["near_axis.survey.flipped"]
     described = read_sweep({"system": "pendulum", "grid": {"length": 1.0}})
     moving, own, *shared = described.system.examples(described.definition)
-    assert {example.module for example in shared} == {"oscillations", "paths", "roots", "examples"}
+    assert {example.module for example in shared} == {"flow.oscillations", "flow.paths", "search.roots", "flow.runs"}
     assert Path(moving.module).read_text() == described.system.mechanism.moving.text
     assert Path(own.module).read_text() == described.system._code().text
 

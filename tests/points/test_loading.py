@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 from strategies import ranges, sweeps
 
-from kernels import triangle
+from kernels.free import triangle
 from sweeps import systems as registry
 from sweeps.points import catalogue
 from sweeps.points.loading import read_definition, read_sweep

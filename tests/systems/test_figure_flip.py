@@ -8,7 +8,7 @@ from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from kernels import exact
+from kernels.free import exact
 from sweeps.__main__ import main
 from sweeps.figure import sheets
 from sweeps.schema.refusals import RefusedError

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from kernels.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
+from kernels.estimator.statuses import EQUILIBRIUM_UNDECIDED, NO_EQUILIBRIUM, NON_FINITE
 from sweeps.figure import canvas, sheets
 from sweeps.systems.oscillator.presentation import figure_oscillations
 from sweeps.systems.oscillator.system import REGIMES

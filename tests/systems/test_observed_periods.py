@@ -11,7 +11,7 @@ from calls import said
 from scipy.special import ndtr
 
 import sweeps
-from kernels import tumbling
+from kernels.events import tumbling
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.observed_periods.system import energy_of, exclusion
 

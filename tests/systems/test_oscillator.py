@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sweeps
-from kernels import statuses
-from kernels.cache import cache_folder
+from kernels.compile.cache import cache_folder
+from kernels.estimator import statuses
 from sweeps import systems
 from sweeps.points.loading import read_sweep
 from sweeps.schema.refusals import DefinitionError

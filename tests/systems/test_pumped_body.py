@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from kernels.codes import REGIMES
+from kernels.flow.codes import REGIMES
 from sweeps.maps import verify
 from sweeps.points import estimate as counted
 from sweeps.points.loading import read_sweep

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from kernels import floquet, statuses
+from kernels.estimator import statuses
+from kernels.flow import floquet
 from sweeps.mechanics import periodic
 from sweeps.systems.pumped_body import equations
 from sweeps.systems.pumped_body.system import least_margin, trace_by_scipy

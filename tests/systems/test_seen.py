@@ -162,7 +162,7 @@ def test_no_herpolhode_of_a_body_that_can_exist_has_an_inflexion(count):
 
 
 def _inflects(moments, start):
-    from kernels import exact
+    from kernels.free import exact
 
     period = exact.period(exact.set_up(*moments, *start))
     w = exact.rotation(moments, start, np.linspace(0.0, period, 256))
@@ -175,7 +175,7 @@ def _inflects(moments, start):
 
 def test_the_herpolhode_stays_between_its_circles():
     moments, omega = np.array([0.4, 0.8, 1.0]), np.array([0.3, 0.0, 1.0])
-    from kernels import exact
+    from kernels.free import exact
 
     curve = herpolhode(moments, omega, np.linspace(0, 3 * exact.period(exact.set_up(*moments, *omega)), 500))
     w = exact.rotation(moments, omega, np.linspace(0, 3 * exact.period(exact.set_up(*moments, *omega)), 500))

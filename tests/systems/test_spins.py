@@ -7,7 +7,7 @@ import pytest
 from calls import python
 from scipy.integrate import solve_ivp
 
-from kernels import jit
+from kernels.compile import jit
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.motion import format_span
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE
@@ -185,7 +185,7 @@ found = [[asdict(spin) for spin in predict_spins(body, *asked)] for body in BODI
 """
 PLAIN = """
 import json, sys
-from kernels import jit
+from kernels.compile import jit
 assert jit.leave_out_compiler()
 """
 

@@ -9,7 +9,7 @@ import pytest
 import scipy
 
 import sweeps
-from kernels import exact, linear
+from kernels.free import exact, linear
 from sweeps.__main__ import main
 from sweeps.maps import dataset, storage, verify
 from sweeps.points.loading import read_sweep

@@ -24,7 +24,7 @@ from report_pages import (
 )
 
 import sweeps
-from kernels import exact
+from kernels.free import exact
 from sweeps import systems
 from sweeps.figure.colors import in_light
 from sweeps.handbook import gallery

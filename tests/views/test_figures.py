@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sweeps
-from kernels import linear
+from kernels.free import linear
 from sweeps import systems
 from sweeps.figure import axis_scales, sheets, wording
 from sweeps.maps.storage import open_map, write_map

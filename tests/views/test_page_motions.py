@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import sweeps
-from kernels import direct, exact
+from kernels.free import direct, exact
 from sweeps.__main__ import main
 from sweeps.maps.storage import open_map, write_map
 from sweeps.systems.bodies.variables import VERDICTS

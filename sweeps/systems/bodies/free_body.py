@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kernels import statuses
-from kernels.triangle import triangle_margin
+from kernels.estimator import statuses
+from kernels.free.triangle import triangle_margin
 from sweeps.schema.datasets import Dataset
 from sweeps.schema.parameters import Range, spread
 from sweeps.schema.variables import Variable

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels.triangle import triangle_margin
+from kernels.free.triangle import triangle_margin
 from sweeps.schema import units
 from sweeps.schema.parameters import Quantity, Range, Strict, entry_type, key, range_model
 from sweeps.schema.refusals import DefinitionError, UnreadableError, display

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernels import tumbling
+from kernels.events import tumbling
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.bodies import shapes

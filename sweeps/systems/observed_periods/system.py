@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.schema.parameters import Strict, grid_model, key, mapping
 from sweeps.schema.values import number
 from sweeps.schema.variables import Parameter, Quantity
@@ -106,10 +106,10 @@ class ObservedPeriods(FreeBody):
     name = "observed_periods"
     samples_per_second = 5_000
     model = ObservedPeriodsDefinition
-    kernels = ("tumbling", "statuses", "triangle")
+    kernels = ("events.tumbling", "estimator.statuses", "free.triangle")
     compiled = (
-        Example("tumbling", "inverse", (1.0, 2.0, 3.0, 3.0)),
-        Example("tumbling", "survey", (A_POINT, 1e-10, False)),
+        Example("events.tumbling", "inverse", (1.0, 2.0, 3.0, 3.0)),
+        Example("events.tumbling", "survey", (A_POINT, 1e-10, False)),
     )
     compile_seconds = 3.0
     method_text = "closed form of the energies from tumbling periods"
@@ -118,7 +118,8 @@ class ObservedPeriods(FreeBody):
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
         """Return exclusion, energy and angular momentum of each body in each mode; see `VARIABLES`."""
-        from kernels import triangle, tumbling
+        from kernels.events import tumbling
+        from kernels.free import triangle
 
         modes = {"sam": tumbling.SAM, "lam": tumbling.LAM}
         moments = np.sort([points[name] for name in MOMENTS], axis=0)

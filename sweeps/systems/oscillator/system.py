@@ -135,9 +135,9 @@ class Oscillator(Described):
     point_seconds = 4e-5  # 1e-5 to 1e-4, by how hard its equilibria are to enclose
     start_seconds = 3.5  # its equations are derived
     method_text = "direct integration of the full Euler-Lagrange equations"
-    kernels = ("oscillations", "enclosures", "roots", "matrices")
+    kernels = ("flow.oscillations", "search.enclosures", "search.roots", "flow.matrices")
     shared_seconds = 8.0
-    compiled = (SEARCH, Example("oscillations"), PLANNING)
+    compiled = (SEARCH, Example("flow.oscillations"), PLANNING)
     library = MECHANICS / "library"
     base_model = OscillatorDefinition
     spectrum = ("mode",)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field
 
-from kernels.codes import INVARIANTS as NAMES
-from kernels.codes import REGIMES
+from kernels.flow.codes import INVARIANTS as NAMES
+from kernels.flow.codes import REGIMES
 from sweeps.schema.definition import Definition
 from sweeps.schema.parameters import Strict, mapping
 from sweeps.schema.values import Tolerance
@@ -117,11 +117,21 @@ class Periodic(Described):
     start_seconds = 2.5
     method_text = "direct integration of the full equations over one period, certified by the variational flow"
     kernels = (
-        *("enclosures", "floquet", "jacobians", "matrices", "monodromy", "paths", "runs", "statuses", "straight"),
-        "variational",
+        *(
+            "search.enclosures",
+            "flow.floquet",
+            "flow.jacobians",
+            "flow.matrices",
+            "flow.monodromy",
+            "flow.paths",
+            "flow.runs",
+            "estimator.statuses",
+            "compile.llvm_formulas",
+        ),
+        "flow.variational",
     )
     shared_seconds = 13.0
-    compiled = (Example("monodromy"), Example("variational"), PATHS)
+    compiled = (Example("flow.monodromy"), Example("flow.variational"), PATHS)
     library = MECHANICS / "library" / "periodic"
     base_model = PeriodicDefinition
     marker = "phase_residual"

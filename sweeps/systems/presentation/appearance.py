@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from kernels.statuses import STATUSES
+from kernels.estimator.statuses import STATUSES
 from sweeps.figure import colors
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from kernels.statuses import STATUSES
+from kernels.estimator.statuses import STATUSES
 from sweeps.figure import axis_scales, colors, marks, wording
 from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation.appearance import Appearance

@@ -106,7 +106,7 @@ class PumpedBody(Dynamics):
 
     name = "pumped_body"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
-    kernels = (*Periodic.kernels, "triangle")
+    kernels = (*Periodic.kernels, "free.triangle")
     existence = CHANGING
     compiled = Periodic.compiled
     compile_seconds = 14.0
@@ -184,7 +184,7 @@ def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
 
     The margin is the least of three smooth functions of the phase: where it is least, it is smooth.
     """
-    from kernels.triangle import triangle_margin
+    from kernels.free.triangle import triangle_margin
 
     def margin(u):
         return triangle_margin(*moments_at(points, u, inverse))

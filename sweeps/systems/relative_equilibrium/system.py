@@ -105,9 +105,9 @@ class RelativeEquilibrium(Described):
     samples_per_second = 2_000_000  # all that is worked out of a point included
     picture_seconds = 2.5
     method_text = "direct integration of the full equations of motion"
-    kernels = ("flows", "enclosures", "roots", "jacobians", "matrices")
+    kernels = ("flow.flows", "search.enclosures", "search.roots", "flow.jacobians", "flow.matrices")
     shared_seconds = 20.0
-    compiled = (Example("flows"), SEARCH, PLANNING)
+    compiled = (Example("flow.flows"), SEARCH, PLANNING)
     library = MECHANICS / "library" / "relative"
     base_model = FlowDefinition
     marker = "eigenvalue"

@@ -4,7 +4,7 @@ Linear theory gives the e-folding time :math:`1/\sqrt{-\Omega^2}` and the Euler 
 small perturbation; the closed form gives, for a perturbation of given size, the time between flips, 2K/p, the wobble
 period, 4K/p, the mean precession about L, and the largest tilt.
 
-Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.linear` and `kernels.exact`.
+Source: Landau and Lifshitz, Mechanics, section 37; see `kernels.free.linear` and `kernels.free.exact`.
 """
 
 import math
@@ -13,7 +13,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from kernels import exact, linear, tumbling, twist
+from kernels.events import tumbling, twist
+from kernels.free import exact, linear
 from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, match_name
 from sweeps.systems.bodies import shapes

@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from kernels import statuses
-from kernels.propagators import PROPAGATORS
+from kernels.estimator import statuses
+from kernels.near_axis.propagators import PROPAGATORS
 from sweeps.schema.datasets import Dataset
 from sweeps.schema.definition import Integration
 from sweeps.schema.parameters import Strict, grid_model, key, mapping, switch
@@ -212,17 +212,17 @@ class RigidBodyDefinition(NearAxisDefinition):
 A_POINT = {"I1": 1.0, "I2": 2.0, "I3": 3.0, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
 RUN = (1.0, 16, 1e-9)
 SURVEY = (
-    Example("examples", "follow_block"),
-    Example("examples", "fill_columns"),
-    Example("survey", "theory", (A_POINT,)),
-    Example("examples", "plan_points"),
-    Example("survey", "survey", (A_POINT, *RUN), is_last=True),
+    Example("near_axis.examples", "follow_block"),
+    Example("near_axis.examples", "fill_columns"),
+    Example("near_axis.survey", "theory", (A_POINT,)),
+    Example("near_axis.examples", "plan_points"),
+    Example("near_axis.survey", "survey", (A_POINT, *RUN), is_last=True),
 )
-FLIPPED = Example("survey", "flipped", (A_POINT,))
+FLIPPED = Example("near_axis.survey", "flipped", (A_POINT,))
 ON_REQUEST = {  # key of `integration` → what it compiles
     "flips": FLIPPED,
-    "attitude": Example("in_space", "survey", (A_POINT, *RUN)),
-    "collapse": Example("survey", "collapsed", (A_POINT, *RUN), is_last=True),
+    "attitude": Example("events.in_space", "survey", (A_POINT, *RUN)),
+    "collapse": Example("near_axis.survey", "collapsed", (A_POINT, *RUN), is_last=True),
 }
 
 # -- the system
@@ -234,7 +234,7 @@ class RigidBody(FreeBody):
     """Euler's equations without torque, near each principal axis."""
 
     name = "rigid_body"
-    kernels = ("survey", "in_space")
+    kernels = ("near_axis.survey", "events.in_space")
     compiled = SURVEY
     compile_seconds = 12.0
     model = RigidBodyDefinition
@@ -253,8 +253,9 @@ class RigidBody(FreeBody):
         return *self.compiled, *(ON_REQUEST[name] for name in requested)
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
-        """Return linear theory beside what is measured; see `kernels.survey`."""
-        from kernels import in_space, survey  # noqa: F401  (what a map's fingerprint covers is imported with it)
+        """Return linear theory beside what is measured; see `kernels.near_axis.survey`."""
+        from kernels.events import in_space  # noqa: F401  (what a map's fingerprint covers is imported with it)
+        from kernels.near_axis import survey
 
         settings = integration.rotations, integration.samples_per_rotation, integration.tolerance
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
@@ -280,7 +281,7 @@ class RigidBody(FreeBody):
 
     def motions(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> int:
         """Return the number of points, or with `collapse` of distinct motions."""
-        from kernels import survey
+        from kernels.near_axis import survey
 
         return survey.motions(points) if integration.collapse else super().motions(points, integration)
 
@@ -309,7 +310,7 @@ def initial_state(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 
 def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
     """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MAX_ROTATIONS."""
-    from kernels import exact
+    from kernels.free import exact
     from sweeps.systems.motion import motion_span
 
     top = exact.set_up(*moments, *omega)
@@ -323,7 +324,9 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     The rate of the spin axis is that of psi and of the wobble together; its error is theirs, and what the part of a
     wobble that the run does not show may change. Both are missing where the motion does not encircle the axis.
     """
-    from kernels import in_space, linear, survey
+    from kernels.events import in_space
+    from kernels.free import linear
+    from kernels.near_axis import survey
 
     of_space = in_space.survey(points, *settings)
     needed = {"frequency", "frequency_error", "regime"}
@@ -351,7 +354,7 @@ def _compare_with_some_in_full(columns, points, settings, options):
     1e-12 of ω0² (times the square of the moments' ratio, by which the rounding of a needle's moments grows): the
     collapse is wrong, and no map is written.
     """
-    from kernels import survey
+    from kernels.near_axis import survey
 
     size = next(iter(points.values())).size
     some = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
@@ -417,7 +420,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
 
 def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
     """Return Ω² of a perturbed rotation in s-2, by Jacobi's functions; NaN for too many samples."""
-    from kernels import exact
+    from kernels.free import exact
 
     if integration.samples > MAX_CLOSED_FORM_SAMPLES:
         return math.nan

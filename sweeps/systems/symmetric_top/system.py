@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from kernels import statuses
-from kernels.triangle import triangle_margin
+from kernels.estimator import statuses
+from kernels.free.triangle import triangle_margin
 from sweeps.schema.datasets import Dataset
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import grid_model, key, mapping
@@ -106,9 +106,9 @@ class SymmetricTop(Dynamics):
 
     name = "symmetric_top"
     method_text = "direct integration of Euler's equations"
-    kernels = ("symmetric_top",)
+    kernels = ("events.symmetric_top",)
     existence = ("ratio",)
-    compiled = (Example("symmetric_top", "survey", (A_POINT, 1.0, 16, 1e-9)),)
+    compiled = (Example("events.symmetric_top", "survey", (A_POINT, 1.0, 16, 1e-9)),)
     compile_seconds = 4.0
     model = SymmetricTopDefinition
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
@@ -117,8 +117,8 @@ class SymmetricTop(Dynamics):
     samples_per_second = 18_000_000  # two motions each, angles and cones
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
-        """Return the closed form and the measured columns; see `kernels.symmetric_top`."""
-        from kernels import symmetric_top
+        """Return the closed form and the measured columns; see `kernels.events.symmetric_top`."""
+        from kernels.events import symmetric_top
 
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         return symmetric_top.survey(points, *settings)
@@ -130,8 +130,8 @@ class SymmetricTop(Dynamics):
         """
         import xarray as xr
 
-        from kernels import exact
-        from kernels import symmetric_top as top
+        from kernels.events import symmetric_top as top
+        from kernels.free import exact
         from sweeps.systems.motion import label_columns, motion_span, sample_times, time_axis
 
         ratio, spin = float(point["ratio"]), float(point["omega3"])

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.schema.parameters import grid_model, key, mapping, spread
 from sweeps.schema.refusals import Problem, display, refusals
 from sweeps.schema.values import number
@@ -124,8 +124,8 @@ class Tumbling(MeasuredOnce):
     """A free body at any energy: mode, period in the body, periods about the angular momentum."""
 
     name = "tumbling"
-    kernels = ("tumbling", "statuses", "triangle")
-    compiled = (Example("tumbling", "survey", (A_POINT, 1e-9)), Example("tumbling", "tilts", (A_POINT,)))
+    kernels = ("events.tumbling", "estimator.statuses", "free.triangle")
+    compiled = (Example("events.tumbling", "survey", (A_POINT, 1e-9)), Example("events.tumbling", "tilts", (A_POINT,)))
     compile_seconds = 9.0
     model = TumblingDefinition
     closed = "periods"
@@ -135,7 +135,7 @@ class Tumbling(MeasuredOnce):
 
     def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return moments (ascending, kg m2) and ω at time 0 (rad s-1) of a point: L = I3 omega0, w2 = 0."""
-        from kernels import tumbling
+        from kernels.events import tumbling
 
         moments = np.sort([float(point[name]) for name in MOMENTS])
         omega = np.array(tumbling.start(*moments / moments[2], float(point["energy"])))
@@ -143,14 +143,14 @@ class Tumbling(MeasuredOnce):
 
     def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
         """Return two periods of ω in the body."""
-        from kernels import exact
+        from kernels.free import exact
         from sweeps.systems.motion import motion_span
 
         return motion_span(2 * exact.period(exact.set_up(*moments, *omega)), rotation)
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
-        """Return the closed form and the measured columns; see `kernels.tumbling`."""
-        from kernels import tumbling
+        """Return the closed form and the measured columns; see `kernels.events.tumbling`."""
+        from kernels.events import tumbling
 
         columns = tumbling.survey(points, integration.tolerance, integration.measured)
         columns["period_ratio"] = columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
@@ -176,7 +176,7 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
     from scipy.integrate import solve_ivp
 
-    from kernels import exact
+    from kernels.free import exact
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
     c, whole = euler_coefficients(moments), exact.period(exact.set_up(*moments, *omega))
@@ -195,7 +195,7 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
     """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
-    from kernels import exact
+    from kernels.free import exact
 
     moments, omega = SYSTEM.start(point)
     impossible = moments[2] < float(point["energy"]) * moments[0]

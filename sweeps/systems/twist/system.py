@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from kernels import statuses
+from kernels.estimator import statuses
 from sweeps.schema.parameters import grid_model, key, mapping
 from sweeps.schema.values import Phase, number
 from sweeps.schema.variables import Parameter, Quantity
@@ -93,8 +93,8 @@ class Twist(MeasuredOnce):
     """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
 
     name = "twist"
-    kernels = ("twist", "statuses", "triangle")
-    compiled = (Example("twist", "survey", (A_POINT, 1e-9)),)
+    kernels = ("events.twist", "estimator.statuses", "free.triangle")
+    compiled = (Example("events.twist", "survey", (A_POINT, 1e-9)),)
     compile_seconds = 11.0
     model = TwistDefinition
     closed = "attitude"
@@ -104,15 +104,15 @@ class Twist(MeasuredOnce):
 
     def start(self, point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return moments (ascending, kg m2) and ω at time 0 (rad s-1) of a point: L = I2 omega0."""
-        from kernels import twist
+        from kernels.events import twist
 
         moments = np.sort([float(point[name]) for name in MOMENTS])
         omega = np.array(twist.start(*moments / moments[1], float(point["chi"]), float(point["theta"])))
         return moments, omega * float(point["omega0"])
 
     def survey(self, points: Mapping[str, np.ndarray], integration: Once) -> dict[str, np.ndarray]:
-        """Return the closed form and the measured columns; see `kernels.twist`."""
-        from kernels import twist
+        """Return the closed form and the measured columns; see `kernels.events.twist`."""
+        from kernels.events import twist
 
         return twist.survey(points, integration.tolerance, integration.measured)
 
@@ -158,7 +158,7 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
 def turn_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
     """Return the time of a revolution in s, from the closed form of the attitude; NaN along the handle."""
-    from kernels import twist
+    from kernels.events import twist
 
     return float(twist.survey(point, integration.tolerance, False)["time_of_turn_exact"][0])
 

@@ -129,7 +129,7 @@ class _Body:
         return _kernel_points(self.distribution, self.moments[draws], rotations, self.normals[draws], spin)
 
     def _rates(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        from kernels import survey
+        from kernels.near_axis import survey
 
         integration = self.integration
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
@@ -138,7 +138,7 @@ class _Body:
 
     def _flips(self, points, squares: np.ndarray) -> dict[str, np.ndarray]:
         """Return flip period (infinite if the spin keeps its sign) and largest tilt of points, measured."""
-        from kernels import survey
+        from kernels.near_axis import survey
 
         spin = points["omega0"]
         order = np.argsort(np.abs(squares / spin / spin))  # motions of similar duration together
@@ -157,7 +157,7 @@ class _Body:
 
     def _twists(self, points, axis: int) -> np.ndarray:
         """Return the size of the twist of points, rad, measured, each about its own axis of least moment."""
-        from kernels import twist
+        from kernels.events import twist
 
         moments = np.stack([points[name] for name in MOMENTS], axis=-1)
         across = [points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin)]

@@ -72,11 +72,11 @@ def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[n
         Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
         rotations, shape (n, 3, 3), that take components along the body's axes to components along the draw's.
     """
-    from kernels import principal
+    from kernels.free import jacobi_eigen
 
     entries, axes = (np.require(x, np.float64, ["C", "W"]) for x in (entries, axes))
     values, rows = np.empty((len(entries), 3)), np.empty((len(entries), 3, 3))
-    principal.axes_near(entries, axes, values, rows)
+    jacobi_eigen.axes_near(entries, axes, values, rows)
     return *from_moments(values, delta), rows
 
 

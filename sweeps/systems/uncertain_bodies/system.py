@@ -319,9 +319,9 @@ class UncertainBodies(FreeBody):
     """
 
     name = "uncertain_bodies"
-    kernels = ("survey", "principal", "twist")
+    kernels = ("near_axis.survey", "free.jacobi_eigen", "events.twist")
     existence = ()
-    compiled = (*SURVEY, FLIPPED, Example("principal"))
+    compiled = (*SURVEY, FLIPPED, Example("free.jacobi_eigen"))
     compile_seconds = 14.0
     model = UncertainDefinition
     references = "Saltelli et al. (2010), Computer Physics Communications 181, 259; Owen (1995) on scrambled nets"

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kernels.codes import REGIMES
+from kernels.flow.codes import REGIMES
 from sweeps.figure import canvas, colors, marks, wording
 from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation.appearance import Appearance

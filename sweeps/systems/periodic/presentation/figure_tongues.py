@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.linalg import eigvalsh_tridiagonal
 
-from kernels.codes import REGIMES
+from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from kernels import linear
-from kernels.codes import REGIMES
+from kernels.flow.codes import REGIMES
+from kernels.free import linear
 from sweeps.figure import colors, sheets, wording
 from sweeps.systems.bodies.solid import solid
 from sweeps.systems.presentation import animation

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy.interpolate import CubicSpline
 
-from kernels.codes import REGIMES
+from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.systems.bodies.presentation import triangle
 from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends

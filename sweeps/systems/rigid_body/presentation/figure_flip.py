@@ -13,7 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from kernels import exact
+from kernels.free import exact
 from sweeps.figure import colors, marks, sheets, wording
 from sweeps.schema.datasets import Dataset, along, dimensions, nearest_by
 from sweeps.schema.iteration import blocks

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from kernels import exact
+from kernels.free import exact
 from sweeps.figure import canvas, colors, marks, sheets, wording
 from sweeps.schema.datasets import Dataset, along
 from sweeps.schema.iteration import spaced_indices

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation
 
-from kernels import linear
-from kernels.rigid_body import cyclic
-from kernels.triangle import triangle_margin
+from kernels.free import linear
+from kernels.free.rigid_body import cyclic
+from kernels.free.triangle import triangle_margin
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema.datasets import Dataset, along

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
-from kernels import exact, tumbling
+from kernels.events import tumbling
+from kernels.free import exact
 from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.tumbling.system import SYSTEM

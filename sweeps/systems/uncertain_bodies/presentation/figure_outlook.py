@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from kernels import linear
+from kernels.free import linear
 from sweeps.figure import canvas, colors, marks, sheets
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE

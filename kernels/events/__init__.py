@@ -1,0 +1,1 @@
+"""Free rotations followed for revolutions: flips, twist, periods of tumbling and precession."""

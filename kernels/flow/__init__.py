@@ -1,0 +1,1 @@
+"""Motions of described systems, their linear flow, spectra and multipliers with errors."""

@@ -1,0 +1,1 @@
+"""Free rigid body: Euler's equations, closed forms, integrators, linear theory."""

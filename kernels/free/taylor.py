@@ -1,0 +1,111 @@
+r"""Taylor steps of quadratic equations of motion, from a table of their products.
+
+Each component obeys :math:`\dot x = s\sum\pm u v`, so with :math:`x_n` the n-th term of its power series within a step
+(the coefficient times :math:`h^n`) and the scale s times h in the place of s,
+
+.. math:: x_{n+1} = \frac{s}{n+1}\sum_{i=0}^{n}\sum\pm u_i\,v_{n-i}
+
+and the new state is the sum of the terms. A table names each component's scale and products; :func:`step` makes of it a
+function in straight lines (:mod:`kernels.compile.llvm_formulas`). The order of every sum is the speed and the bits: in
+a convolution the newest terms stand last, so that what does not wait for them starts before; in the result the largest
+stand last.
+
+Tables, with omega = (a, b, c) the angular velocity, q the unit quaternion from body to space, scalar first, and n a
+vector fixed in space, in body axes:
+
+.. math:: \dot\omega_a = c_a\,\omega_b\omega_c, \qquad \dot q = \tfrac12\,q\,(0, \omega), \qquad \dot n = n\times\omega
+
+Truncation of the quaternion at order N is about :math:`(|\omega|h/2)^{N+1}/(N+1)!`; of omega, and near its axis, see
+:mod:`kernels.free.direct`.
+
+Source: Jorba and Zou, Experimental Mathematics 14 (2005) 99, for the method.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from kernels.compile.llvm_formulas import parse_formula
+
+Equations = Mapping[str, tuple[str, tuple[tuple[str, str, str], ...]]]
+
+# component → its scale, and the products of its right-hand side: sign, u, v
+EULER: Equations = {"a": ("ka", (("+", "b", "c"),)), "b": ("kb", (("+", "c", "a"),)), "c": ("kc", (("+", "a", "b"),))}
+QUATERNION: Equations = {
+    "w": ("half", (("-", "x", "a"), ("-", "y", "b"), ("-", "z", "c"))),
+    "x": ("half", (("+", "w", "a"), ("+", "y", "c"), ("-", "z", "b"))),
+    "y": ("half", (("+", "w", "b"), ("+", "z", "a"), ("-", "x", "c"))),
+    "z": ("half", (("+", "w", "c"), ("+", "x", "b"), ("-", "y", "a"))),
+}
+VECTOR: Equations = {
+    "x": ("h", (("+", "y", "c"), ("-", "z", "b"))),
+    "y": ("h", (("+", "z", "a"), ("-", "x", "c"))),
+    "z": ("h", (("+", "x", "b"), ("-", "y", "a"))),
+}
+ORDERS = (8, 10, 12)
+WHOLE, NEAR, NEAREST = None, (7, 4), (5, 2)  # of a, the spin: the last term summed, and the last that turns the others
+
+
+def lines(equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE) -> str:
+    """Return the text of one step: assignments of the terms, then the return of the new state.
+
+    Args:
+        equations (mapping): Component → scale and products, as EULER.
+        order (int): The last term of each component.
+        spin (pair of int, optional): The last term of component a that is summed, and the last that takes part in the
+            others; left out, all.
+    """
+    last = {x: spin[0] if spin and x == "a" else order for x in equations}
+    used = {x: spin[1] if spin and x == "a" else order - 1 for x in equations}  # the last term that others stand on
+    terms, summed = [], {x: [f"{x}0"] for x in equations}
+    for n in range(1, order + 1):
+        for x in (x for x in equations if n <= last[x]):
+            term = _term(n, *equations[x], spin if x != "a" else WHOLE)
+            terms += [f"{x}{n} = {term}"] if n <= used[x] else []
+            summed[x].append(f"{x}{n}" if n <= used[x] else term)
+    return "\n".join([*terms, f"return {', '.join(map(total, summed.values()))}"])
+
+
+def _term(n: int, scale: str, products: tuple, spin: tuple[int, int] | None) -> str:
+    """Return the n-th term of a component."""
+    if spin and n > spin[1]:
+        ((_, u, v),) = products
+        other = u if v == "a" else v
+        text = "".join(f" + {other}{n - 1 - i} * a{i}" for i in range(spin[1], -1, -1))
+    else:
+        text = convolution(products, n - 1)
+    text = text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")
+    return f"{f'({scale} * R{n})' if n > 1 else scale} * ({text})"
+
+
+def convolution(products: tuple, n: int) -> str:
+    """Return the n-th term of a sum of products, the newest factors last, with a sign before each."""
+    pairs = sorted(((i, n - i) for i in range(n + 1)), key=max)
+    return "".join(f" {sign} {u}{i} * {v}{j}" for i, j in pairs for sign, u, v in products)
+
+
+def total(terms: Sequence[str]) -> str:
+    """Return the sum of the terms 0, 1, 2, … of a component."""
+    first, *others = (terms[n] for n in (3, 2, *range(4, len(terms)), 1, 0))
+    return "(" * (len(others) - 1) + first + ")".join(f" + {term}" for term in others)
+
+
+def step(name: str, equations: Equations, order: int, spin: tuple[int, int] | None = WHOLE) -> Callable:
+    """Return one step as a function of the components and of the scales times h, for compiled code as for Python.
+
+    Args:
+        name (str): The function's name.
+        equations, order, spin: As for :func:`lines`.
+    """
+    scales = dict.fromkeys(scale for scale, _ in equations.values())
+    numbers = {f"R{n}": 1.0 / n for n in range(2, order + 1)}
+    return parse_formula(name, [*(f"{x}0" for x in equations), *scales], lines(equations, order, spin), numbers)
+
+
+# number → step of Euler's equations: 3 i + k has order ORDERS[i] and is whole (k = 0), near (1) or nearest (2)
+STEPS = tuple(
+    step(f"{kind}step_{order}", EULER, order, spin)
+    for order in ORDERS
+    for kind, spin in (("", WHOLE), ("near_", NEAR), ("nearest_", NEAREST))
+)
+step_10, step_12 = STEPS[3], STEPS[6]
+turn_12 = step("turn_12", EULER | QUATERNION, 12)  # (a, b, c, w, x, y, z, ka, kb, kc, half), half = h/2
+carry_12 = step("carry_12", EULER | VECTOR, 12)  # (a, b, c, x, y, z, ka, kb, kc, h)

@@ -1,0 +1,1 @@
+"""Perturbed spins about principal axes, and the survey that measures their rates."""

@@ -1,0 +1,214 @@
+import math
+import platform
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from calls import python
+from numba import config
+
+from kernels.compile.blocks import W
+from kernels.estimator import measure, statuses
+from kernels.free import direct, exact, linear, rigid_body, taylor
+from kernels.near_axis import estimates, near_axis_block, survey
+
+FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
+STEPS = taylor.STEPS
+
+
+def bodies(count, seed, epsilon=1e-6):
+    """Random points of bodies that can exist, every axis and both senses of spin."""
+    rng = np.random.default_rng(seed)
+    masses = rng.uniform(0.0, 1.0, (3, max(count // FEWER, 32)))
+    moments = masses.sum(axis=0) - masses
+    n = masses.shape[1]
+    points = dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    points |= {"axis": rng.integers(1, 4, n), "omega0": rng.choice([-1, 1], n) * rng.uniform(0.5, 20.0, n)}
+    return points | {"epsilon": np.full(n, epsilon), "phase": rng.uniform(0, 2 * np.pi, n)}
+
+
+def point(points, i):
+    """Moments from the spin axis, and the start in units of the spin."""
+    I1, I2, I3, axis, omega0, epsilon, phase = (
+        points[name][i] for name in ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
+    )
+    moments = rigid_body.relabel(I1, I2, I3, axis)
+    return moments, np.array([np.sign(omega0), epsilon * np.cos(phase), epsilon * np.sin(phase)])
+
+
+def taylor(moments, start, spacing, intervals, order, steps):
+    """Samples by the direct integrator's own step, one body at a time."""
+    c = rigid_body.euler_coefficients(*moments)
+    h, state, rows = spacing / steps, tuple(start), [start]
+    for _ in range(intervals):
+        for _ in range(steps):
+            state = STEPS[order](*state, *(k * h for k in c))
+        rows.append(np.array(state))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("epsilon", [1e-6, 0.05])
+def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
+    tolerance, intervals, spacing = 1e-6, 24, 0.5  # a loose tolerance: truncation far above rounding
+    points = bodies(40 * FEWER, 1, epsilon)
+    columns = survey.measured(points, 3.0, 8, tolerance)
+    size = min(1.0, 10 * epsilon * np.exp(0.5))
+    coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
+    seen = 0
+    for i in range(40):
+        moments, start = point(points, i)
+        bound = np.abs(rigid_body.euler_coefficients(*moments)).max()
+        x = bound * spacing * np.sqrt(1 + epsilon**2)
+        order, steps = direct.choose(x, size, coefficients, intervals, tolerance)
+        ours = taylor(moments, start, spacing, intervals, order, steps)
+        truth = exact.rotation(moments, start, spacing * np.arange(intervals + 1))
+        used = columns["samples_used"][i]
+        largest = np.maximum.accumulate(np.hypot(ours[:, 1], ours[:, 2]))
+        apart = (np.hypot(*(ours - truth)[:, 1:].T) / largest)[:used].max()
+        # sixty steps of either solution round by 1e-15 or so in all, and in another order
+        assert columns["propagation_error"][i] == pytest.approx(apart, rel=1e-4, abs=2e-14)
+        seen += apart > 1e-13
+    assert seen > 10
+
+
+# at 0.3 some motions pass so near the separatrix that rounding alone makes more than 1e-12
+@pytest.mark.parametrize(
+    ("tolerance", "epsilon"),
+    [(t, e) for t in (1e-8, 1e-10, 1e-12) for e in (1e-8, 1e-6, 1e-3, 0.3) if (t, e) != (1e-12, 0.3)],
+)
+def test_every_certificate_is_within_its_allowance(tolerance, epsilon):
+    columns = survey.measured(bodies(5000, 2, epsilon), 4.0, 16, tolerance)
+    allowed = tolerance + 2e-15 * np.exp(columns["growth_rate"] * columns["window_end"])
+    assert (columns["propagation_error"] <= allowed).all()
+    assert (columns["status"] == survey.OK).all()
+
+
+def test_on_the_decaying_direction_rounding_grows_and_is_allowed():
+    # c_b = c_c = 1/2, so phase 3 pi/4 or its mirror decays: what rounding adds grows by e^{12.6} over the run
+    points = {"I1": 1.0, "I2": 0.6, "I3": 1.6666666666666667, "axis": 1, "omega0": 1.0, "epsilon": 1e-6}
+    rates = rigid_body.euler_coefficients(1.0, 0.6, 1.6666666666666667)
+    decaying = np.arctan2(np.sqrt(abs(rates[2])), -np.sqrt(abs(rates[1])) * np.sign(rates[1]))
+    columns = survey.survey(points | {"phase": decaying}, 4.0, 16, 1e-10)
+    assert columns["growing_fraction"][0] < 1e-15
+    assert columns["regime"][0] == linear.UNSTABLE
+    assert columns["status"][0] == survey.OK
+
+
+BROKEN = """
+import numpy as np
+from kernels.free import taylor
+def broken(step):
+    def taken(a, b, c, ka, kb, kc):
+        a, b, c = step(a, b, c, ka, kb, kc)
+        return a, b, c * (1 + DEFECT)
+    taken.__name__ = step.__name__
+    return taken
+taylor.STEPS = tuple(map(broken, taylor.STEPS))
+from kernels.near_axis import survey
+points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": np.array([1, 2, 3]), "omega0": 1.0, "phase": 0.6, "epsilon": 1e-6}
+columns = survey.measured(points, 4.0, 16, 1e-10)
+print(*columns["status"], *columns["propagation_error"])
+"""
+
+
+@pytest.mark.parametrize(
+    ("defect", "status"), [pytest.param(0.0, survey.OK, marks=pytest.mark.slow), (1e-9, statuses.NOT_CONVERGED)]
+)
+def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status):
+    # in a process of its own and in plain Python, for the compiler freezes what it has inlined
+    program = BROKEN.replace("DEFECT", repr(defect))
+    told = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore").split()
+    assert told[:3] == [str(status)] * 3
+    if defect:
+        assert min(map(float, told[3:])) > defect
+
+
+@pytest.mark.compiled
+def test_the_exact_propagator_measures_the_same():
+    points = bodies(5000, 3)
+    stepped = survey.survey(points, 4.0, 16, 1e-12)
+    columns = survey.survey(points, 4.0, 16, 1e-12, propagator="exact")
+    assert (columns["status"] == survey.OK).all()
+    assert (columns["steps_per_sample"] == 1).all()
+    np.testing.assert_array_equal(columns["regime"], stepped["regime"])
+    # both are within 1e-12 of the truth, which (Omega h)² in the recurrence amplifies for small rates
+    scale = points["omega0"] ** 2
+    np.testing.assert_allclose(columns["omega_squared"] / scale, stepped["omega_squared"] / scale, rtol=0, atol=1e-10)
+    # roundings of a motion that falls before it grows have grown by e^(lambda t), up to 1e3 here, when it is small
+    growing, drift = columns["growth_rate"] > 0, columns["perturbation_drift"]
+    assert drift[~growing].max() < 1e-14
+    assert drift[growing].max() < 3e-13
+
+
+def test_work_that_nobody_asked_for_changes_no_other_column():
+    points = bodies(500, 4)
+    whole = survey.measured(points, 4.0, 16, 1e-10)
+    regimes, logged, rates = ("omega_squared", "regime", "status"), ("growth_rate_logslope_error",), ("euler_period",)
+    for few in (regimes, logged, rates, ("frequency_reduced_error", "energy_drift")):
+        part = survey.survey(points, 4.0, 16, 1e-10, wanted=few)
+        assert sorted(part) == sorted(few)
+        for name in few:
+            np.testing.assert_array_equal(part[name], whole[name], err_msg=name)
+
+
+def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
+    """Every other lane turns more than a motion may between two samples; each has its own square and slope."""
+    rng, S = np.random.default_rng(7), np.full(estimates.ROWS * W, math.nan)
+    for row in (
+        near_axis_block.GUESS,
+        near_axis_block.RX,
+        near_axis_block.XX,
+        near_axis_block.SX,
+        near_axis_block.SW,
+        near_axis_block.SPACING,
+    ):
+        S[row : row + W] = rng.uniform(0.5, 1.0, W)
+    wanted = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
+    S[near_axis_block.GUESS : near_axis_block.GUESS + W] = (
+        wanted + 0.5 * S[near_axis_block.RX : near_axis_block.RX + W] / S[near_axis_block.XX : near_axis_block.XX + W]
+    )
+    assert estimates._squares(S, True)
+    estimates._squares_beyond(S)
+    for lane in range(W):
+        turns = estimates._turn(S, lane), estimates._reduced_turn(S, lane)
+        rows = (estimates.MORE.rate2, estimates.MORE.slope), (estimates.MORE.reduced, estimates.MORE.reduced_slope)
+        for D, row in zip(turns, rows, strict=True):
+            told = S[row[0] + lane], S[row[1] + lane]
+            assert told == pytest.approx(measure.rate_squared(D, S[near_axis_block.SPACING + lane]), rel=1e-13)
+
+
+ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
+SCALAR = {"note_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
+
+
+COMPILED = """
+import pickle, sys
+from pathlib import Path
+from kernels.near_axis import examples, near_axis_block
+from kernels.compile.cache import CHECKSUM
+examples.follow_block()
+for part in vars(lanes).values():
+    if getattr(part, "signatures", ()) and "whole_vectors" in part.py_func.__code__.co_names:
+        # what lies in the cache, for Numba shows no assembly of what it has loaded
+        path, _ = part._cache._place(part.signatures[0], part.targetctx.codegen())
+        (_, _, (code, *_)), *_ = pickle.loads(path.read_bytes()[CHECKSUM:])
+        Path(sys.argv[1], part.__name__ + ".o").write_bytes(code)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 instructions")
+@pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
+def test_every_loop_over_lanes_is_packed(tmp_path):
+    # with an empty cache: Numba loads what it finds there whole, and not the parts that it calls
+    python(COMPILED, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    files = sorted(tmp_path.glob("*.o"))
+    assert len(files) > 20
+    told = subprocess.run(["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True)
+    texts = re.split(r"^.*file format.*$", told.stdout, flags=re.M)[1:]
+    for file, text in zip(files, texts, strict=True):
+        packed, scalar = (len(re.findall(ARITHMETIC + kind + r"\b", text)) for kind in ("pd", "sd"))
+        assert (packed > scalar) != (file.stem in SCALAR), (file.stem, packed, scalar)
