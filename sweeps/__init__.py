@@ -1,8 +1,8 @@
 """Stability of rotating rigid bodies and other mechanical systems: measured maps, motions and answers.
 
 Each command of `polhode` is a function here: `survey`, `open_map`, `point`, `body`, `uncertainty`, `tumbler`, `motion`,
-`run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI units, or
-text with a unit: "30 rpm".
+`certify`, `run`, and `content_hash` identifies a map; pictures are in `sweeps.plot` and `ds.polhode`. Numbers are in SI
+units, or text with a unit: "30 rpm".
 
     >>> import sweeps
     >>> ds = sweeps.survey(I1=1.0, I2=2.0, I3=2.5, omega0="60 rpm", axes=[2])
@@ -250,6 +250,53 @@ def motion(
     return integrate_from(chosen_body, spun, start, times, tolerance)
 
 
+def certify(
+    run: "str | Path | Mapping[str, Any] | pd.DataFrame | xr.Dataset",
+    body: "Body",
+    *,
+    tolerance: float = 1e-6,
+    fit_start: bool = False,
+    frame: str = "inertial",
+    definition: str | Path = "bodies",
+    **options: Any,
+) -> "xr.Dataset":
+    """Compare the rotation of a free rigid body in a file with the exact motion, and diagnose its errors.
+
+    Args:
+        run: a file (.csv, .parquet, .nc, or .aem: CCSDS AEM), a DataFrame, a Dataset, or a mapping of names to arrays,
+            with a time and with attitudes or angular velocity in the body's axes, or both.
+        body: as `body` takes it.
+        tolerance: allowed error of attitudes, rad, and of rates relative to |omega| of the first row.
+        fit_start: whether the exact motion is fitted to all rows; else it begins at the first row. Of attitudes alone
+            the rates at the start are fitted.
+        frame: "inertial", or "local": the frame of the attitudes turns at `frame_rate` about `frame_axis`.
+        definition: the definition that lists a name.
+        options: frame_rate (rad s-1, default that of the Earth) and frame_axis (in the axes of the frame; left out,
+            north-east-down at the file's longitude and latitude); where names of columns say too little, columns (role
+            → names), time_unit, angle_unit, rate_unit, sequence (of Euler angles, as in SciPy), scalar ("first" or
+            "last"), direction ("body-to-space" or "space-to-body").
+
+    Returns:
+        A Dataset over `time` (s, from the first row): attitude_error (rad), rates_error (relative), and the exact
+        motion in the principal axes, omega1 … omega3 and q0 … q3. Its attributes are the verdict ("pass", "fail" or
+        "ill_conditioned"), diagnosis and evidence, errors and conditioning, as `polhode certify --json` prints them.
+
+    Raises:
+        DefinitionError: naming what cannot be judged and what is allowed.
+
+    Example:
+        >>> run = sweeps.motion([1.0, 2.0, 2.5], [0.1, 1.0, 0.2], "20 s")
+        >>> sweeps.certify(run, [1.0, 2.0, 2.5]).attrs["verdict"]
+        'pass'
+    """
+    from sweeps.certification import judging
+    from sweeps.points import catalogue
+    from sweeps.systems.rigid_body import prediction
+
+    chosen_body, _ = prediction.body_of(body, definition, {}, catalogue.load_definition)
+    return judging.certify(run, chosen_body, tolerance, fit_start, frame, options)
+
+
 def uncertainty(
     bodies: "Body | Sequence[Mapping[str, Any]]",
     uncertainty: "float | str | Mapping[str, Any]",
@@ -385,6 +432,7 @@ __all__ = [
     "DefinitionError",
     "MapError",
     "body",
+    "certify",
     "content_hash",
     "motion",
     "open_map",

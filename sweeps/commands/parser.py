@@ -107,6 +107,17 @@ def add_body(parser: Parser) -> None:
     quantities = {"type": number, "metavar": "X"}
     parser.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
     parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
+    add_moments(parser)
+    text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'
+    parser.add_argument("--omega0", help=text, **quantities)
+    parser.add_argument("--epsilon", help="relative size of the perturbation (default 1e-6)", **quantities)
+    text = "direction of the perturbation in the transverse plane, rad (default 0.6)"
+    parser.add_argument("--phase", help=text, **quantities)
+
+
+def add_moments(parser: Parser) -> None:
+    """Add the options that give the moments of inertia of a body."""
+    quantities = {"type": number, "metavar": "X"}
     parser.add_argument("--moments", nargs=3, help='I1 I2 I3, kg m2 ("12 kg cm2")', **quantities)
     parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)
@@ -114,11 +125,6 @@ def add_body(parser: Parser) -> None:
     parser.add_argument("--density", help="density of the mesh, kg m-3", **quantities)
     parser.add_argument("--mass", help="mass of the mesh, kg, in place of its density", **quantities)
     parser.add_argument("--unit", default="m", help="unit of length of the mesh: m (default), cm, mm, in, ft")
-    text = 'spin rate, rad s-1 ("30 rpm"; default the body\'s own, or 1)'
-    parser.add_argument("--omega0", help=text, **quantities)
-    parser.add_argument("--epsilon", help="relative size of the perturbation (default 1e-6)", **quantities)
-    text = "direction of the perturbation in the transverse plane, rad (default 0.6)"
-    parser.add_argument("--phase", help=text, **quantities)
 
 
 def body(args: argparse.Namespace) -> str | dict | None:

@@ -3,7 +3,7 @@
 import argparse
 
 import sweeps
-from sweeps.commands import bodies, definitions, maps
+from sweeps.commands import bodies, certifying, definitions, maps
 from sweeps.commands.parser import Parser
 
 DESCRIPTION = """\
@@ -29,13 +29,13 @@ and by hand:
   polhode figures map.nc -o figures
   polhode report map.nc -o report.html
 
-exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written);
-130 interrupted; 1 anything else (of `verify`: the map differs)
+exit status: 0 done; 2 invalid input, or not enough memory or disk (see message; no file is half-written); 3 the verdict
+`fail` of `certify`; 130 interrupted; 1 anything else (of `verify`: the map differs)
 """
 
 # each adds its command to the parser, in the order of the help
 COMMANDS = (definitions.add_check, definitions.add_run, maps.add_show, maps.add_point, maps.add_slice)
-COMMANDS += (bodies.add_body, bodies.add_motion, bodies.add_tumbler)
+COMMANDS += (bodies.add_body, bodies.add_motion, certifying.add_certify, bodies.add_tumbler)
 COMMANDS += (definitions.add_compile, definitions.add_shard, definitions.add_merge)
 COMMANDS += (maps.add_figures, maps.add_report, maps.add_verify, definitions.add_schema)
 

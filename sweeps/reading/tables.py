@@ -7,7 +7,8 @@ numbers lie, as of a map.
 import csv
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple
 from functools import partial
 from io import BytesIO
@@ -23,6 +24,7 @@ PART_ROWS = 2**17  # number of rows in memory at once
 BLOCK_BYTES = 2**22  # bytes of a CSV file that are searched at once
 TRUTH_VALUE = re.compile(rb"(?i)\b(true|false)\b")
 LONGEST_LINE = 2**16  # bytes
+SAMPLE_BYTES = 2**18  # bytes at the beginning and at the end of a text file in which digits of numbers are counted
 MAX_COLUMNS = 1000  # number of columns of a table
 MAX_NAMES = 100_000  # rows of a table up to which its column of names is read
 MAX_NAME_LENGTH = 100  # characters of a name; a longer one is cut
@@ -44,12 +46,27 @@ def heading(text: str) -> tuple[str, str]:
     return (match["name"], match["unit"] or "") if match else (text.strip(), "")
 
 
-def open_source(file: FileBytes, suffix: str) -> "Source":
-    """Return the columns of a file of the kind of its suffix."""
-    source = SUFFIXES[suffix](file)
+def open_source(
+    file: FileBytes, suffix: str, other_types: bool = False, readers: "Mapping[str, type[Source]] | None" = None
+) -> "Source":
+    """Return the columns of a file of the kind of its suffix, by one of the `readers`.
+
+    With `other_types`, columns of other types than numbers are in `Source.texts`, and variables of netCDF-4 along other
+    dimensions are left out; they are refused otherwise.
+    """
+    source = (readers or SUFFIXES)[suffix](file, other_types)
     if len(source.headings) > MAX_COLUMNS:
         raise refusal("", display(source.name), f"has {len(source.headings):,} columns", f"at most {MAX_COLUMNS:,}")
     return source
+
+
+def sample_lines(file: FileBytes, begin: int) -> list[str]:
+    """Return the whole lines of the first and of the last `SAMPLE_BYTES` of a text file from byte `begin` on."""
+    size = file.size - begin
+    lines = file.read_at(begin, min(SAMPLE_BYTES, size)).splitlines() if size > 0 else []
+    if size > SAMPLE_BYTES:
+        lines = lines[:-1] + file.read_at(file.size - SAMPLE_BYTES, SAMPLE_BYTES).splitlines()[1:]
+    return [line.decode("utf-8", "replace") for line in lines]
 
 
 def _is_text(value: str) -> bool:
@@ -62,13 +79,18 @@ class Source:
 
     headings: list[tuple[str, str]]
 
-    def __init__(self, file: FileBytes):
-        self._file, self.name = file, file.name.rpartition("/")[2]
+    def __init__(self, file: FileBytes, other_types: bool = False):
+        self._file, self.name, self._other_types = file, file.name.rpartition("/")[2], other_types
         self.texts: set[int] = set()  #: numbers of the columns of text
+        self.single: set[int] = set()  #: numbers of the columns in single precision
 
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
         raise NotImplementedError
+
+    def sample_rows(self) -> list[list[str]]:
+        """Return the values of some rows as written; [] for a binary file."""
+        return []
 
     def names(self, place: int) -> list[str] | None:
         """Return the texts of a column, printable and of bounded length; None for a table of too many rows.
@@ -105,7 +127,7 @@ class Source:
 # -- rows from a child process
 
 
-def _rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
+def rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]:
     """Yield the parts of `source.read_rows`, which runs in a child process."""
     seconds = sandbox.MAX_SECONDS + source._file.size * SECONDS_PER_BYTE
     try:
@@ -143,8 +165,8 @@ def _printable(value: object) -> str:
 class _Csv(Source):
     """Text with a line of names, then a line a row; commas (or semicolons, or tabs) between values."""
 
-    def __init__(self, file: FileBytes):
-        super().__init__(file)
+    def __init__(self, file: FileBytes, other_types: bool = False):
+        super().__init__(file, other_types)
         try:
             line, below = (self._line(number).decode("utf-8-sig") for number in (0, 1))
         except UnicodeDecodeError:
@@ -162,6 +184,10 @@ class _Csv(Source):
         self._spare = [str(place) for place in range(len(names), width)]
         pairs = enumerate(zip(self.headings, first, strict=False))
         self.texts = {place for place, ((name, _), value) in pairs if name.lower() == "name" or _is_text(value)}
+
+    def sample_rows(self) -> list[list[str]]:
+        """Return the values of the first and the last rows as written (see `sample_lines`)."""
+        return list(csv.reader(sample_lines(self._file, len(self._line(0)) + 1), delimiter=self._between))
 
     def _line(self, number: int) -> bytes:
         lines = self._file.read_at(0, min(self._file.size, 2 * LONGEST_LINE + 2)).splitlines()
@@ -186,7 +212,7 @@ class _Csv(Source):
     def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Return the rows; see `Source`."""
         self._read(BytesIO(b"1\n"), "f8", header=None)  # loads here what the child, which can open no file, needs
-        return _rows_in_child(self, places)
+        return rows_in_child(self, places)
 
     def _blocks(self) -> Iterator[bytes]:
         """Yield whole lines below the first, some megabytes at a time."""
@@ -280,8 +306,8 @@ class _Csv(Source):
 class _Parquet(Source):
     """A Parquet file; units stand in the names, as in CSV."""
 
-    def __init__(self, file: FileBytes):
-        super().__init__(file)
+    def __init__(self, file: FileBytes, other_types: bool = False):
+        super().__init__(file, other_types)
         try:
             import pyarrow.parquet  # noqa: F401 -- here, since the child can open no file
         except ImportError:
@@ -292,7 +318,8 @@ class _Parquet(Source):
             reason = answer["refused"] if answer else "reading it failed, or took too much"
             raise refusal("", display(self.name), "is no Parquet file", reason)
         self.headings = [heading(name) for name in answer["names"]]
-        self.texts = {k for k, kind in enumerate(answer["kinds"]) if "string" in kind}
+        self.texts = {k for k, kind in enumerate(answer["kinds"]) if kind and (self._other_types or "string" in kind)}
+        self.single = set(answer["single"])
         for k, ((name, _), kind) in enumerate(zip(self.headings, answer["kinds"], strict=True)):
             if kind and k not in self.texts:
                 raise refusal(name, display(kind), "is no type of numbers", "numbers in every row")
@@ -312,7 +339,9 @@ class _Parquet(Source):
             parquet_file = self._open_parquet()
             schema = parquet_file.schema_arrow
             kinds = ["" if types.is_floating(f.type) or types.is_integer(f.type) else str(f.type) for f in schema]
-            return {"names": list(schema.names), "kinds": kinds, "rows": parquet_file.metadata.num_rows}
+            single = [k for k, f in enumerate(schema) if types.is_float32(f.type)]
+            rows = parquet_file.metadata.num_rows
+            return {"names": list(schema.names), "kinds": kinds, "single": single, "rows": rows}
         except Exception as error:
             return {"refused": _printable(error)}
 
@@ -320,7 +349,7 @@ class _Parquet(Source):
         """Yield the rows; see `Source`."""
         self._refuse_swollen(self._rows * len(places))
         rows_left = self._rows
-        for part in _rows_in_child(self, places):
+        for part in rows_in_child(self, places):
             if len(part) > rows_left:
                 raise refusal("", display(self.name), "holds more rows than it declares", "a whole table")
             rows_left -= len(part)
@@ -348,15 +377,19 @@ class _Parquet(Source):
 class _Netcdf(Source):
     """A netCDF-4 file with variables along one dimension, their units as attributes."""
 
-    def __init__(self, file: FileBytes):
-        super().__init__(file)
+    def __init__(self, file: FileBytes, other_types: bool = False):
+        super().__init__(file, other_types)
         try:
             variables = hdf5.read_structure(file).variables
         except MapError as refused:
             reason = str(refused).removeprefix(f"{file.name}: ").partition("; allowed")[0]
             allowed = "a netCDF-4 file (nccopy -k nc4 makes one of other netCDF)"
             raise refusal("", display(self.name), f"is no netCDF file that can be read ({reason})", allowed) from None
-        dims = {dim for variable in variables.values() for dim in variable.dims}
+        if self._other_types:
+            along = Counter(variable.dims[0] for variable in variables.values() if len(variable.dims) == 1)
+            of_rows = [(dim,) for dim, _ in along.most_common(1)]
+            variables = {name: v for name, v in variables.items() if [v.dims] == of_rows and _is_plain(v)}
+        dims = {dim for variable in variables.values() for dim in variable.dims if not self._other_types}
         columns = {name: variable for name, variable in variables.items() if name not in dims}
         of_rows = next((variable.dims for variable in columns.values()), ())
         wrong = [name for name, variable in columns.items() if len(variable.dims) != 1 or variable.dims != of_rows]
@@ -365,8 +398,9 @@ class _Netcdf(Source):
             raise refusal("", value, "does not lie along the one dimension of rows", "variables along one dimension")
         self._columns = list(columns.items())
         self.headings = [(name, str(variable.attributes.get("units", ""))) for name, variable in self._columns]
+        self.single = {k for k, (_, variable) in enumerate(self._columns) if variable.dtype == "float32"}
         for name, variable in self._columns:
-            if variable.dtype == "str" or np.dtype(variable.dtype or "V").kind not in "iuf":
+            if not _is_plain(variable):
                 raise refusal(name, variable.dtype or "unknown", "is no type of numbers", "numbers in every row")
             if packing := [word for word in NETCDF_PACKING if word in variable.attributes]:
                 raise refusal(name, packing[0], "is an attribute that changes its numbers", "plain numbers")
@@ -380,6 +414,11 @@ class _Netcdf(Source):
         for start in range(0, rows, PART_ROWS):
             part = (slice(start, min(start + PART_ROWS, rows)),)
             yield np.column_stack([_unpack_values(values.read(part), attributes) for values, attributes in columns])
+
+
+def _is_plain(variable: hdf5.StoredVariable) -> bool:
+    """Return True for a variable of numbers."""
+    return variable.dtype != "str" and np.dtype(variable.dtype or "V").kind in "iuf"
 
 
 def _unpack_values(values: np.ndarray, attributes: dict) -> np.ndarray:

@@ -66,17 +66,18 @@ def angular_velocity(axis: int, how: str) -> dict[str, str]:
     return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the body, {how}"}
 
 
-def label_columns(rates: np.ndarray, attitude: np.ndarray, how: str, suffix: str = "") -> dict[str, tuple]:
+def label_columns(rates: np.ndarray, attitude: np.ndarray | None, how: str, suffix: str = "") -> dict[str, tuple]:
     """Return the columns omega1 … omega3 and q0 … q3 over `time`.
 
     Args:
         rates: angular velocity in the body, rad/s, shape (n, 3).
-        attitude: unit quaternions, shape (n, 4).
+        attitude: unit quaternions, shape (n, 4); None for none.
         how: words for the method of computation.
         suffix: end of the columns' names.
     """
     columns = {f"omega{i}{suffix}": ("time", values, angular_velocity(i, how)) for i, values in enumerate(rates.T, 1)}
-    for i, (part_name, values) in enumerate(zip(QUATERNION_PARTS, attitude.T, strict=True)):
+    parts = () if attitude is None else zip(QUATERNION_PARTS, attitude.T, strict=True)
+    for i, (part_name, values) in enumerate(parts):
         words = {"units": "1", "long_name": f"attitude, {part_name}, {how}", "comment": ATTITUDE_CONVENTION}
         columns[f"q{i}{suffix}"] = ("time", values, words)
     return columns

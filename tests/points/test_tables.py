@@ -99,7 +99,7 @@ def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, wh
             return str(refused).replace(str(folder), "")
 
     def in_turn(source, places):
-        return formats._rows_in_child(source, places)
+        return formats.rows_in_child(source, places)
 
     small = told(tmp_path / "small", 200)
     monkeypatch.setattr(formats._Csv, "parts", in_turn)

@@ -1,0 +1,172 @@
+"""The exact motion that a trajectory is compared with, frames that turn, and how far the start is known.
+
+A free body of principal moments I moves by ``I_i w_i' = (I_j - I_k) w_j w_k`` and ``q' = q (0, w)/2``, (i, j, k)
+cyclic, with w the angular velocity in its principal axes and q its attitude, Hamilton's unit quaternion from body to
+space, scalar first. Both come in closed form from `kernels.exact`, near the separatrix too.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from kernels import exact
+from sweeps.certification.trajectory import Trajectory
+from sweeps.schema.refusals import DefinitionError
+
+EARTH_RATE = 7.292115e-5  # rad/s, angular velocity of the Earth (WGS 84)
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+PERTURBED_ROWS = 20_000  # rows at which perturbed motions and fits are compared; of longer files evenly spaced ones
+
+
+def multiply(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return the products of quaternions, scalar first, (…, 4)."""
+    p0, p1, p2, p3 = np.moveaxis(p, -1, 0)
+    q0, q1, q2, q3 = np.moveaxis(q, -1, 0)
+    return np.stack(
+        [
+            p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
+            p0 * q1 + p1 * q0 + p2 * q3 - p3 * q2,
+            p0 * q2 - p1 * q3 + p2 * q0 + p3 * q1,
+            p0 * q3 + p1 * q2 - p2 * q1 + p3 * q0,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: np.ndarray) -> np.ndarray:
+    """Return the conjugates of quaternions, the opposite rotations of unit quaternions."""
+    return q * [1.0, -1.0, -1.0, -1.0]
+
+
+def rotation_vector(q: np.ndarray) -> np.ndarray:
+    """Return the rotation vectors, rad, of at most half a turn, of unit quaternions; (…, 3)."""
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    size = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    return q[..., 1:] * np.where(size > 0.0, 2.0 * np.arctan2(size, q[..., :1]) / np.where(size > 0.0, size, 1.0), 2.0)
+
+
+def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return the angle between attitudes, rad, 0 to π; q and −q are one attitude."""
+    product = multiply(conjugate(p), q)
+    return 2.0 * np.arctan2(
+        np.sqrt(np.einsum("...i,...i->...", product[..., 1:], product[..., 1:])), np.abs(product[..., 0])
+    )
+
+
+def rotate(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors in the body, (n, 3), in the axes of space."""
+    twice = 2.0 * np.cross(q[..., 1:], vectors)
+    return vectors + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+
+
+@dataclass(frozen=True)
+class AttitudeFrame:
+    """The frame of the attitudes."""
+
+    rate: float | None = None  #: rad/s; None: inertial
+    axis: tuple[float, float, float] | None = None  #: in the frame; None: north-east-down at the file's places
+
+    def attitudes(self, trajectory: Trajectory, rows=slice(None)) -> np.ndarray:
+        """Return the attitudes of the frame in inertial space, (n, 4)."""
+        times = trajectory.times[rows]
+        if self.axis is not None:
+            half = 0.5 * self.rate * times[:, None]
+            return np.hstack([np.cos(half), np.sin(half) * self.axis])
+        if trajectory.place is None:
+            wrong = "frame: the file has no longitude and latitude"
+            raise DefinitionError(f"{wrong}; allowed: --frame-axis, the axis of rotation in the axes of the frame")
+        longitude, latitude = trajectory.place[rows].T
+        angles = np.column_stack([self.rate * times + longitude, -0.5 * np.pi - latitude])
+        return Rotation.from_euler("ZY", angles).as_quat(scalar_first=True)
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """Rows in inertial space and in the body's principal axes."""
+
+    moments: np.ndarray  #: principal, (3,)
+    times: np.ndarray  #: s, (n,)
+    q: np.ndarray | None  #: attitude, (n, 4)
+    w: np.ndarray | None  #: angular velocity, rad/s, (n, 3)
+
+    @property
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Attitude and angular velocity of the first row."""
+        return IDENTITY if self.q is None else self.q[0], self.w[0]
+
+    @cached_property
+    def speed(self) -> float:
+        """|w| of the first row, rad/s."""
+        return float(np.linalg.norm(self.w[0]))
+
+    def select(self, rows) -> "BodyMotion":
+        """Return some rows."""
+        q, w = (None if x is None else x[rows] for x in (self.q, self.w))
+        return BodyMotion(self.moments, self.times[rows], q, w)
+
+    def thinned(self, most: int = PERTURBED_ROWS) -> "BodyMotion":
+        """Return at most so many rows, evenly spaced, with the first and the last."""
+        n = len(self.times)
+        return self if n <= most else self.select(np.unique(np.linspace(0, n - 1, most).astype(int)))
+
+
+def in_inertial_space(trajectory: Trajectory, moments, axes, frame: AttitudeFrame) -> BodyMotion:
+    """Return the rows of a trajectory in inertial space and in principal axes, the rows of `axes`, of moments (3,)."""
+    q, w = None, trajectory.rates
+    if trajectory.attitude is not None:
+        q = trajectory.quaternions()
+        q = q if frame.rate is None else multiply(frame.attitudes(trajectory), q)
+    return in_principal_axes(q, w, trajectory.times, moments, axes)
+
+
+def in_principal_axes(q, w, times, moments, axes) -> BodyMotion:
+    """Return rows whose body axes are others than the principal ones, the rows of `axes`."""
+    moments = np.asarray(moments, dtype=np.float64)
+    if axes is None or np.array_equal(axes, np.eye(3)):
+        return BodyMotion(moments, times, q, w)
+    turn = Rotation.from_matrix(np.asarray(axes).T).as_quat(scalar_first=True)
+    return BodyMotion(
+        moments, times, None if q is None else multiply(q, turn), None if w is None else w @ np.asarray(axes).T
+    )
+
+
+def exact_motion(motion: BodyMotion, q0: np.ndarray, w0: np.ndarray, moments=None) -> BodyMotion:
+    """Return the exact motion from a start at the times of `motion`, of its body or one of other moments."""
+    moments = motion.moments if moments is None else moments
+    q = multiply(q0, exact.attitude(moments, w0, motion.times)) if motion.q is not None else None
+    return BodyMotion(moments, motion.times, q, exact.rotation(moments, w0, motion.times))
+
+
+def errors(motion: BodyMotion, reference: BodyMotion) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return errors of attitudes, rad, and of rates, relative to the first |w|, (n,); None for a column not there."""
+    attitude = None if motion.q is None else distance(reference.q, motion.q)
+    if motion.w is None:
+        return attitude, None
+    difference = motion.w - reference.w
+    return attitude, np.sqrt(np.einsum("ij,ij->i", difference, difference)) / np.linalg.norm(reference.w[0])
+
+
+def conditioning(motion: BodyMotion, start, attitude_offset: float, rate_offsets) -> tuple[float | None, float]:
+    """Return the largest distances between the motion from a start and those that begin a resolution off.
+
+    Args:
+        motion: the rows, of which at most `PERTURBED_ROWS` are compared.
+        start: attitude and angular velocity.
+        attitude_offset: the largest angle, rad, by which the resolution of one entry changes the attitude at the start;
+            the motion then is off by this angle all the time.
+        rate_offsets: resolutions of the rates, rad/s, by the component in the principal axes, (k, 3).
+
+    Returns:
+        Distances of attitudes, rad (None without attitudes), and of rates, relative to |w| at the start.
+    """
+    motion = motion.thinned()
+    w = np.zeros((len(motion.times), 3))
+    motion = BodyMotion(motion.moments, motion.times, motion.q, w)
+    reference = exact_motion(motion, *start)
+    worst = [attitude_offset, 0.0]
+    for offset in (sign * offset for offset in rate_offsets for sign in (1.0, -1.0)):
+        apart = errors(exact_motion(motion, start[0], start[1] + offset), reference)
+        worst = [size if one is None else max(size, float(one.max())) for size, one in zip(worst, apart, strict=True)]
+    return (None if motion.q is None else worst[0]), worst[1]

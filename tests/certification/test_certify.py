@@ -1,0 +1,180 @@
+"""Verdicts, errors and conditioning of `certify`, the command, and NASA's check case 2."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from trajectories import BRICK, BRICK_START, exact_rows, table, write_csv
+
+import sweeps
+from sweeps.__main__ import main
+from sweeps.certification.reference import EARTH_RATE
+
+FOLDER = os.environ.get("POLHODE_NESC_CASE_2", "")  # the folder Atmos_02_TumblingBrickNoDamping of nasa/simupy-flight
+MOMENTS = ["--moments", *map(str, BRICK)]
+TIMES = np.linspace(0.0, 30.0, 301)
+
+
+def drifting():
+    """The brick relative to north-east-down, as NASA's tools print it."""
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    longitude = np.degrees(1e-9 * TIMES**3)
+    turns = np.column_stack([EARTH_RATE * TIMES + np.radians(longitude), np.full(301, -np.pi / 2)])
+    frame = Rotation.from_euler("ZY", turns)
+    turned = Rotation.from_quat(motion["q"], scalar_first=True)
+    angles = (frame.inv() * frame[0] * turned).as_euler("ZYX", degrees=True).T
+    names = ["Yaw", "Pitch", "Roll"]
+    columns = {"time": TIMES, "longitude_deg": longitude, "latitude_deg": 0 * TIMES}
+    columns |= {f"eulerAngle_deg_{name}": column for name, column in zip(names, angles, strict=True)}
+    rates = np.degrees(motion["w"]).T
+    return columns | {f"bodyAngularRateWrtEi_deg_s_{n}": c for n, c in zip(names[::-1], rates, strict=True)}
+
+
+def test_a_local_frame_turns_with_the_earth(tmp_path, capsys):
+    path = str(write_csv(tmp_path / "brick.csv", drifting()))
+    assert main(["certify", path, *MOMENTS, "--frame", "local", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["verdict"] == "pass"
+    assert facts["attitude_error_max_rad"] < 1e-13  # roundings of degrees, 30 s of motion
+    assert main(["certify", path, *MOMENTS]) == 3  # as if the local frame did not turn: off by the Earth's rotation
+    error = sweeps.certify(path, BRICK.tolist()).attrs["attitude_error_end_rad"]
+    assert error == pytest.approx(EARTH_RATE * 30 + 1e-9 * 30**3, rel=1e-6)
+    with_axis = sweeps.certify(drifting(), BRICK.tolist(), frame="local", frame_axis=[1, 0, 0]).attrs
+    assert with_axis["attitude_error_end_rad"] == pytest.approx(1e-9 * 30**3, rel=1e-6)  # all but the fall
+
+
+@pytest.mark.skipif(not FOLDER, reason="POLHODE_NESC_CASE_2 names no folder with NASA's files")
+@pytest.mark.parametrize(("number", "degrees", "words"), [
+    (1, 2.24e-9, {"none"}), (2, 3.71, {"kinematics", "first_order"}), (4, 5.22e-9, {"none"}),
+    (5, 7.89e-5, {"energy_drift"}), (6, 2.83e-3, {"staggered"}),
+])  # fmt: skip
+def test_nasas_check_case_2(number, degrees, words, capsys):
+    """Errors at 30 s. That of the first file is 3.49e-9 from the nominal start, and less from its own first row."""
+    path = str(Path(FOLDER) / f"Atmos_02_sim_{number:02}.csv")
+    status = main(["certify", path, *MOMENTS, "--frame", "local", "--json"])
+    facts = json.loads(capsys.readouterr().out)
+    assert status == (0 if facts["verdict"] == "pass" else 3)
+    assert np.degrees(facts["attitude_error_end_rad"]) == pytest.approx(degrees, rel=5e-3)
+    assert facts["diagnosis"][0] in words
+
+
+def test_errors_are_those_of_the_file():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    off = Rotation.from_rotvec(np.outer(1e-4 * TIMES, [0.6, 0.0, 0.8]))
+    motion["q"] = (off * Rotation.from_quat(motion["q"], scalar_first=True)).as_quat(scalar_first=True)
+    facts = sweeps.certify(table(motion), BRICK.tolist(), tolerance=1e-3).attrs
+    assert facts["verdict"] == "fail"
+    assert facts["attitude_error_max_rad"] == pytest.approx(3e-3, rel=1e-9)
+    assert facts["attitude_error_end_rad"] == pytest.approx(3e-3, rel=1e-9)
+    assert facts["attitude_error_passes_tolerance_s"] == pytest.approx(10.1)
+    assert facts["rates_error_max_relative"] < 1e-14
+    assert (facts["growth_kind"], facts["growth_coefficient"]) == ("linear", pytest.approx(1e-4, rel=1e-6))
+    assert facts["energy_error_relative"] < 1e-14
+    # seen in space, L turns with the error, but for its part along the axis
+    L = BRICK * BRICK_START / np.linalg.norm(BRICK * BRICK_START)
+    along = L @ [0.6, 0.0, 0.8]
+    assert facts["momentum_direction_error_rad"] == pytest.approx(3e-3 * np.sqrt(1 - along**2), rel=1e-5)
+
+
+def test_attitude_alone_has_its_rates_fitted():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    del motion["w"]
+    facts = sweeps.certify(table(motion), BRICK.tolist()).attrs
+    assert facts["start"] == "rates_fitted"
+    assert facts["verdict"] == "pass"
+    assert facts["attitude_error_max_rad"] < 1e-12
+    assert "rates_error_max_relative" not in facts
+
+
+def test_rates_alone_are_judged_by_rates():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    del motion["q"]
+    facts = sweeps.certify(table(motion), BRICK.tolist()).attrs
+    assert facts["verdict"] == "pass"
+    assert facts["rates_error_max_relative"] < 1e-14
+    assert "attitude_error_max_rad" not in facts
+    assert "conditioning_rad" not in facts
+    assert 1e-16 < facts["conditioning_rates_relative"] < 1e-13
+
+
+def test_fit_start_fits_the_start_and_says_so():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    motion["w"][0] *= 1 + 1e-5
+    first = sweeps.certify(table(motion), BRICK.tolist()).attrs
+    fitted = sweeps.certify(table(motion), BRICK.tolist(), fit_start=True).attrs
+    assert (first["start"], fitted["start"]) == ("first_row", "fitted")
+    assert first["attitude_error_end_rad"] > 1e-4
+    assert fitted["attitude_error_end_rad"] < 1e-6
+
+
+def spread(start, step):
+    """The largest angle between the brick's motion from a start and those from a step off in each component."""
+    reference = Rotation.from_quat(exact_rows(BRICK, start, TIMES)["q"], scalar_first=True)
+    others = [exact_rows(BRICK, start + off, TIMES)["q"] for off in step * np.vstack([np.eye(3), -np.eye(3)])]
+    return max((reference.inv() * Rotation.from_quat(q, scalar_first=True)).magnitude().max() for q in others)
+
+
+@pytest.mark.parametrize(("digits", "unit"), [(4, 1e-4), (6, 1e-6), (9, 1e-9)])
+def test_conditioning_is_the_spread_of_motions_within_half_a_unit_of_the_last_digit(digits, unit, tmp_path):
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    path = write_csv(tmp_path / "run.csv", table(motion), f"%.{digits}f")
+    facts = sweeps.certify(path, BRICK.tolist(), tolerance=1e-12).attrs
+    start = np.round(motion["w"][0], digits)
+    assert facts["conditioning_rad"] == pytest.approx(spread(start, unit / 2), rel=1e-6)
+    assert facts["verdict"] == "ill_conditioned"
+    assert "ill-conditioned" in facts["warning"]
+
+
+def test_conditioning_of_doubles_is_two_ulp_and_of_single_precision_its_own():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    facts = sweeps.certify(table(motion), BRICK.tolist()).attrs
+    single = {name: column.astype(np.float32) for name, column in table(motion).items()}
+    single = sweeps.certify(single | {"time": TIMES}, BRICK.tolist()).attrs
+    assert 1e-15 < facts["conditioning_rad"] < 2e-14
+    start = np.float32(motion["w"][0]).astype(float)
+    expected = spread(start, 2 * float(np.spacing(np.float32(np.linalg.norm(start)))))
+    assert single["conditioning_rad"] == pytest.approx(expected, rel=1e-6)
+
+
+def test_an_ill_conditioned_file_warns_and_leaves_with_0(tmp_path, capsys):
+    start = [1.2e-8, 1.0, 0.9e-8]  # about the intermediate axis: the second flip is lost in the 8 digits
+    motion = exact_rows([1.0, 2.0, 3.0], start, np.linspace(0, 120, 500))
+    path = write_csv(tmp_path / "run.csv", table(motion), "%.8f")
+    assert main(["certify", str(path), "--moments", "1", "2", "3", "--json"]) == 0
+    output = capsys.readouterr()
+    facts = json.loads(output.out)
+    assert facts["verdict"] == "ill_conditioned"
+    assert facts["warning"] in output.err
+    assert facts["conditioning_rad"] > 1
+
+
+def test_a_quaternion_that_is_not_unit_fails():
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    motion["q"] *= np.linspace(1.0, 1.01, 301)[:, None]
+    facts = sweeps.certify(table(motion), BRICK.tolist()).attrs
+    assert facts["attitude_error_max_rad"] < 1e-13
+    assert facts["verdict"] == "fail"
+    assert sweeps.certify(table(motion), BRICK.tolist(), tolerance=0.02).attrs["verdict"] == "pass"
+
+
+def test_the_dataset_can_be_stored(tmp_path):
+    ds = sweeps.certify(table(exact_rows(BRICK, BRICK_START, TIMES)), BRICK.tolist())
+    ds.to_netcdf(tmp_path / "answer.nc")
+    assert set(ds.data_vars) >= {"attitude_error", "rates_error", "omega1", "q0"}
+
+
+@pytest.mark.parametrize("arguments", [
+    ["nowhere.csv", *MOMENTS], ["run.csv"], ["run.txt", *MOMENTS], ["run.csv", "--moments", "1", "2", "9"],
+    ["run.csv", *MOMENTS, "--columns", "time=a,b"], ["run.csv", *MOMENTS, "--json", "--tolerance", "-1"],
+])  # fmt: skip
+def test_a_refusal_is_one_message_with_status_2(arguments, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_csv(tmp_path / "run.csv", table(exact_rows(BRICK, BRICK_START, TIMES)))
+    assert main(["certify", *arguments]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.count("\n") == 1
+    assert "allowed: " in output.err
