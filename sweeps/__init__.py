@@ -291,9 +291,9 @@ def certify(
     """
     from sweeps.certification import judging
     from sweeps.points import catalogue
-    from sweeps.systems.rigid_body import prediction
+    from sweeps.systems.rigid_body import spin_outcomes
 
-    chosen_body, _ = prediction.body_of(body, definition, {}, catalogue.load_definition)
+    chosen_body, _ = spin_outcomes.body_of(body, definition, {}, catalogue.load_definition)
     return judging.certify(run, chosen_body, tolerance, fit_start, frame, options)
 
 

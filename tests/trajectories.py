@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kernels import exact
+from kernels.free import exact
 
 BRICK = np.array([0.001894220, 0.006211019, 0.007194665])  # NASA's check case 2, slug ft2
 BRICK_START = np.radians([10.0, 20.0, 30.0])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kernels import exact
+from kernels.free import exact
 from sweeps.certification import diagnosis, fits, trajectory
 from sweeps.certification.columns import ColumnChoice
 from sweeps.certification.reference import (
@@ -21,7 +21,7 @@ from sweeps.certification.reference import (
     in_inertial_space,
     rotate,
 )
-from sweeps.schema.boxes import Dataset
+from sweeps.schema.datasets import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
 from sweeps.systems.motion import label_columns, time_axis

@@ -2,7 +2,7 @@
 
 A free body of principal moments I moves by ``I_i w_i' = (I_j - I_k) w_j w_k`` and ``q' = q (0, w)/2``, (i, j, k)
 cyclic, with w the angular velocity in its principal axes and q its attitude, Hamilton's unit quaternion from body to
-space, scalar first. Both come in closed form from `kernels.exact`, near the separatrix too.
+space, scalar first. Both come in closed form from `kernels.free.exact`, near the separatrix too.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kernels import exact
+from kernels.free import exact
 from sweeps.certification.trajectory import Trajectory
 from sweeps.schema.refusals import DefinitionError
 
