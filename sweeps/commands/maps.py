@@ -296,10 +296,10 @@ def add_verify(commands) -> None:
 def _verify(args):
     from sweeps.maps import verify
 
-    checks = verify.checked(args.map, args.points, args.seed, args.definition, args.any_kernels)
+    checks = verify.verify_map(args.map, args.points, args.seed, args.definition, args.any_kernels)
     table = printing.table("check", "what was compared", "")
     for check in checks:
-        verdict = "differs" if check.findings else f"not checked: {check.skipped}" if check.skipped else "holds"
+        verdict = "differs" if check.findings else f"not checked: {check.skip_reason}" if check.skip_reason else "holds"
         table.add_row(check.name, check.covers, verdict)
     printing.console().print(table)
     for finding in (finding for check in checks for finding in check.findings):

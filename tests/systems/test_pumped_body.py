@@ -96,7 +96,7 @@ def test_the_map_is_verified_and_drawn(tmp_path):
     ds.to_netcdf(tmp_path / "map.nc")
     checks = verify.verify(tmp_path / "map.nc", points=10)
     assert {"SciPy DOP853"} <= {check.name for check in checks}
-    assert not [check for check in checks if check.findings or check.skipped]
+    assert not [check for check in checks if check.findings or check.skip_reason]
     figure = PumpedBodyPresentation(resolve("pumped_body")).figures(ds)["tongues_axis_3"]()
     gids = {artist.get_gid() for ax in figure.axes for artist in (*ax.lines, *ax.collections)}
     assert gids >= {"law", "measured"}

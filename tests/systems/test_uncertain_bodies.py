@@ -340,7 +340,7 @@ def test_verify_finds_the_draws_again(tmp_path):
     )
     storage.write_map(ds, tmp_path / "map.nc")
     checks = verify.verify(tmp_path / "map.nc", 2)
-    assert not [check for check in checks if check.findings or check.skipped]
+    assert not [check for check in checks if check.findings or check.skip_reason]
 
 
 def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
