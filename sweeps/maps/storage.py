@@ -90,7 +90,7 @@ class _Backend(xr.backends.BackendEntrypoint):
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
         """Return the map at a path; see `open_map`."""
-        return validation.read(filename_or_obj, any_flags).drop_vars(drop_variables or ())
+        return validation.open_file(filename_or_obj, any_flags).drop_vars(drop_variables or ())
 
 
 def open_map(path: str | Path, **options) -> xr.Dataset:
@@ -105,7 +105,7 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
             that are read are damaged.
     """
     path = validation.map_of(path)
-    return validation.whole(path, xr.open_dataset(path, engine=_Backend, **options))
+    return validation.require_variables(path, xr.open_dataset(path, engine=_Backend, **options))
 
 
 def holds_map(path: str | Path, sweep: "Sweep") -> bool:

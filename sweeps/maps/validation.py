@@ -1,4 +1,4 @@
-"""A file held against the one description of its system's maps; what is admitted may be trusted."""
+"""Validation of map files against the layout of their system's maps; a map that is returned may be trusted."""
 
 import math
 import os
@@ -31,21 +31,21 @@ from sweeps.schema.variables import (
 )
 
 MAP = "stability_map.nc"  # a sweep's map in its folder results/<sweep>
-WHOLE = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and never cut
-DESCRIBING = ("long_name", "units", "comment")  # of what only its own system's description knows
-MOST_WORDS = 200  # characters of these, and of a name
-MOST_SWOLLEN = 100  # how many times its own size on disk a column of digits may have
-MOST_WHOLE = 2**20  # values of a coordinate beside the dimensions' own that are read at once
-PACKING = ("scale_factor", "add_offset", "_FillValue", "missing_value")  # of them netCDF makes other numbers
-SMALL = 2**26  # bytes that may be swollen as they like
+UNCUT = ("definition", "inputs", "outlines")  # attributes that are compared or drawn, and therefore never cut
+DESCRIPTIONS = ("long_name", "units", "comment")  # attributes that describe variables of a described system
+MAX_LETTERS = 200  # length of a description or a name, so that messages and labels stay readable
+MAX_INFLATION = 100  # size in memory over size in the file, up to which a variable that is not deflated is read
+MAX_WHOLE_SIZE = 2**20  # values; larger coordinates that are no dimension's own are read on demand
+PACKING = ("scale_factor", "add_offset", "_FillValue", "missing_value")  # attributes by which netCDF changes numbers
+MIN_LIMITED_SIZE = 2**26  # bytes; MAX_INFLATION applies to larger variables, since smaller ones fit into any memory
 
 
-class _UnlikeError(Exception):
-    """In what a file is unlike a map: the message but for the file's name."""
+class _NotMapError(Exception):
+    """The file is not a Polhode map; the message is the reason, without the file's name."""
 
 
 def map_of(path: str | Path) -> Path:
-    """Return the file that a user means: the path itself, or the map in a sweep's folder results/<sweep>."""
+    """Return the path of a map: the given path, or the map in the folder results/<sweep>."""
     if not isinstance(path, str | os.PathLike):
         raise MapError(f"path: {display(path)} is no path; allowed: {ALLOWED}")
     path = Path(path)
@@ -56,225 +56,239 @@ def map_of(path: str | Path) -> Path:
     return path / MAP
 
 
-def read(path: str | Path, any_flags: bool = False) -> xr.Dataset:
+def open_file(path: str | Path, any_flags: bool = False) -> xr.Dataset:
     """Return the content of a file that is a map, complete or not; see `admitted`."""
     try:
         file = FileBytes(path)
     except (OSError, ValueError) as error:
-        is_there = isinstance(error, PermissionError)
-        wrong = f"cannot be opened ({error.strerror})" if is_there else "there is no such file"
-        raise MapError(f"{path}: {wrong}; allowed: {ALLOWED}") from None
-    return admitted(path, file, read_structure(file), any_flags)
+        exists = isinstance(error, PermissionError)
+        problem = f"cannot be opened ({error.strerror})" if exists else "there is no such file"
+        raise MapError(f"{path}: {problem}; allowed: {ALLOWED}") from None
+    return read_map(path, file, read_structure(file), any_flags)
 
 
-def admitted(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> xr.Dataset:
+def read_map(path: str | Path, file: FileBytes, structure: Structure, any_flags: bool = False) -> xr.Dataset:
     """Return the content of a file that is a map; numbers are read on their first use.
 
-    With `any_flags`, flags without a meaning are read as they are, else refused as they are read.
+    Args:
+        path: of the file, for messages.
+        file: its bytes.
+        structure: its variables and attributes.
+        any_flags: True to read flags without a meaning as they are; else reading them raises a MapError.
     """
     try:
-        attributes = _global(structure.attributes)
-        parts = _Parts(_layout(attributes, structure.variables), structure.variables)
-        _check(parts)
-        return _dataset(parts, file, attributes, any_flags)
-    except _UnlikeError as unlike:
+        attributes = _global_attributes(structure.attributes)
+        contents = _Contents(_file_layout(attributes, structure.variables), structure.variables)
+        _check_contents(contents)
+        return _make_dataset(contents, file, attributes, any_flags)
+    except _NotMapError as unlike:
         raise MapError(f"{path}: {unlike}") from None
 
 
-def whole(path: str | Path, ds: xr.Dataset) -> xr.Dataset:
-    """Return a map; close and refuse one without a variable that its definition chose, or that its system names."""
-    missing = sorted((_promised(ds.attrs) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
+def require_variables(path: str | Path, ds: xr.Dataset) -> xr.Dataset:
+    """Return a map; close it and raise if it lacks a variable that its definition chose or its system requires."""
+    missing = sorted((_chosen_variables(ds.attrs) or set(systems.of_map(ds).layout().needed)) - set(ds.variables))
     if missing:
         ds.close()
-        wrong = f"{_shown(missing[0])}: is missing ({len(missing)} in all)"
-        raise MapError(f"{path}: {wrong}; allowed: every variable of a map")
+        problem = f"{_cut(missing[0])}: is missing ({len(missing)} in all)"
+        raise MapError(f"{path}: {problem}; allowed: every variable of a map")
     return ds
 
 
-def _promised(attributes: Mapping[str, Any]) -> set[str]:
-    """Return variables that a map's own definition chose; none where it chose none."""
+def _chosen_variables(attributes: Mapping[str, Any]) -> set[str]:
+    """Return the variables that a map's own definition chose; an empty set if it chose none."""
     text = str(attributes.get("definition", ""))
-    if "variables" not in text and "\\" not in text:  # nor does an escape spell it: there is no need to parse
+    if "variables" not in text and "\\" not in text:  # "\" could begin an escape that spells the word
         return set()
     integration = definition_of(attributes).get("integration")
-    chosen = integration.get("variables") if isinstance(integration, dict) else None
-    return set(map(str, chosen)) if isinstance(chosen, tuple) else set()
+    names = integration.get("variables") if isinstance(integration, dict) else None
+    return set(map(str, names)) if isinstance(names, tuple) else set()
 
 
 # -- attributes
 
 
-def _said(value: Any) -> str:
+def _as_text(value: Any) -> str:
     return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _global(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Return attributes of the whole file as text of bounded length, of a contract that is known."""
+def _global_attributes(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Return the global attributes as text of bounded length; raise if the contract's version is unknown."""
     texts = {}
     for name, value in attributes.items():
-        text = _printable(name, name, "") and _printable(name, _said(value), "\n\t" if name != "definition" else None)
+        allowed = "\n\t" if name != "definition" else None
+        text = _check_text(name, name, "") and _check_text(name, _as_text(value), allowed)
         if not name.startswith("_"):  # the netCDF library's own
-            texts[name] = cut_text(text, MAX_FILE_BYTES if name in WHOLE else MAX_TEXT)
+            texts[name] = cut_text(text, MAX_FILE_BYTES if name in UNCUT else MAX_TEXT)
     version = texts.get("contract_version", "")
     if not is_readable(version):
-        stated = _shown(version) or "missing"
-        raise _UnlikeError(f"contract_version: is {stated}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps")
+        version_text = _cut(version) or "missing"
+        raise _NotMapError(
+            f"contract_version: is {version_text}; allowed: {CONTRACT_VERSION}, the version of Polhode's maps"
+        )
     return texts
 
 
-def _printable(where: str, text: str, beside: str | None) -> str:
-    """Return a text if its characters are printable or in `beside` (None: any character is allowed); else raise."""
-    if beside is not None and not all(c.isprintable() or c in beside for c in text):
+def _check_text(where: str, text: str, extra: str | None) -> str:
+    """Return a text if its characters are printable or in `extra` (None: any character is allowed); else raise."""
+    if extra is not None and not all(c.isprintable() or c in extra for c in text):
         where = "".join(c if c.isprintable() else "?" for c in where[:60])
-        raise _UnlikeError(f"{where}: holds control characters; allowed: printable text")
+        raise _NotMapError(f"{where}: holds control characters; allowed: printable text")
     return text
 
 
-def _layout(attributes: Mapping[str, str], variables: Mapping[str, StoredVariable]) -> Layout:
+def _file_layout(attributes: Mapping[str, str], variables: Mapping[str, StoredVariable]) -> Layout:
     """Return the description of the maps of a file's system, from its attributes and its variables' names."""
     try:
         layout = systems.of_contents(attributes, variables).layout()
     except KeyError:
         name = cut_text(repr(attributes["system"]))
-        raise _UnlikeError(f"system: {name} is not available; allowed: {', '.join(systems.system_names())}") from None
+        raise _NotMapError(f"system: {name} is not available; allowed: {', '.join(systems.system_names())}") from None
     has_names = POINT_NAME.name in variables and variables[POINT_NAME.name].dims[:1] == (POINT.name,)
-    ours = (POINT, POINT_NAME) if has_names else (POINT,)
-    return replace(layout, coordinates={one.name: one for one in ours} | layout.coordinates)
+    coordinates = (POINT, POINT_NAME) if has_names else (POINT,)
+    return replace(layout, coordinates={coordinate.name: coordinate for coordinate in coordinates} | layout.coordinates)
 
 
 # -- variables and coordinates
 
 
-class _Parts:
-    """A file's variables, told apart."""
+class _Contents:
+    """The variables of a file, divided into coordinates, variables, and variables that are not read."""
 
-    def __init__(self, layout: Layout, held: Mapping[str, StoredVariable]):
-        self.layout = layout  #: what they are held against
+    def __init__(self, layout: Layout, file_variables: Mapping[str, StoredVariable]):
+        self.layout = layout  #: the layout of the system's maps
         #: name → coordinate, in the layout's order
-        self.coordinates = {name: held[name] for name in layout.coordinates if name in held}
+        self.coordinates = {name: file_variables[name] for name in layout.coordinates if name in file_variables}
         #: name → variable, in the layout's order
-        self.variables = {name: held[name] for name in layout.variables if name in held}
-        self.specs = {**layout.coordinates, **layout.variables}  #: name → what each of both should be
+        self.variables = {name: file_variables[name] for name in layout.variables if name in file_variables}
+        self.specs = {**layout.coordinates, **layout.variables}  #: name → description of each coordinate and variable
         if layout.is_open:
-            self._take_own(held)
-        parts = {*self.coordinates, *self.variables}
-        characters = {one.dims[-1] for one in self.coordinates.values() if one.dtype == "|S1" and one.dims}
-        #: names of what is no part of a map, and is not read
-        self.others = tuple(
-            name for name, one in held.items() if name not in parts and (one.dtype or name not in characters)
-        )
-        known = ((one.dims, self.specs[n].over) for n, one in self.variables.items() if n in layout.variables)
-        points = (dims[: len(dims) - len(over)] for dims, over in known)
+            self._take_own(file_variables)
+        map_names = {*self.coordinates, *self.variables}
+        texts = [variable for variable in self.coordinates.values() if variable.dtype == "|S1" and variable.dims]
+        character_dims = {variable.dims[-1] for variable in texts}
+        other_names = (name for name in file_variables if name not in map_names)
+        #: names of variables that are not part of a map, and are not read
+        self.ignored_names = tuple(n for n in other_names if file_variables[n].dtype or n not in character_dims)
+        own = {name: variable for name, variable in self.variables.items() if name in layout.variables}
+        layout_dims = ((variable.dims, self.specs[name].over) for name, variable in own.items())
+        points = (dims[: len(dims) - len(over)] for dims, over in layout_dims)
         self.dims = max(points, key=len, default=())  #: the dimensions of the map's points, in storage order
-        #: those that variables have beside them
-        self.further = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
+        #: further dimensions that variables have at each point
+        self.extra_dims = tuple(dict.fromkeys(dim for name in self.variables for dim in self.specs[name].over))
 
-    def _take_own(self, held: Mapping[str, StoredVariable]) -> None:
+    def _take_own(self, file_variables: Mapping[str, StoredVariable]) -> None:
         """Take the parameters and places that only the description of the system has: they are doubles."""
         doubles = {}
-        for name, one in held.items():
-            if name in self.specs or one.dtype not in ("<f8", ">f8"):
+        for name, variable in file_variables.items():
+            if name in self.specs or variable.dtype not in ("<f8", ">f8"):
                 continue
-            words = {key: _printable(f"{name}:{key}", _said(one.attributes.get(key, "")), "") for key in DESCRIBING}
-            words = {key: text[:MOST_WORDS] for key, text in words.items()}
+            words = {key: _as_text(variable.attributes.get(key, "")) for key in DESCRIPTIONS}
+            words = {key: _check_text(f"{name}:{key}", text, "")[:MAX_LETTERS] for key, text in words.items()}
             units, meaning = words["units"] or "1", words["long_name"] or name
             self.specs[name] = Variable(name, units, meaning, comment=words["comment"])
-            if one.dims in ((), (name,), (POINT.name,)):
-                doubles[name] = one
+            if variable.dims in ((), (name,), (POINT.name,)):
+                doubles[name] = variable
             else:
-                self.variables[name] = one
+                self.variables[name] = variable
         self.coordinates = doubles | self.coordinates
 
 
-def _check(parts: _Parts) -> None:
-    if not parts.variables:
-        raise _UnlikeError("(variables): none; allowed: every variable of a map")
-    for name, held in parts.coordinates.items():
-        _check_coordinate(parts, name, held)
-    _check_dimensions(parts)
-    for name, held in parts.variables.items():
-        _check_variable(parts, name, held)
+def _check_contents(contents: _Contents) -> None:
+    if not contents.variables:
+        raise _NotMapError("(variables): none; allowed: every variable of a map")
+    for name, variable in contents.coordinates.items():
+        _check_coordinate(contents, name, variable)
+    _check_dimensions(contents)
+    for name, variable in contents.variables.items():
+        _check_variable(contents, name, variable)
 
 
-def _check_dimensions(parts: _Parts) -> None:
-    dims = parts.dims
-    order = [dim for dim in parts.layout.coordinates if dim in dims]
+def _check_dimensions(contents: _Contents) -> None:
+    dims = contents.dims
+    order = [dim for dim in contents.layout.coordinates if dim in dims]
     if [dim for dim in dims if dim in order] != order or len(set(dims)) != len(dims):
-        raise _UnlikeError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(order)} in this order")
-    for dim in (*dims, *parts.further):
-        if dim not in parts.coordinates or _own_dims(parts, dim) != (dim,):
+        raise _NotMapError(f"dimensions: are ({', '.join(dims)}); allowed: each once, {', '.join(order)} in this order")
+    for dim in (*dims, *contents.extra_dims):
+        if dim not in contents.coordinates or _own_dims(contents, dim) != (dim,):
             value = cut_text(repr(dim)) if dim else "(one without a name)"
-            value += " has no coordinate" + (" of type float64" if parts.layout.is_open else "")
-            raise _UnlikeError(f"dimensions: {value}; allowed: those of this system's maps")
-    for name in parts.coordinates:
-        along = _own_dims(parts, name)
-        if not set(along) <= {*dims, *parts.further, parts.layout.along} - ({POINT.name} - {*dims}):
-            raise _UnlikeError(f"{name}: lies along {', '.join(along)}; allowed: a dimension of the map")
-    if missing := sorted(parts.layout.required(parts.coordinates) - {*parts.coordinates}):
-        raise _UnlikeError(f"{missing[0]}: is missing; allowed: every coordinate of a map")
+            value += " has no coordinate" + (" of type float64" if contents.layout.is_open else "")
+            raise _NotMapError(f"dimensions: {value}; allowed: those of this system's maps")
+    for name in contents.coordinates:
+        coordinate_dims = _own_dims(contents, name)
+        if not set(coordinate_dims) <= {*dims, *contents.extra_dims, contents.layout.along} - ({POINT.name} - {*dims}):
+            raise _NotMapError(f"{name}: lies along {', '.join(coordinate_dims)}; allowed: a dimension of the map")
+    if missing := sorted(contents.layout.required(contents.coordinates) - {*contents.coordinates}):
+        raise _NotMapError(f"{missing[0]}: is missing; allowed: every coordinate of a map")
 
 
-def _own_dims(parts: _Parts, name: str) -> tuple[str, ...]:
+def _own_dims(contents: _Contents, name: str) -> tuple[str, ...]:
     """Return dimensions of a coordinate, without that of its characters."""
-    held = parts.coordinates[name]
-    return held.dims[:-1] if held.dtype == "|S1" and held.dims else held.dims
+    variable = contents.coordinates[name]
+    return variable.dims[:-1] if variable.dtype == "|S1" and variable.dims else variable.dims
 
 
-def _check_coordinate(parts: _Parts, name: str, held: StoredVariable) -> None:
-    spec, dims = parts.specs[name], _own_dims(parts, name)
-    over = tuple(dim for dim in parts.layout.over.get(name, ()) if dim in dims)
-    if dims not in ((), (name,), (parts.layout.along,), (POINT.name,), over):
-        value = _shown(" × ".join(dim or "?" for dim in dims))
-        raise _UnlikeError(f"{name}: lies along {value}; allowed: its own dimension alone")
+def _check_coordinate(contents: _Contents, name: str, variable: StoredVariable) -> None:
+    spec, dims = contents.specs[name], _own_dims(contents, name)
+    over = tuple(dim for dim in contents.layout.over.get(name, ()) if dim in dims)
+    if dims not in ((), (name,), (contents.layout.along,), (POINT.name,), over):
+        value = _cut(" × ".join(dim or "?" for dim in dims))
+        raise _NotMapError(f"{name}: lies along {value}; allowed: its own dimension alone")
     if spec.dtype == "str":
-        if held.dtype != "str" and not held.dtype.startswith("|S"):
-            raise _UnlikeError(f"{name}: is of type {held.dtype or 'unknown'}; allowed: text")
+        if variable.dtype != "str" and not variable.dtype.startswith("|S"):
+            raise _NotMapError(f"{name}: is of type {variable.dtype or 'unknown'}; allowed: text")
     else:
-        _check_type(name, held, spec)
-    shape = tuple(n for dim in over if dim in parts.coordinates for n in parts.coordinates[dim].shape)
-    if dims == over and over and held.shape != shape:
-        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its dimensions' coordinates")
-    if 0 in held.shape:
-        raise _UnlikeError(f"{name}: has no values; allowed: one value or more")
+        _check_type(name, variable, spec)
+    shape = tuple(n for dim in over if dim in contents.coordinates for n in contents.coordinates[dim].shape)
+    if dims == over and over and variable.shape != shape:
+        raise _NotMapError(f"{name}: is of shape {variable.shape}; allowed: {shape}, as its dimensions' coordinates")
+    if 0 in variable.shape:
+        raise _NotMapError(f"{name}: has no values; allowed: one value or more")
 
 
-def _check_type(name: str, held: StoredVariable, spec: Variable) -> None:
-    if not held.dtype or held.dtype == "str" or np.dtype(held.dtype).newbyteorder("=") != np.dtype(spec.dtype):
-        value = {"": "unknown", "str": "text"}.get(held.dtype, held.dtype)
-        raise _UnlikeError(f"{name}: is of type {value}; allowed: {np.dtype(spec.dtype)}")
-    attributes = held.attributes
+def _check_type(name: str, variable: StoredVariable, spec: Variable) -> None:
+    if (
+        not variable.dtype
+        or variable.dtype == "str"
+        or np.dtype(variable.dtype).newbyteorder("=") != np.dtype(spec.dtype)
+    ):
+        value = {"": "unknown", "str": "text"}.get(variable.dtype, variable.dtype)
+        raise _NotMapError(f"{name}: is of type {value}; allowed: {np.dtype(spec.dtype)}")
+    attributes = variable.attributes
     for key in PACKING if np.dtype(spec.dtype).kind == "f" else ():
         if isinstance(number := attributes.get(key), list) and np.isfinite(number).any():
-            raise _UnlikeError(f"{name}: has the {key} {_shown(number)}; allowed: numbers as they are, NaN for missing")
+            raise _NotMapError(f"{name}: has the {key} {_cut(number)}; allowed: numbers as they are, NaN for missing")
     if spec.flags:
-        same = attributes.get("flag_values", _flag_values(spec)) == _flag_values(spec)
-        if not same or _said(attributes.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):
-            raise _UnlikeError(f"{name}: has flags of other meanings; allowed: {', '.join(spec.flags)}")
-    elif _said(attributes.get("units", spec.units)) != spec.units:
-        raise _UnlikeError(f"{name}: is in {_shown(attributes['units'])}; allowed: {spec.units}")
+        same_values = attributes.get("flag_values", _flag_values(spec)) == _flag_values(spec)
+        if not same_values or _as_text(attributes.get("flag_meanings", " ".join(spec.flags))) != " ".join(spec.flags):
+            raise _NotMapError(f"{name}: has flags of other meanings; allowed: {', '.join(spec.flags)}")
+    elif _as_text(attributes.get("units", spec.units)) != spec.units:
+        raise _NotMapError(f"{name}: is in {_cut(attributes['units'])}; allowed: {spec.units}")
 
 
-def _shown(value: Any) -> str:
-    return cut_text("".join(c if c.isprintable() else "?" for c in _said(value)[:200]))
+def _cut(value: Any) -> str:
+    return cut_text("".join(c if c.isprintable() else "?" for c in _as_text(value)[:200]))
 
 
 def _flag_values(spec: Variable) -> list[int]:
     return list(range(spec.first_flag, spec.first_flag + len(spec.flags)))
 
 
-def _check_variable(parts: _Parts, name: str, held: StoredVariable) -> None:
-    spec = parts.specs[name]
-    dims = (*parts.dims, *spec.over)
-    if held.dims != dims:
-        value = _shown(", ".join(dim or "?" for dim in held.dims)) or "no dimension"
-        raise _UnlikeError(f"{name}: lies along {value}; allowed: {', '.join(dims)}")
-    shape = tuple(parts.coordinates[dim].shape[0] for dim in dims)
-    if held.shape != shape:
-        raise _UnlikeError(f"{name}: is of shape {held.shape}; allowed: {shape}, as its coordinates")
-    _check_type(name, held, spec)
-    size = math.prod(held.shape) * np.dtype(spec.dtype).itemsize
-    if not spec.deflated and size > max(SMALL, MOST_SWOLLEN * int(held.places[:, -1].sum())):
-        raise _UnlikeError(f"{name}: declares {size:,} bytes, {MOST_SWOLLEN} times what it holds; allowed: a whole map")
+def _check_variable(contents: _Contents, name: str, variable: StoredVariable) -> None:
+    spec = contents.specs[name]
+    dims = (*contents.dims, *spec.over)
+    if variable.dims != dims:
+        value = _cut(", ".join(dim or "?" for dim in variable.dims)) or "no dimension"
+        raise _NotMapError(f"{name}: lies along {value}; allowed: {', '.join(dims)}")
+    shape = tuple(contents.coordinates[dim].shape[0] for dim in dims)
+    if variable.shape != shape:
+        raise _NotMapError(f"{name}: is of shape {variable.shape}; allowed: {shape}, as its coordinates")
+    _check_type(name, variable, spec)
+    size = math.prod(variable.shape) * np.dtype(spec.dtype).itemsize
+    if not spec.deflated and size > max(MIN_LIMITED_SIZE, MAX_INFLATION * int(variable.places[:, -1].sum())):
+        raise _NotMapError(
+            f"{name}: declares {size:,} bytes, {MAX_INFLATION} times what it holds; allowed: a whole map"
+        )
 
 
 # -- the map
@@ -290,52 +304,53 @@ class _FileArray(xr.backends.BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._values.read)
 
 
-def _lazy(values: StoredValues) -> indexing.LazilyIndexedArray:
+def _lazy_array(values: StoredValues) -> indexing.LazilyIndexedArray:
     return indexing.LazilyIndexedArray(_FileArray(values))
 
 
-def _dataset(parts: _Parts, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> xr.Dataset:
+def _make_dataset(contents: _Contents, file: FileBytes, attributes: dict[str, str], any_flags: bool) -> xr.Dataset:
     """Return the map; its `encoding["ignored"]` names the file's variables that are no part of it."""
-    coordinates = {name: _coordinate(parts, file, name, held) for name, held in parts.coordinates.items()}
+    in_file = contents.coordinates.items()
+    coordinates = {name: _make_coordinate(contents, file, name, variable) for name, variable in in_file}
     variables = {}
-    for name, held in parts.variables.items():
-        spec = parts.specs[name]
+    for name, variable in contents.variables.items():
+        spec = contents.specs[name]
         ends = (spec.first_flag, spec.first_flag + len(spec.flags) - 1) if spec.flags and not any_flags else None
-        values = StoredValues(file, name, held, ends)
-        attrs = spec.attributes_among(parts.variables)
-        variables[name] = xr.Variable(held.dims, _lazy(values), attrs, _encoding(name, held))
+        values = StoredValues(file, name, variable, ends)
+        attrs = spec.attributes_among(contents.variables)
+        variables[name] = xr.Variable(variable.dims, _lazy_array(values), attrs, _stored_hash(name, variable))
     ds = xr.Dataset(variables, coordinates, attributes)
-    ds.encoding["ignored"] = parts.others
+    ds.encoding["ignored"] = contents.ignored_names
     ds.set_close(file.close)
     return ds
 
 
-def _coordinate(parts: _Parts, file: FileBytes, name: str, held: StoredVariable) -> xr.Variable:
-    """Return a checked coordinate: read at once, or one of many values read on demand and checked a part at a time."""
-    raw, dims = StoredValues(file, name, held), _own_dims(parts, name)
-    attributes, encoding = parts.specs[name].attributes, _encoding(name, held)
-    if dims != (name,) and held.dtype != "str" and math.prod(held.shape) > MOST_WHOLE:
-        for box in runs(held.shape, MOST_WHOLE):
-            _check_values(parts, name, raw.read(box))
-        return xr.Variable(dims, _lazy(raw), attributes, encoding)
-    values = _texts(file, name, held) if parts.specs[name].dtype == "str" else raw.read_all()
-    _check_values(parts, name, values)
+def _make_coordinate(contents: _Contents, file: FileBytes, name: str, variable: StoredVariable) -> xr.Variable:
+    """Return a checked coordinate: read at once, or (if it has many values) checked in blocks and read on demand."""
+    raw, dims = StoredValues(file, name, variable), _own_dims(contents, name)
+    attributes, encoding = contents.specs[name].attributes, _stored_hash(name, variable)
+    if dims != (name,) and variable.dtype != "str" and math.prod(variable.shape) > MAX_WHOLE_SIZE:
+        for box in runs(variable.shape, MAX_WHOLE_SIZE):
+            _check_values(contents, name, raw.read(box))
+        return xr.Variable(dims, _lazy_array(raw), attributes, encoding)
+    values = _read_texts(file, name, variable) if contents.specs[name].dtype == "str" else raw.read_all()
+    _check_values(contents, name, values)
     return xr.Variable(dims, values, attributes, encoding)
 
 
-def _encoding(name: str, held: StoredVariable) -> dict[str, str]:
-    """Return the hash that the file states for a variable's values; what is computed from these has another."""
-    if "sha256" not in held.attributes:
+def _stored_hash(name: str, variable: StoredVariable) -> dict[str, str]:
+    """Return the encoding of a variable: the hash that the file states for its values."""
+    if "sha256" not in variable.attributes:
         return {}
-    return {"sha256": _printable(f"{name}:sha256", _said(held.attributes["sha256"])[:MOST_WORDS], "")}
+    return {"sha256": _check_text(f"{name}:sha256", _as_text(variable.attributes["sha256"])[:MAX_LETTERS], "")}
 
 
-def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
+def _read_texts(file: FileBytes, name: str, variable: StoredVariable) -> np.ndarray:
     """Return a coordinate's text, however it is stored: of any length, of one length, or character by character."""
-    items, shape = held.texts, held.shape
-    if held.dtype != "str":
-        values = np.ascontiguousarray(StoredValues(file, name, held).read_all())
-        if held.dtype == "|S1" and held.dims:
+    items, shape = variable.texts, variable.shape
+    if variable.dtype != "str":
+        values = np.ascontiguousarray(StoredValues(file, name, variable).read_all())
+        if variable.dtype == "|S1" and variable.dims:
             values = values.view(f"S{shape[-1]}")[..., 0]
         items, shape = [item.decode("utf-8", "replace") for item in values.ravel().tolist()], values.shape
     texts = np.empty(shape, dtype=object)
@@ -343,25 +358,25 @@ def _texts(file: FileBytes, name: str, held: StoredVariable) -> np.ndarray:
     return texts
 
 
-def _check_values(parts: _Parts, name: str, values: np.ndarray) -> None:
-    """Check that a coordinate's values are allowed, and differ where they stand along a dimension."""
+def _check_values(contents: _Contents, name: str, values: np.ndarray) -> None:
+    """Check that a coordinate's values are allowed, and that the values of a dimension differ."""
     values = np.atleast_1d(values)
-    along = bool(parts.coordinates[name].shape) and _own_dims(parts, name) == (name,)
+    is_dimension = bool(contents.coordinates[name].shape) and _own_dims(contents, name) == (name,)
     if values.dtype == object:
         for text in values.tolist():
-            if len(_printable(name, text, "")) > MOST_WORDS:
-                raise _UnlikeError(f"{name}: holds a text of {len(text):,} characters; allowed: at most {MOST_WORDS}")
-        if along and len(set(values.tolist())) != values.size:
-            raise _UnlikeError(f"{name}: holds a name twice; allowed: names that all differ")
+            if len(_check_text(name, text, "")) > MAX_LETTERS:
+                raise _NotMapError(f"{name}: holds a text of {len(text):,} characters; allowed: at most {MAX_LETTERS}")
+        if is_dimension and len(set(values.tolist())) != values.size:
+            raise _NotMapError(f"{name}: holds a name twice; allowed: names that all differ")
         return
     if not np.isfinite(values).all():
-        raise _UnlikeError(f"{name}: holds a value that is not finite; allowed: finite numbers")
+        raise _NotMapError(f"{name}: holds a value that is not finite; allowed: finite numbers")
     for value in extremes(values):
-        if allowed := allowed_values(parts.layout.values.get(name), value):
-            raise _UnlikeError(f"{name}: holds {value!r}; allowed: {allowed}")
-    spec = parts.specs[name]
+        if allowed := allowed_values(contents.layout.values.get(name), value):
+            raise _NotMapError(f"{name}: holds {value!r}; allowed: {allowed}")
+    spec = contents.specs[name]
     if spec.flags and not {*np.unique(values).tolist()} <= {*_flag_values(spec)}:
-        raise _UnlikeError(f"{name}: holds flags without a meaning; allowed: {', '.join(spec.flags)}")
+        raise _NotMapError(f"{name}: holds flags without a meaning; allowed: {', '.join(spec.flags)}")
     steps = values[1:] > values[:-1], values[1:] < values[:-1]
-    if along and not (steps[0].all() or steps[1].all()):
-        raise _UnlikeError(f"{name}: goes up and down, or stands; allowed: values that ascend, or descend")
+    if is_dimension and not (steps[0].all() or steps[1].all()):
+        raise _NotMapError(f"{name}: goes up and down, or stands; allowed: values that ascend, or descend")
