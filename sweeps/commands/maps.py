@@ -52,7 +52,8 @@ def _facts(totals) -> dict:
         table.setdefault(meaning, {})[status] = number
     facts = {name: str(description.attributes.get(name, "")) for name in ("title", "system", "source", "content_hash")}
     facts |= {"dimensions": description.sizes, "points": totals.points, "counts": totals.counts, "table": table}
-    facts |= {"unlike": totals.unlike, "impossible": totals.impossible, "compared": totals.compared, "deviations": {}}
+    facts |= {"unlike": totals.disagreements, "impossible": totals.impossible, "compared": totals.compared}
+    facts["deviations"] = {}
     for (reference, name), deviation in totals.deviations.items():
         entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
         facts["deviations"].setdefault(name, entry)

@@ -17,7 +17,7 @@ from PIL import Image
 from sweeps import systems
 from sweeps.figure import sheets
 from sweeps.maps import slices, storage
-from sweeps.maps.summary import read
+from sweeps.maps.summary import read_box
 from sweeps.process import startup
 from sweeps.process.files import replace_output
 from sweeps.schema.iteration import blocks
@@ -154,7 +154,7 @@ def _refusing_what_cannot_be_drawn(ds: "xr.Dataset", picture: str) -> Iterator[N
     except (ArithmeticError, ValueError):
         for name in (name for name in ds.variables if ds[name].dtype.kind == "f"):
             for box in blocks(dict(zip(ds[name].dims, ds[name].shape, strict=True)), BLOCK_POINTS):
-                sizes = np.abs(read(ds, name, box), dtype=np.float64)
+                sizes = np.abs(read_box(ds, name, box), dtype=np.float64)
                 beyond = sizes[(sizes > LARGEST) | ((sizes > 0.0) & (sizes < 1.0 / LARGEST))]
                 if beyond.size:
                     wrong = f"{picture} cannot be drawn: {cut_text(repr(name))} holds {beyond[0]:g}"

@@ -21,7 +21,7 @@ from markupsafe import Markup
 
 from sweeps.figure import colors, wording
 from sweeps.maps.description import ColumnDescription, MapDescription, describe_map
-from sweeps.maps.summary import Summary, rule, share
+from sweeps.maps.summary import Summary, comparison_rule, format_share
 from sweeps.process.files import replace_output
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import POINT, Role
@@ -218,7 +218,7 @@ def _page(contents: Contents, packed_columns: list[Packed], page_grid) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= {"number": _text, "share": share, "words": description.presentation.appearance.words}
+    environment.filters |= {"number": _text, "share": format_share, "words": description.presentation.appearance.words}
     environment.filters["long_name"] = description.long_name
     scripts = _texts(part, ".js") or [_asset("part.js")]
     program = '"use strict";\n' + "\n".join((*map(_asset, SCRIPTS), *scripts, _asset("main.js")))
@@ -257,7 +257,7 @@ def _page_texts(description: MapDescription, summary: Summary, page_grid) -> dic
         "checks": [(name, worst, _place_of(description, worst.at)) for name, worst in summary.checks.items()],
         "certificates": [name for name in summary.checks if summary.role(name) == Role.CERTIFICATE],
         "agreements": [deviation for deviation in summary.deviations.values() if deviation.total],
-        "rule": rule(summary),
+        "rule": comparison_rule(summary),
     }
 
 
@@ -284,7 +284,7 @@ def _confusion(summary: Summary, pair, table: np.ndarray) -> dict:
         "names": pair,
         "columns": [columns[j] for j in used],
         "rows": [(word, [(int(table[i, j]), columns[j] == word) for j in used]) for i, word in enumerate(rows)],
-        "agreed": summary.agreed(reference, name),
+        "agreed": summary.num_equal(reference, name),
         "total": int(table.sum()),
     }
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.maps.description import MapDescription
-from sweeps.maps.summary import Summary, read
+from sweeps.maps.summary import Summary, read_box
 from sweeps.schema.iteration import blocks
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def gather(ds: "xr.Dataset", description: MapDescription) -> tuple[Summary, Colu
         columns[name] = np.empty(shape, ds[name].dtype)
     summary = Summary(description)
     for box in blocks(description.sizes, BLOCK_POINTS):
-        values = {name: read(ds, name, box) for name in columns}
+        values = {name: read_box(ds, name, box) for name in columns}
         summary.add(box, {name: column for name, column in values.items() if name in description.variables})
         for name, column in columns.items():
             _fill(column, values[name], box, page_grid)

@@ -10,7 +10,7 @@ from sweeps.figure import colors
 from sweeps.figure.printing import table
 from sweeps.maps.description import MapDescription
 from sweeps.maps.selection import Place, in_words
-from sweeps.maps.summary import Deviation, Summary, rule, share
+from sweeps.maps.summary import Deviation, Summary, comparison_rule, format_share
 from sweeps.schema.datasets import along
 from sweeps.schema.refusals import cut_text
 from sweeps.schema.variables import POINT
@@ -55,7 +55,7 @@ def write(console: "Console", totals: Summary, drawn: TextMap | None) -> None:
     console.print()
     if totals.table:
         console.print(_counts(totals, description.leading_flag, appearance))
-    for name, number in totals.unlike.items():
+    for name, number in totals.disagreements.items():
         console.print(f"{name} differs from theory at {number:,} of {totals.points:,} points")
     if totals.impossible:
         console.print(f"physically impossible: {totals.impossible:,} points")
@@ -64,7 +64,7 @@ def write(console: "Console", totals: Summary, drawn: TextMap | None) -> None:
     if worst.row_count:
         console.print(worst)
     if totals.deviations:
-        console.print(f"compared with theory: {rule(totals)}", style="dim")
+        console.print(f"compared with theory: {comparison_rule(totals)}", style="dim")
     if drawn is not None:
         console.print()
         _print_map(console, drawn, appearance)
@@ -77,7 +77,7 @@ def _counts(totals: Summary, lead: str, appearance: Appearance) -> "Table":
         numbers = [totals.table[meaning, status] for status in statuses]
         if sum(numbers):
             row = [f"{n:,}" for n in (sum(numbers), *numbers)]
-            made.add_row(appearance.words(meaning), row[0], share(sum(numbers), totals.points), *row[1:])
+            made.add_row(appearance.words(meaning), row[0], format_share(sum(numbers), totals.points), *row[1:])
     return made
 
 

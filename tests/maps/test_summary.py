@@ -37,7 +37,7 @@ def test_counts_are_those_of_the_arrays(ds):
     unlike = sum(
         names[m] != theory[t] for m, t in zip(ds.regime.values.flat, ds.regime_theory.values.flat, strict=True)
     )
-    assert found.unlike == {"regime": unlike}
+    assert found.disagreements == {"regime": unlike}
     table = found.confusion["regime_theory", "regime"]
     assert table.sum() == ds.regime.size
     expected = {word: (ds.regime_theory.values == value).sum() for value, word in theory.items()}
@@ -60,8 +60,8 @@ def test_the_worst_stands_where_it_says(ds):
 def test_the_worst_knows_how_many_were_compared():
     worst = summary.Worst()
     assert (worst.value, worst.points) == (0.0, 0)
-    worst.take(np.array([1.0, np.nan, 3.0]), {"x": slice(4, 7)})
-    worst.take(np.array([2.0]), {"x": slice(7, 8)})
+    worst.add(np.array([1.0, np.nan, 3.0]), {"x": slice(4, 7)})
+    worst.add(np.array([2.0]), {"x": slice(7, 8)})
     assert (worst.value, worst.at, worst.points) == (3.0, {"x": 6}, 3)
 
 
@@ -76,7 +76,11 @@ def test_blocks_change_nothing(ds, monkeypatch):
         whole.counts,
         whole.table,
     )
-    assert (parts.unlike, parts.impossible, parts.checks) == (whole.unlike, whole.impossible, whole.checks)
+    assert (parts.disagreements, parts.impossible, parts.checks) == (
+        whole.disagreements,
+        whole.impossible,
+        whole.checks,
+    )
     for pair, deviation in parts.deviations.items():
         assert deviation.worst == whole.deviations[pair].worst
         assert (deviation.counts == whole.deviations[pair].counts).all()
@@ -92,7 +96,7 @@ def test_show_and_report_say_the_same_of_one_map(ds):
     pair = ("omega_squared_theory", "omega_squared")
     assert shown.deviations[pair].worst == reported.deviations[pair].worst
     assert shown.deviations[pair].worst.value < 1e-2
-    assert summary.rule(shown) == summary.rule(reported)
+    assert summary.comparison_rule(shown) == summary.comparison_rule(reported)
     assert shown.compared == reported.compared < shown.points
 
 
@@ -141,7 +145,7 @@ def test_equal_panels_are_one(ds):
     ("part", "whole", "words"), [(0, 9, "0 %"), (9, 9, "100 %"), (1, 10**6, "0.1 %"), (1, 3, "33.3 %")]
 )
 def test_shares_are_0_or_100_only_where_they_are(part, whole, words):
-    assert summary.share(part, whole) == words
+    assert summary.format_share(part, whole) == words
 
 
 def test_rates_that_may_be_rounding_are_told_over_their_scale():
@@ -183,7 +187,7 @@ def test_where_theory_is_zero_within_the_error_a_deviation_is_one_over_its_error
     columns = {name: values, spec.theory: theory, spec.error: error}
     ds = xr.Dataset({key: ("x", column) for key, column in columns.items()}, {"x": range(4)}, {"system": system})
     found = summary.summarise(ds).deviations[spec.theory, name]
-    assert (found.total, found.within, found.judged) == (1, 4, 4)
+    assert (found.total, found.num_within, found.num_with_error) == (1, 4, 4)
     assert found.worst.value == pytest.approx(2e-9)
     assert (found.worst_at_zero.at, found.worst_at_zero.points) == ({"x": 0}, 3)
     assert found.worst_at_zero.value == pytest.approx(0.2)
@@ -207,7 +211,8 @@ def test_a_rate_of_nought_is_compared_with_nothing(tmp_path):
     found = summary.summarise(ds).deviations
     stable, unstable = (int((ds[name] > 0).sum()) for name in ("frequency", "growth_rate"))
     assert 0 < stable < ds["frequency"].size
-    assert found["frequency_theory", "frequency"].total == found["frequency_theory", "frequency"].judged == stable
+    frequency = found["frequency_theory", "frequency"]
+    assert frequency.total == frequency.num_with_error == stable
     assert found["growth_rate_theory", "growth_rate"].total == unstable
     storage.write_map(ds, tmp_path / "map.nc")
     (check,) = (check for check in verify.verify(tmp_path / "map.nc", points=24) if check.name == "errors")

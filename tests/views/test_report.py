@@ -128,9 +128,9 @@ def test_deviations_from_theory_are_those_of_the_map(plane):
     assert agreement.worst.value == deviation.max()
     for share in (0.5, 0.99):
         true = np.quantile(deviation, share, method="inverted_cdf")
-        assert true <= agreement.quantile(share) <= true * 10 ** (1 / maps_summary.PER_DECADE)
+        assert true <= agreement.quantile(share) <= true * 10 ** (1 / maps_summary.BINS_PER_DECADE)
     inside = np.abs(measured - theory)[some] <= plane.omega_squared_error.values[some]
-    assert agreement.within == inside.sum()
+    assert agreement.num_within == inside.sum()
 
 
 def cloud_of(told, body, name, spin=0):
