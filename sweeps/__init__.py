@@ -152,7 +152,7 @@ def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Datas
     from sweeps.maps import selection
 
     plot.register()
-    return selection.point(ds, coordinates)[0]
+    return selection.select_point(ds, coordinates)[0]
 
 
 def body(
@@ -238,7 +238,7 @@ def motion(
     from sweeps.systems.rigid_body.motion import integrate_from, spin_of
 
     if isinstance(system, xr.Dataset):
-        return motion.of_point(system, times, tolerance)
+        return motion.point_motion(system, times, tolerance)
     is_described = trajectories.is_described(system)
     if isinstance(system, str) and not is_described:  # part of a body's name, or else the name of a described system
         names = spin_outcomes.bodies_by_name(catalogue.load_definition("bodies"), "bodies")

@@ -142,7 +142,7 @@ def _places(at: Mapping | None) -> Mapping:
 def _cut(ds, at: Mapping):
     from sweeps.maps import selection
 
-    places = selection.nearest(ds, {name: str(value) for name, value in at.items()})
+    places = selection.nearest_places(ds, {name: str(value) for name, value in at.items()})
     return ds.isel({place.dim: [place.index] for place in places.values()}) if at else ds
 
 
@@ -225,13 +225,13 @@ class Polhode:
         from rich.console import Console
 
         from sweeps.maps import selection, summary
-        from sweeps.maps.description import pointwise
+        from sweeps.maps.description import without_extra_dimensions
         from sweeps.views import textmap
 
-        ds = pointwise(_whole(self._ds))
+        ds = without_extra_dimensions(_whole(self._ds))
         written = StringIO()
         console = Console(file=written, width=120)
-        selection.nearest(ds, {})
+        selection.nearest_places(ds, {})
         totals = summary.summarise(ds)
         textmap.write(console, totals, textmap.draw(ds, totals.description, {}, console.width))
         return written.getvalue()

@@ -111,7 +111,7 @@ def _motion(args):
     motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
     with sheets.use_sheet(sheets.OWN_SIZE), films.drawn_for(args.output):
         moved, frames = motion_of(args, kind not in motion.FORMATS)
-        motion.write(moved, args.output) if kind in motion.FORMATS else films.write(frames(moved), args.output)
+        motion.write_motion(moved, args.output) if kind in motion.FORMATS else films.write(frames(moved), args.output)
     print(args.output)
 
 

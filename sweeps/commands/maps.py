@@ -26,12 +26,12 @@ def add_show(commands) -> None:
 
 def _show(args):
     from sweeps.maps import selection, storage, summary
-    from sweeps.maps.description import pointwise
+    from sweeps.maps.description import without_extra_dimensions
     from sweeps.views import textmap
 
     with storage.open_map(args.map) as whole:
-        ds = pointwise(whole)
-        places = selection.nearest(ds, args.coordinates, "--")
+        ds = without_extra_dimensions(whole)
+        places = selection.nearest_places(ds, args.coordinates, "--")
         totals = summary.summarise(ds)
         chosen = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
@@ -87,11 +87,11 @@ def _point(args):
 
     if args.trajectory:
         motion.check_format(args.trajectory)
-    row, places = selection.point(args.map, args.coordinates, "--")
+    row, places = selection.select_point(args.map, args.coordinates, "--")
     if args.trajectory:
         with progress.waiting("computing the motion; the first time on a machine its kernels are compiled"):
-            moved = motion.of_point(row, args.duration, motion.tolerance_of(row), args.samples)
-        motion.write(moved, args.trajectory)
+            moved = motion.point_motion(row, args.duration, motion.map_tolerance(row), args.samples)
+        motion.write_motion(moved, args.trajectory)
     _print(row, places, args.json)
 
 
@@ -119,10 +119,12 @@ def _units(variable) -> str:
 
 def _value(variable) -> str:
     """Return a value as people read it; all digits are in the JSON."""
-    from sweeps.maps.selection import in_words
+    from sweeps.maps.selection import format_value
 
     value = _plain(variable)
-    words = ["missing" if item != item else in_words(item) for item in (value if isinstance(value, list) else [value])]
+    words = [
+        "missing" if item != item else format_value(item) for item in (value if isinstance(value, list) else [value])
+    ]
     return ", ".join(words if len({*words}) > 1 else words[:1])
 
 
@@ -157,15 +159,15 @@ def add_slice(commands) -> None:
 
 def _slice(args):
     from sweeps.maps import selection, storage
-    from sweeps.maps.description import further_dimensions
+    from sweeps.maps.description import extra_dimensions
     from sweeps.shards.mapfile import write_part
 
     with storage.open_map(args.map) as ds:
-        places = selection.nearest(ds, args.coordinates, "--")
-        remaining, further = selection.left(ds, places), further_dimensions(ds)
+        places = selection.nearest_places(ds, args.coordinates, "--")
+        remaining, further = selection.open_dimensions(ds, places), extra_dimensions(ds)
         plane = [dim for dim in remaining if dim not in further]
         _check_plane(args.map, ds, plane)
-        write_part(selection.at(ds, places), args.output, "slice")
+        write_part(selection.select_places(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
     print(f"{args.output}: {' × '.join(plane)}")
@@ -235,8 +237,8 @@ def _draw(args, sheet, worker):
     from sweeps.views import drawing, figures
 
     with figures.open_to_draw(args.map) as ds:
-        requested = args.coordinates | dict(selection.assigned(text) for text in args.at)
-        places = selection.nearest(ds, requested, "--")
+        requested = args.coordinates | dict(selection.parse_assignment(text) for text in args.at)
+        places = selection.nearest_places(ds, requested, "--")
         chosen = [places[name] for name in requested]
         cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
         submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None

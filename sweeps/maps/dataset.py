@@ -12,21 +12,27 @@ from sweeps.shards import contract
 
 
 def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
-    """Return the map of a sweep as a Dataset over the grid's dimensions; lazy where `chunks` is given."""
+    """Return the map of a sweep as a Dataset over the grid's dimensions.
+
+    Args:
+        sweep: the sweep.
+        chunks: as of `sweeps.survey`; the Dataset is lazy unless it is None.
+        threads: number of threads that measure a Dataset that is not lazy.
+    """
     grid, variables = sweep.grid, sweep.variables.values()
-    coordinates = {name: xr.Variable(*one) for name, one in contract.coordinates(sweep).items()}
+    coordinates = {name: xr.Variable(*coordinate) for name, coordinate in contract.coordinates(sweep).items()}
     arrays = [coordinates[name] for name in grid.arguments]
     if chunks is not None:
         sizes = _chunk_sizes(grid, chunks)
         arrays = [array.chunk({d: sizes[d] for d in array.dims}) for array in arrays]
-    further = {dim: values.size for dim, values in grid.extra_dimensions.items()}
+    extra_sizes = {dim: values.size for dim, values in grid.extra_dimensions.items()}
     results = xr.apply_ufunc(
-        partial(_columns, sweep=sweep, threads=threads),
+        partial(_measure_columns, sweep=sweep, threads=threads),
         *arrays,
         output_core_dims=[list(variable.over) for variable in variables],
         dask="parallelized",
         output_dtypes=[np.dtype(variable.dtype) for variable in variables],
-        dask_gufunc_kwargs={"output_sizes": further} if further else {},
+        dask_gufunc_kwargs={"output_sizes": extra_sizes} if extra_sizes else {},
     )
     data = {}
     for spec, result in zip(variables, results if len(variables) > 1 else (results,), strict=True):
@@ -35,26 +41,26 @@ def survey_grid(sweep: Sweep, chunks=None, threads: int = 1) -> xr.Dataset:
     return xr.Dataset(data, coordinates, contract.provenance(sweep))
 
 
-def _columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
+def _measure_columns(*arrays: np.ndarray, sweep: Sweep, threads: int) -> tuple[np.ndarray, ...]:
     """Return the system's columns, in the order of its variables, for broadcastable arrays in that of its arguments."""
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     names = sweep.grid.arguments
     points = {name: np.broadcast_to(a, shape).reshape(-1) for name, a in zip(names, arrays, strict=True)}
     columns = measure_points(points, sweep, threads).values()
-    shaped = tuple(column.reshape(shape + column.shape[1:]) for column in columns)
-    return shaped if len(shaped) > 1 else shaped[0]  # apply_ufunc takes a single output bare
+    results = tuple(column.reshape(shape + column.shape[1:]) for column in columns)
+    return results if len(results) > 1 else results[0]  # apply_ufunc takes a single output bare
 
 
 def _chunk_sizes(grid: Grid, chunks) -> dict[str, int]:
-    """Return the chunk length of each dimension: by name, or ("auto", or a number of points) the last ones whole."""
+    """Return dimension → chunk length, from a mapping, a number of points or "auto" (last dimensions whole)."""
     if isinstance(chunks, Mapping):
         unknown = sorted(set(chunks) - set(grid.dims))
         if unknown:
             raise ValueError(f"chunks: {unknown} are no dimensions; allowed: {', '.join(grid.dims)}")
         return {dim: chunks.get(dim, size) for dim, size in zip(grid.dims, grid.shape, strict=True)}
-    room = 2**18 if chunks == "auto" else int(chunks)
+    points_left = 2**18 if chunks == "auto" else int(chunks)
     sizes = {}
     for dim, size in zip(reversed(grid.dims), reversed(grid.shape), strict=True):
-        sizes[dim] = max(1, min(size, room))
-        room //= sizes[dim]
+        sizes[dim] = max(1, min(size, points_left))
+        points_left //= sizes[dim]
     return sizes

@@ -26,7 +26,7 @@ class ColumnDescription:
     units: str  #: UDUNITS text; "" for none
     long_name: str  #: one line
     comment: str  #: "" for none
-    flags: Mapping[int, str]  #: value → meaning of a flag variable; {} for any other
+    flags: Mapping[int, str]  #: value → meaning of a flag variable; {} without flags
     array: "xr.DataArray" = field(repr=False)  #: its values, read when they are used
 
     @property
@@ -42,13 +42,13 @@ class ColumnDescription:
 
 @dataclass(frozen=True)
 class MapDescription:
-    """All that a map says of its points but for their variables' values, as summary, terminal and page need it."""
+    """Dimensions, coordinates and variables of a map without their values, for summary, terminal and page."""
 
     attributes: Mapping  #: of the file
     sizes: Mapping[str, int]  #: dimension of the points → its length, in storage order
     coordinates: Mapping[str, ColumnDescription]
     variables: Mapping[str, ColumnDescription]  #: those of the points alone, without further dimensions
-    specs: Mapping[str, Variable]  #: those of `variables` that the system's table has
+    specs: Mapping[str, Variable]  #: the system's table of those variables that it contains
     own_of_points: list[str]  #: names of the real coordinates that vary from point to point; [] for a grid
     named_along: str  #: dimension of names that the author of the definition has chosen; "" for none
     presentation: "Presentation"  #: of the map's system
@@ -90,20 +90,20 @@ class MapDescription:
         if POINT.name in at and POINT_NAME.name in self.coordinates:
             at[POINT_NAME.name] = at[POINT.name]
         values = {name: self.coordinates[name].values[i] if name in self.coordinates else i for name, i in at.items()}
-        return {name: _plain(value) for name, value in values.items()}
+        return {name: _python_value(value) for name, value in values.items()}
 
 
-def _plain(value) -> float | int | str:
-    """Return a value of NumPy as Python has it; text for anything but numbers."""
+def _python_value(value) -> float | int | str:
+    """Return a NumPy value as a Python number, or as text if it is not a number."""
     return value.item() if hasattr(value, "item") else value if isinstance(value, int) else str(value)
 
 
 def describe_map(ds: "xr.Dataset") -> MapDescription:
     """Return the description of a map."""
-    ds, system = pointwise(ds), systems.of_map(ds)
+    ds, system = without_extra_dimensions(ds), systems.of_map(ds)
     layout = system.layout()
-    coordinates = {str(name): _column(coordinate) for name, coordinate in ds.coords.items()}
-    variables = {str(name): _column(variable) for name, variable in ds.data_vars.items()}
+    coordinates = {str(name): _describe_column(coordinate) for name, coordinate in ds.coords.items()}
+    variables = {str(name): _describe_column(variable) for name, variable in ds.data_vars.items()}
     specs = {name: layout.variables[name] for name in variables if name in layout.variables}
     return MapDescription(
         attributes=ds.attrs,
@@ -117,18 +117,18 @@ def describe_map(ds: "xr.Dataset") -> MapDescription:
     )
 
 
-def pointwise(ds: "xr.Dataset") -> "xr.Dataset":
+def without_extra_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     """Return a map without the variables that have further dimensions at each point, and without those dimensions."""
-    return ds.drop_dims(further_dimensions(ds))
+    return ds.drop_dims(extra_dimensions(ds))
 
 
-def further_dimensions(ds: "xr.Dataset") -> set[str]:
+def extra_dimensions(ds: "xr.Dataset") -> set[str]:
     """Return the dimensions that some variables have at each point, such as the multipliers of a periodic motion."""
     table = systems.of_map(ds).layout().variables
     return {dim for name in ds.data_vars if name in table for dim in table[name].over} & {*ds.dims}
 
 
-def _column(variable: "xr.DataArray") -> ColumnDescription:
+def _describe_column(variable: "xr.DataArray") -> ColumnDescription:
     attributes, units = variable.attrs, str(variable.attrs.get("units", "1"))
     return ColumnDescription(
         tuple(map(str, variable.dims)),

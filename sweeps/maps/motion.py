@@ -1,4 +1,4 @@
-"""The motion at one point of a map, as its system computes it, into a file."""
+"""The motion at one point of a map, computed by its system and written to a file."""
 
 import math
 from collections.abc import Mapping
@@ -18,18 +18,29 @@ from sweeps.systems.motion import MotionError, check_finite
 FORMATS = (".nc", ".csv")
 
 
-def of(
+def compute_motion(
     system: systems.Dynamics, point: Mapping[str, float], duration: float | None, samples: int | None, tolerance: float
 ) -> xr.Dataset:
-    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`), or refuse with a MotionError."""
+    """Return the motion at a point of a map (see `sweeps.systems.Dynamics.motion`).
+
+    Args:
+        system: the system of the map.
+        point: coordinate → value.
+        duration: s; None for the system's default.
+        samples: number of samples; None for the system's default.
+        tolerance: of the integration.
+
+    Raises:
+        MotionError: if the system has no motion at its points, or it is not finite.
+    """
     check_length(duration, samples)
     with np.errstate(all="ignore"):
-        moved = system.motion(point, duration, samples, tolerance)
-    if moved is None:
+        motion = system.motion(point, duration, samples, tolerance)
+    if motion is None:
         allowed = " and ".join(systems.systems_with_motion())
         raise MotionError(f"motion: {system.name} has none at its points; allowed: maps of {allowed}")
-    check_finite({name: (one.dims, one.values) for name, one in moved.variables.items()})
-    return moved
+    check_finite({name: (variable.dims, variable.values) for name, variable in motion.variables.items()})
+    return motion
 
 
 def check_length(duration: float | None, samples: int | None) -> None:
@@ -40,29 +51,36 @@ def check_length(duration: float | None, samples: int | None) -> None:
         raise MotionError(f"samples: {samples} is out of range; allowed: 2 to 10,000,000")
 
 
-def of_point(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:
-    """Return the motion at a point of a map over a duration (s), with the map's provenance."""
+def point_motion(row: xr.Dataset, duration: Any, tolerance: float, samples: int | None = None) -> xr.Dataset:
+    """Return the motion at a point of a map, with the map's provenance.
+
+    Args:
+        row: the point, of `sweeps.point`.
+        duration: s, a number or text with a unit; None for the system's default.
+        tolerance: of the integration.
+        samples: number of samples; None for the system's default.
+    """
     point = {name: row[name].item() for name in row.coords if row[name].ndim == 0}
     duration = None if duration is None else parse_amount("duration", duration, "s")
-    moved = of(systems.of_map(row), point, duration, samples, tolerance)
+    motion = compute_motion(systems.of_map(row), point, duration, samples, tolerance)
     provenance = {name: row.attrs.get(name, "") for name in ("title", "source", "Conventions", "kernel_fingerprint")}
-    return moved.assign_attrs(provenance | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
+    return motion.assign_attrs(provenance | {"point": ", ".join(f"{name} = {value}" for name, value in point.items())})
 
 
-def tolerance_of(row: xr.Dataset) -> float:
-    """Return the tolerance of the integration that made a map, 1e-10 where it states none."""
+def map_tolerance(row: xr.Dataset) -> float:
+    """Return the tolerance of the integration that made a map, 1e-10 if it has none."""
     integration = definition_of(row.attrs).get("integration")
     tolerance = integration.get("tolerance") if isinstance(integration, dict) else None
     return tolerance if isinstance(tolerance, float) and 1e-13 <= tolerance <= 1e-3 else 1e-10
 
 
 def check_format(path: str | Path, formats: tuple[str, ...] = FORMATS) -> None:
-    """Refuse a file name that ends in none of some suffixes."""
+    """Refuse a file name that does not end in one of some suffixes."""
     if Path(path).suffix not in formats:
         raise MotionError(f"{str(path)!r} has an unknown format; allowed: a name ending in {' or '.join(formats)}")
 
 
-def write(motion: xr.Dataset, path: str | Path) -> None:
+def write_motion(motion: xr.Dataset, path: str | Path) -> None:
     """Write a motion as netCDF or as CSV (with its units in the headings), complete or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":

@@ -1,4 +1,4 @@
-"""Maps in and out as `xarray` Datasets, with checks that say what is wrong."""
+"""Reading and writing of maps as `xarray` Datasets, with checks of everything that is read."""
 
 from contextlib import suppress
 from itertools import accumulate, islice, product
@@ -21,11 +21,11 @@ from sweeps.shards.content_hash import ContentHash, chunk_shape, hash_content
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
 
-AS_IT_IS = "iufU"  # kinds of values that a file holds as memory does
+LITERAL_KINDS = "iufU"  # kinds of NumPy types whose values are the same in the file and in memory
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:
-    """Write a Dataset of `sweeps.survey` as a map, and return its content hash, for which a lazy one is read again."""
+    """Write a Dataset of `sweeps.survey` as a map, and return its content hash; a lazy Dataset is read again for it."""
     table = systems.of_map(ds).layout().variables
     encoding = {name: {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
@@ -39,36 +39,36 @@ def write_map(ds: xr.Dataset, path: str | Path) -> str:
             temporary, engine="netcdf4", format="NETCDF4", encoding=encoding, compute=not lazy.data_vars
         )
         if lazy.data_vars:
-            _compute(lazy.unify_chunks(), temporary)
-        elif all(variable.dtype.kind in AS_IT_IS for variable in ds.variables.values()):
-            return _sealed(temporary, hash_content(ds))
-        with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as written:
-            digest = hash_content(written, 2**22)
-        return _sealed(temporary, digest)
+            _compute_blocks(lazy.unify_chunks(), temporary)
+        elif all(variable.dtype.kind in LITERAL_KINDS for variable in ds.variables.values()):
+            return _seal(temporary, hash_content(ds))
+        with xr.open_dataset(temporary, engine="netcdf4", decode_cf=False) as file_ds:
+            digest = hash_content(file_ds, 2**22)
+        return _seal(temporary, digest)
 
 
-def _compute(lazy: xr.Dataset, path: Path) -> None:
+def _compute_blocks(lazy: xr.Dataset, path: Path) -> None:
     """Compute the lazy variables of a Dataset into a file that has everything else.
 
-    Blocks, each of all variables at once, as many together as there are processors: each is measured once, and no more
-    of them are held.
+    As many blocks as there are processors, each with all variables, are computed at a time: each block is measured
+    once, and no further block is in memory.
     """
     from dask import compute
 
     ends = (
-        [(dim, slice(end - n, end)) for n, end in zip(of, accumulate(of), strict=True)]
-        for dim, of in lazy.chunks.items()
+        [(dim, slice(end - n, end)) for n, end in zip(chunks, accumulate(chunks), strict=True)]
+        for dim, chunks in lazy.chunks.items()
     )
     boxes = map(dict, product(*ends))
     with netCDF4.Dataset(path, "a") as file:
         file.set_auto_maskandscale(False)
-        while batch := list(islice(boxes, _processors())):
+        while batch := list(islice(boxes, _num_processors())):
             for box, block in zip(batch, compute(*map(lazy.isel, batch)), strict=True):
                 for name, variable in block.data_vars.items():
                     file[name][tuple(box[dim] for dim in variable.dims)] = variable.values
 
 
-def _processors() -> int:
+def _num_processors() -> int:
     """Return the processors of the Dask cluster of this process, else of the machine."""
     with suppress(ImportError, ValueError):
         from distributed import default_client
@@ -77,19 +77,25 @@ def _processors() -> int:
     return cores()
 
 
-def _sealed(path: Path, digest: ContentHash) -> str:
+def _seal(path: Path, digest: ContentHash) -> str:
     with netCDF4.Dataset(path, "a") as file:
         digest.seal(file)
     return digest.hexdigest()
 
 
 class _Backend(xr.backends.BackendEntrypoint):
-    """The way by which `xarray` opens maps: nothing that a file says is trusted."""
+    """The `xarray` backend for maps, which validates everything that it reads from a file."""
 
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "any_flags")
 
     def open_dataset(self, filename_or_obj, *, drop_variables=None, any_flags=False) -> xr.Dataset:
-        """Return the map at a path; see `open_map`."""
+        """Return the map at a path; see `open_map`.
+
+        Args:
+            filename_or_obj: the path.
+            drop_variables: names of variables that are left out.
+            any_flags: True to read flags without a meaning as they are.
+        """
         return validation.open_file(filename_or_obj, any_flags).drop_vars(drop_variables or ())
 
 
@@ -97,19 +103,19 @@ def open_map(path: str | Path, **options) -> xr.Dataset:
     """Open a map, lazily, with checks that report any fault; the returned Dataset may be trusted.
 
     Names, types, dimensions, flags and units are those of the system's own tables, and no attribute of the file
-    decides how its numbers are read. The attribute `content_hash` and each variable's `encoding["sha256"]` are those
-    that the file states of its own values; `polhode verify` computes them again. For the rest see `sweeps.open_map`.
+    decides how its numbers are read. The attribute `content_hash` and each variable's `encoding["sha256"]` are stated
+    by the file; `polhode verify` computes them again. See also `sweeps.open_map`.
 
     Raises:
-        MapError: for a file that is missing, not netCDF, or not a map of this contract; of the Dataset, where values
-            that are read are damaged.
+        MapError: for a file that is missing, not netCDF, or not a map of this contract; and when damaged values of the
+            Dataset are read.
     """
     path = validation.map_of(path)
     return validation.require_variables(path, xr.open_dataset(path, engine=_Backend, **options))
 
 
 def holds_map(path: str | Path, sweep: "Sweep") -> bool:
-    """Return True if a file holds the map of a sweep, as these kernels measure it."""
+    """Return True if a file is the map of a sweep, measured by the present kernels."""
     try:
         with open_map(path) as ds:
             return all(ds.attrs.get(name, "") == value for name, value in contract.identity(sweep).items())

@@ -9,7 +9,7 @@ from rich.text import Text
 from sweeps.figure import colors
 from sweeps.figure.printing import table
 from sweeps.maps.description import MapDescription
-from sweeps.maps.selection import Place, in_words
+from sweeps.maps.selection import Place, format_value
 from sweeps.maps.summary import Deviation, Summary, comparison_rule, format_share
 from sweeps.schema.datasets import along
 from sweeps.schema.refusals import cut_text
@@ -89,7 +89,7 @@ def _worst(totals: Summary) -> "Table":
     for name, worst in (*rows, *at_zero, *totals.checks.items()):
         if worst.points:
             at = {dim: value for dim, value in description.place(worst.at).items() if description.sizes.get(dim) != 1}
-            where = ", ".join(f"{dim} {in_words(value)}" for dim, value in at.items())
+            where = ", ".join(f"{dim} {format_value(value)}" for dim, value in at.items())
             made.add_row(name, f"{worst.value:.2g}", where)
     return made
 
@@ -100,7 +100,7 @@ def _against(deviation: Deviation) -> str:
 
 
 def _print_map(console: "Console", drawn: TextMap, appearance: Appearance) -> None:
-    at = ", ".join(f"{dim} = {in_words(value)}" for dim, value in drawn.fixed.items())
+    at = ", ".join(f"{dim} = {format_value(value)}" for dim, value in drawn.fixed.items())
     axes = f"y axis {drawn.y}" + (f", x axis {drawn.x}" if drawn.x else "")
     console.print(f"{drawn.flag}: {axes}" + (f"; {at}" if at else ""))
     label = max(len(name) for name, _ in drawn.panels[0].rows)
@@ -182,7 +182,7 @@ class _Grid:
         self.y = self.names[0] if self.names else longest[:2][-1]
         self.x = next((dim for dim in longest if dim != self.y), "")
         self.labels = [_short(value) for value in ds[self.y].values]
-        self.ends = tuple(in_words(ds[self.x].values[i].item()) for i in (0, -1)) if self.x else ("", "")
+        self.ends = tuple(format_value(ds[self.x].values[i].item()) for i in (0, -1)) if self.x else ("", "")
 
     def label_width(self) -> int:
         """Return the characters beside the rows."""

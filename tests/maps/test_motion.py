@@ -65,8 +65,8 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
     import xarray as xr
 
     moved = RIGID_BODY.motion(POINT, 1.0, 11, 1e-10)
-    motion.write(moved, tmp_path / "m.nc")
-    motion.write(moved, tmp_path / "m.csv")
+    motion.write_motion(moved, tmp_path / "m.nc")
+    motion.write_motion(moved, tmp_path / "m.csv")
     heading = (tmp_path / "m.csv").read_text().splitlines()[0].split(",")
     assert heading[:2] == ["time (s)", "omega1 (rad s-1)"]
     table = np.loadtxt(tmp_path / "m.csv", delimiter=",", skiprows=1)
@@ -89,14 +89,14 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
 )
 def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
     with pytest.raises(motion.MotionError) as refused:
-        motion.of(systems.resolve(system), POINT, duration, samples, 1e-10)
+        motion.compute_motion(systems.resolve(system), POINT, duration, samples, 1e-10)
     assert words in str(refused.value)
     assert "allowed: " in str(refused.value)
 
 
 def test_two_samples_of_any_duration_are_a_motion_and_so_are_ten_million():
     motion.check_length(1e-3, 10_000_000)
-    moved = motion.of(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
+    moved = motion.compute_motion(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
     assert moved.time.values.tolist() == [0.0, 1e-3]
 
 
@@ -104,4 +104,4 @@ def test_a_motion_that_doubles_cannot_hold_is_refused():
     """Products of these moments overflow: once a file of nothing but NaN."""
     point = {"I1": 0.5, "I2": 0.75, "I3": 1.7e308, "axis": 2, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
     with pytest.raises(motion.MotionError, match="omega1 is not finite"):
-        motion.of(systems.resolve("rigid_body"), point, None, None, 1e-10)
+        motion.compute_motion(systems.resolve("rigid_body"), point, None, None, 1e-10)

@@ -18,14 +18,14 @@ def ds():
 
 
 def chosen(ds, **values):
-    return {dim: place.value for dim, place in selection.nearest(ds, values).items()}
+    return {dim: place.value for dim, place in selection.nearest_places(ds, values).items()}
 
 
 @pytest.mark.parametrize("text", ["I3=", "=1", "I3", ""])
 def test_what_names_no_place_is_refused(text):
     with pytest.raises(selection.SelectionError, match=r"names no place; allowed: DIMENSION=VALUE"):
-        selection.assigned(text)
-    assert selection.assigned(" I3 = 0.5") == ("I3", "0.5")
+        selection.parse_assignment(text)
+    assert selection.parse_assignment(" I3 = 0.5") == ("I3", "0.5")
 
 
 def test_the_nearest_value_is_that_of_xarray(ds):
@@ -35,20 +35,20 @@ def test_the_nearest_value_is_that_of_xarray(ds):
 
 
 def test_places_say_what_was_asked(ds):
-    places = selection.nearest(ds, {"epsilon": "5", "phase": "0.6"})
+    places = selection.nearest_places(ds, {"epsilon": "5", "phase": "0.6"})
     assert str(places["epsilon"]) == "epsilon = 0.01 (nearest to 5, which is outside the grid)"
     assert str(places["phase"]) == "phase = 0.6 rad"
-    inside = selection.nearest(ds, {"epsilon": "9e-5"})
+    inside = selection.nearest_places(ds, {"epsilon": "9e-5"})
     assert str(inside["epsilon"]) == "epsilon = 0.0001 (nearest to 9e-05)"
-    assert selection.left(ds, places) == ["body", "axis"]
-    assert selection.at(ds, places).status.dims == ("body", "axis")
+    assert selection.open_dimensions(ds, places) == ["body", "axis"]
+    assert selection.select_places(ds, places).status.dims == ("body", "axis")
 
 
 def test_a_dimension_that_nobody_names_is_taken_at_its_first_value():
     values = {"body": ["a", "b"], "epsilon": [1e-8, 1e-4]}
     ds = xr.Dataset({"status": (("body", "epsilon"), np.zeros((2, 2), np.int8))}, values)
     for dim, first in (("body", "a"), ("epsilon", 1e-8)):
-        assert selection._place(ds, dim, None, "") == selection.Place(dim, 0, first, None, "")
+        assert selection._nearest_place(ds, dim, None, "") == selection.Place(dim, 0, first, None, "")
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_names_may_be_parts_that_only_one_has(ds, asked, found):
 )
 def test_what_is_no_place_is_refused(ds, values, words):
     with pytest.raises(selection.SelectionError) as refused:
-        selection.nearest(ds, values, "--")
+        selection.nearest_places(ds, values, "--")
     assert words in str(refused.value)
     assert "allowed: " in str(refused.value)
 

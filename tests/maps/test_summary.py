@@ -7,7 +7,7 @@ import sweeps
 from sweeps import systems
 from sweeps.maps import storage, summary, verify
 from sweeps.maps.description import describe_map
-from sweeps.maps.selection import nearest
+from sweeps.maps.selection import nearest_places
 from sweeps.schema.datasets import dimensions
 from sweeps.schema.iteration import blocks
 from sweeps.systems.presentation import agreement
@@ -111,7 +111,7 @@ def test_a_map_without_regimes_leads_with_what_it_has():
 
 
 def test_characters_are_the_regimes(ds):
-    places = nearest(ds, {"omega0": "1", "epsilon": "1e-6"})
+    places = nearest_places(ds, {"omega0": "1", "epsilon": "1e-6"})
     drawn = textmap.draw(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
     assert (drawn.x, drawn.y, [panel.title for panel in drawn.panels]) == ("I1", "I2", ["axis 1", "axis 2", "axis 3"])
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
