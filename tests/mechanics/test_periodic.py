@@ -94,7 +94,7 @@ def test_published_traces_of_mathieus_equation():
 @pytest.mark.parametrize("q", VALUES)
 def test_published_characteristic_values(q):
     """The chart's curves have them, and the trace is 2 or -2 there, to its slope in a times half their last digit."""
-    drawn = figure_tongues.characteristic(np.array([q]), 5)[:, 0]
+    drawn = figure_tongues.characteristic_values(np.array([q]), 5)[:, 0]
     np.testing.assert_allclose(drawn, VALUES[q], rtol=0, atol=1.3e-11)  # four roundings of the largest entry, 4 · 60²
     a, h = np.array(VALUES[q]), 1e-4
     found, beside = survey("mathieu", a=a, q=q), survey("mathieu", a=a + h, q=q)

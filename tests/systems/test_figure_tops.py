@@ -62,7 +62,7 @@ def test_the_cones_are_those_of_the_motion(ratio):
     omega = np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1)
     L = omega[0] * [1.0, 1.0, ratio]
     in_space, axis = turned.apply(omega), turned.apply([0.0, 0.0, 1.0])
-    theta, beyond = figure_tops.cones(ratio, np.radians(25.0))
+    theta, beyond = figure_tops.cone_angles(ratio, np.radians(25.0))
 
     def angle(a, b):
         return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))

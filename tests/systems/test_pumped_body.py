@@ -115,11 +115,11 @@ def test_sides_are_logarithmic_where_values_spread_by_ratio():
 def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     """Both motions of the film: attitudes stay orthogonal, and the body at rest keeps its energy."""
     ds = sweeps.survey(RACKET | {"grid": RACKET["grid"] | {"I2": [1.9, 2.0182]}})
-    point = figure_kapitza_racket.held(ds)
+    point = figure_kapitza_racket.stabilised_point(ds)
     assert point["I2"] == 2.0182  # the only intermediate axis of the two
     times = np.linspace(0.0, 150.0, 2_000)
     for depth, flips in ((point["depth2"], False), (0.0, True)):
-        moments, L, turned = figure_kapitza_racket.followed(point | {"depth2": depth}, True, times)
+        moments, L, turned = figure_kapitza_racket.integrate(point | {"depth2": depth}, True, times)
         assert (L[:, 2] < 0.0).any() == flips
         assert np.abs(turned @ turned.swapaxes(1, 2) - np.eye(3)).max() < 1e-7  # DOP853 at 1e-9, some hundred steps
         energy = (L**2 / moments).sum(axis=1)

@@ -107,8 +107,8 @@ def test_a_slender_bodys_spin_ends_flat():
     point = {"transverse_moment": 1.0, "axial_moment": 0.3, "slug_moment": 0.05, "drag": 0.03}
     point |= {"rotor_momentum": 0.0, "spin_rate": 2.0}
     (rate,) = np.unique(sweeps.survey({"system": "viscous_slug", "grid": point})["growth_rate"])
-    times, momenta = figure_flat_spin.followed(point | {"growth_rate": float(rate)})
-    told, sizes = figure_flat_spin.angle(momenta), np.linalg.norm(momenta, axis=1)
+    times, momenta = figure_flat_spin.integrate(point | {"growth_rate": float(rate)})
+    told, sizes = figure_flat_spin.tilt_angle(momenta), np.linalg.norm(momenta, axis=1)
     np.testing.assert_allclose(sizes, sizes[0], rtol=1e-7)  # the interpolation between steps
     early = (told > 0.012) & (told < 0.03)
     found = np.polyfit(times[early], np.log(told[early]), 1)[0]

@@ -32,7 +32,7 @@ class PeriodicPresentation(Presentation):
     )
 
     def page(self, ds: Dataset) -> Page:
-        """Return the perturbed motion beside the unperturbed one."""
+        """Return the page with the perturbed and the unperturbed motion."""
         facts = moving.page_facts(ds, self.system, "start")
         return replace(self.base_page, facts=facts) if facts["equations"] else Page(question=self.base_page.question)
 
@@ -40,11 +40,13 @@ class PeriodicPresentation(Presentation):
         """Return the regimes over two parameters, for each base motion, with the exact boundary."""
         from sweeps.systems.periodic.presentation import figure_tongues
 
-        curves = {"mathieu": figure_tongues.chart, "kapitza_pendulum": figure_tongues.averaged}.get(self.system.name)
+        curves = {"mathieu": figure_tongues.mathieu_curves, "kapitza_pendulum": figure_tongues.kapitza_law}.get(
+            self.system.name
+        )
         tongues = {}
         for name in ds["equilibrium"].values.tolist():
-            more = {"equilibrium": name}, f"perturbed motion: {name}", APPEARANCE, curves
-            tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *more)
+            arguments = {"equilibrium": name}, f"perturbed motion: {name}", APPEARANCE, curves
+            tongues[f"tongues_{name}"] = self.drawing("figure_tongues.draw", ds, *arguments)
         return tongues | self.agreement_figure(ds)
 
 

@@ -23,7 +23,7 @@ APPEARANCE = Appearance(
 
 
 class PumpedBodyPresentation(Presentation):
-    """Figures of the regimes, and a page with the body turning."""
+    """Figures of the regimes, and a page with the rotating body."""
 
     appearance = APPEARANCE
     compared = COMPARED
@@ -32,7 +32,7 @@ class PumpedBodyPresentation(Presentation):
     )
 
     def page(self, ds: Dataset) -> Page:
-        """Return the page, which knows whether the inverses of the moments are modulated."""
+        """Return the page, with the information whether the inverses of the moments are modulated."""
         page = super().page(ds)
         return replace(page, facts={**page.facts, "inverse": _is_inverse(ds)})
 
@@ -43,7 +43,7 @@ class PumpedBodyPresentation(Presentation):
 
         if is_of_shapes(ds):
             return {"triangle": partial(figure_shapes.draw, ds, APPEARANCE)}
-        if ds.sizes["epsilon"] >= figure_breakdown.LEAST_SIZES:
+        if ds.sizes["epsilon"] >= figure_breakdown.MIN_SIZES:
             return {"breakdown": partial(figure_breakdown.draw, ds, APPEARANCE)}
         tongues = {}
         for axis in ds["axis"].values.tolist():
@@ -55,7 +55,7 @@ class PumpedBodyPresentation(Presentation):
         return tongues | self.agreement_figure(ds)
 
     def animations(self, ds: Dataset) -> Animations:
-        """Return the animation of an intermediate axis that is held, beside the body that is not shaken."""
+        """Return the animation of a stabilised intermediate axis, next to the body that is not shaken."""
         return {"held": self.drawing("figure_kapitza_racket.frames", ds, _is_inverse(ds))}
 
 

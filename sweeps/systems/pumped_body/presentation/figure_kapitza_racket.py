@@ -1,7 +1,7 @@
-"""Kapitza's racket as an animation: two equal bodies spun about their intermediate axis, and one of them is shaken.
+"""Animation of Kapitza's racket: two equal bodies spun about their intermediate axis, of which one is shaken.
 
-Left its moments change as in the map, and its shape with them; right they stay, and it flips. Below, the tilt of the
-angular momentum from the spin axis. Both motions are those of the full equations, from the same start.
+Left the moments change as in the map, and the shape with them; right they are constant, and the body flips. Below,
+the tilt of the angular momentum from the spin axis. Both motions solve the full equations from the same start.
 """
 
 import math
@@ -21,53 +21,59 @@ from sweeps.systems.rigid_body.presentation.figure_flip import FINER, TRAIL, Fil
 
 FRAMES = 150
 INCHES = (7.2, 5.0)
-DOTS = 90  # per inch
-TILT = 0.02  # rad, of L at the start
-E_FOLDS = 9.0  # of the body that stays: it flips within half of them, and back
-SLOW = 1e-3  # of the spin: growth that is not waited for
+DOTS = 90  # pixels per inch
+TILT = 0.02  # rad, initial tilt of L from the spin axis
+E_FOLDS = 9.0  # length in e-folds of the unshaken body, which flips and returns within it
+MIN_GROWTH = 1e-3  # growth rate over the spin rate; slower bodies would flip after thousands of rotations
 NAMES = ("axis", *(f"{name}{i}" for name in ("I", "depth", "lag") for i in (1, 2, 3)), "frequency", "omega0")
 
 
 def frames(ds: xr.Dataset, inverse: bool) -> Iterator[np.ndarray]:
-    """Yield the frames of the animation, shape (height, width, 4); none where no intermediate axis is held.
+    """Yield the frames of the animation, shape (height, width, 4); none if no intermediate axis is stabilised.
 
-    With `inverse`, 1/I_i is modulated, and not I_i.
+    With `inverse`, 1/I_i is modulated instead of I_i.
     """
-    point = held(ds)
+    point = stabilised_point(ds)
     if point is None:
         return
     end = E_FOLDS / growth(*(point[f"I{i}"] for i in (1, 2, 3)), int(point["axis"])) / abs(point["omega0"])
     times = np.linspace(0.0, end, FRAMES * sheets.current_film.get().frame_factor * FINER + 1)
-    still = {f"depth{i}": 0.0 for i in (1, 2, 3)}
-    both = [followed(point | other, inverse, times) for other in ({}, still)]
-    if both[0][1][:, int(point["axis"]) - 1].min() > 0.0:  # the well is deep enough for this start
-        yield from _drawn(point, times, both)
+    at_rest = {f"depth{i}": 0.0 for i in (1, 2, 3)}
+    motions = [integrate(point | depths, inverse, times) for depths in ({}, at_rest)]
+    if motions[0][1][:, int(point["axis"]) - 1].min() > 0.0:  # the shaken body does not flip from this start
+        yield from _draw(point, times, motions)
 
 
 def growth(I1, I2, I3, axis):
-    """Return the growth rate over the spin rate with the moments at rest; 0 where the spin is stable."""
+    """Return the growth rate over the spin rate about `axis` for constant moments I1, I2, I3; 0 if stable."""
     return np.sqrt(np.maximum(-linear.omega_squared(I1, I2, I3, 1.0, axis), 0.0))
 
 
-def held(ds: xr.Dataset) -> dict[str, float] | None:
-    """Return a point whose intermediate axis is held, at a sixth of a turn a period and fast; None where there is none.
+def stabilised_point(ds: xr.Dataset) -> dict[str, float] | None:
+    """Return a point with a stabilised intermediate axis; None if there is none.
 
-    There averaging holds, and what it adds is a well that a tilt of some degrees does not leave.
+    It has a high frequency, for which averaging is valid, and a multiplier near exp(iπ/3), in a deep averaged well.
     """
     margin = ds["triangle_margin"]
     rate = xr.apply_ufunc(growth, ds["I1"], ds["I2"], ds["I3"], ds["axis"])
-    there = (rate > SLOW) & (ds["regime"] == REGIMES.index("stable") - 1) & (margin >= 0.0)
-    merit = (rate * ds["frequency"] * ds["trace"] * (2.0 - ds["trace"])).where(there)
+    is_stabilised = (rate > MIN_GROWTH) & (ds["regime"] == REGIMES.index("stable") - 1) & (margin >= 0.0)
+    merit = (rate * ds["frequency"] * ds["trace"] * (2.0 - ds["trace"])).where(is_stabilised)
     if not merit.max() > 0.0:
         return None
     best = merit[merit.argmax(...)]
     return {name: float(best[name]) for name in NAMES}
 
 
-def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return moments (times, 3), angular momentum over its size (times, 3) and attitude (times, 3, 3), L along z.
+def integrate(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Integrate the full motion of a body, shaken by the depths of its point.
 
-    The point has parameters of the body, by `NAMES`; times are in s. With `inverse`, 1/I_i is modulated, and not I_i.
+    Args:
+        point: parameters by `NAMES`.
+        inverse: True if 1/I_i is modulated instead of I_i.
+        times: s, shape (n,).
+
+    Returns:
+        Moments, kg m2, shape (n, 3); direction of L in the body, shape (n, 3); attitude, L along z, shape (n, 3, 3).
     """
     k = int(point["axis"]) - 1
     size = point["omega0"] * point[f"I{k + 1}"]
@@ -76,20 +82,20 @@ def followed(point: dict[str, float], inverse: bool, times: np.ndarray) -> tuple
         return np.stack(moments_at(point, point["frequency"] * t, inverse), axis=-1)
 
     def rates(t, y):
-        turned = y.reshape(3, 3)  # rows: the axes of space, the last along L, in those of the body
-        return np.cross(turned, size * turned[2] / moments(t)).ravel()
+        attitude = y.reshape(3, 3)  # rows: axes of space, the last along L, in the body
+        return np.cross(attitude, size * attitude[2] / moments(t)).ravel()
 
-    upright = np.zeros(3)
-    upright[[k, (k + 1) % 3]] = math.cos(TILT), math.sin(TILT)
+    momentum = np.zeros(3)
+    momentum[[k, (k + 1) % 3]] = math.cos(TILT), math.sin(TILT)
     first = np.eye(3)[(k + 2) % 3]
-    start = np.array([first, np.cross(upright, first), upright])
+    start = np.array([first, np.cross(momentum, first), momentum])
     y = solve_ivp(rates, (0.0, times[-1]), start.ravel(), "DOP853", times, rtol=1e-9, atol=1e-12).y
-    turned = y.T.reshape(-1, 3, 3)
-    return moments(times), turned[:, 2], turned
+    attitude = y.T.reshape(-1, 3, 3)
+    return moments(times), attitude[:, 2], attitude
 
 
-def _drawn(point, times, both):
-    axis, lasting = int(point["axis"]), FINER * TRAIL * sheets.current_film.get().frame_factor
+def _draw(point, times, motions):
+    axis, trail_length = int(point["axis"]), FINER * TRAIL * sheets.current_film.get().frame_factor
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])
     moments = ", ".join(wording.format_number(point[f"I{i}"], 4) for i in (1, 2, 3))
     words = f"I = ({moments}) kg m², spun about the intermediate axis {axis}"
@@ -99,21 +105,21 @@ def _drawn(point, times, both):
     for k, (title, color) in enumerate(((shaken, colors.STABLE), ("at rest", colors.UNSTABLE))):
         place = figure.add_axes((0.5 * k, 0.36, 0.5, 0.45))
         place.set_title(title, fontsize=9, color=color, fontweight="bold")
-        scenes.append(FilmStage(place, 1.6, solid(both[k][0][0]), axis))
-        tilt = np.degrees(np.arccos(np.clip(both[k][1][:, axis - 1], -1.0, 1.0)))
+        scenes.append(FilmStage(place, 1.6, solid(motions[k][0][0]), axis))
+        tilt = np.degrees(np.arccos(np.clip(motions[k][1][:, axis - 1], -1.0, 1.0)))
         trace.plot(times, tilt, color=color, linewidth=1.4)
         dots += [(trace.plot([], [], "o", color=color, markersize=5, animated=True)[0], tilt)]
     trace.set(xlim=(0.0, times[-1]), ylim=(0.0, 185.0), xlabel="time (s)", ylabel="tilt of L (°)", yticks=[0, 90, 180])
     trace.spines[["top", "right"]].set_visible(False)
 
     def steps():
-        for at in range(0, times.size, FINER):
+        for index in range(0, times.size, FINER):
             artists = []
-            for scene, (moments, L, turned), (dot, tilt) in zip(scenes, both, dots, strict=True):
-                scene.solid.cover(solid(moments[at]))
-                dot.set_data([times[at]], [tilt[at]])
-                trail = turned[max(0, at - lasting) : at + 1, :, int(np.argmin(moments[at]))]
-                artists += [*scene.turn(turned[at], L[at] / moments[at], trail), dot]
+            for scene, (moments, L, attitude), (dot, tilt) in zip(scenes, motions, dots, strict=True):
+                scene.solid.set_faces(solid(moments[index]))
+                dot.set_data([times[index]], [tilt[index]])
+                trail = attitude[max(0, index - trail_length) : index + 1, :, int(np.argmin(moments[index]))]
+                artists += [*scene.set_attitude(attitude[index], L[index] / moments[index], trail), dot]
             yield artists
 
     yield from animation.draw_frames(figure, steps())

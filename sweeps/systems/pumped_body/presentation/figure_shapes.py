@@ -1,4 +1,4 @@
-"""The inertia triangle while the moments change: measured regimes under the exact boundary; and Mathieu's curves."""
+"""Figure of the inertia triangle for modulated moments: measured regimes and the exact boundary; Mathieu's curves."""
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,14 @@ from scipy.interpolate import CubicSpline
 from kernels.flow.codes import REGIMES
 from sweeps.figure import axis_scales, canvas, colors, wording
 from sweeps.systems.bodies.presentation import triangle
-from sweeps.systems.periodic.presentation.figure_tongues import DEEPEST, EXACT, THEORY, Curves, characteristic, ends
+from sweeps.systems.periodic.presentation.figure_tongues import (
+    EXACT,
+    FULL_COLOR_GROWTH,
+    THEORY,
+    Curves,
+    characteristic_values,
+    side_ends,
+)
 from sweeps.systems.presentation import planes
 from sweeps.systems.presentation.appearance import Appearance
 from sweeps.systems.presentation.regimes import Regimes
@@ -20,48 +27,58 @@ NAMES = ("regime", "growth_per_period", "status", "triangle_margin", "trace_theo
 
 
 def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figure:
-    """Draw a panel for each axis of a map over a grid of shapes."""
-    aside = ("epsilon", "phase", "multiplier")
-    fixed = {name: ds[name].values[i] for name, i in fixed_at(ds).items() if name not in aside}
+    """Draw on `ax` a panel for each axis of `ds`, a map over a grid of shapes, in the colours of `appearance`."""
+    hidden_dims = ("epsilon", "phase", "multiplier")
+    cut_values = {name: ds[name].values[i] for name, i in fixed_at(ds).items() if name not in hidden_dims}
     words = ", ".join(
-        wording.format_coordinate(ds, name, value, appearance.symbols) for name, value in fixed.items() if value
+        wording.format_coordinate(ds, name, value, appearance.symbols) for name, value in cut_values.items() if value
     )
-    figure, places = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
-    regimes = Regimes(REGIMES, appearance, DEEPEST)
-    for place, axis in zip(places, ds["axis"].values.tolist(), strict=True):
+    figure, axes = canvas.make_panels(ds.sizes["axis"], (4.2, 4.2), ds.attrs.get("title", ""), words, ax)
+    regimes = Regimes(REGIMES, appearance, FULL_COLOR_GROWTH)
+    for panel, axis in zip(axes, ds["axis"].values.tolist(), strict=True):
         regime, growth, status, margin, trace = (values_about(ds, name, axis) for name in NAMES)
-        regimes.paint(place, *triangle.places(ds, axis_scales.cell_edges), regime, growth, status)
-        planes.boundary(place, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
-        place.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])
-        triangle.frame(place, axis, True)
-        place.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
-    more = [Patch(facecolor=colors.MISSING, label="physically impossible for a part of the period")]
-    regimes.explain(figure, places, "growth per period", more)
+        regimes.paint(panel, *triangle.places(ds, axis_scales.cell_edges), regime, growth, status)
+        planes.boundary(panel, *triangle.places(ds), 2.0 - np.abs(trace), 0.0, THEORY, 0.8, halo=0.0)
+        panel.contourf(*triangle.places(ds), margin, [-1.0, 0.0], colors=[colors.MISSING])
+        triangle.frame(panel, axis, True)
+        panel.set_title(f"spun about axis {axis}", loc="left", fontweight="bold", pad=18)
+    more_handles = [Patch(facecolor=colors.MISSING, label="physically impossible for a part of the period")]
+    regimes.explain(figure, axes, "growth per period", more_handles)
     return figure
 
 
-def mathieu(axis: int, one: xr.Dataset, x: str, depth: str) -> tuple[str, Curves] | None:
-    """Return a label and (frequency, depth) along Mathieu's characteristic curves; None where the equation is another.
+def mathieu(axis: int, panel: xr.Dataset, x: str, depth: str) -> tuple[str, Curves] | None:
+    """Return a label and (frequency, depth) along Mathieu's characteristic curves; None for another equation.
 
     With the inverse of one transverse moment I_j modulated, ``y'' + (a - 2 q cos 2 tau) y = 0`` in tau = nu t/2, where
     ``a = 4 L^2 c (1/I_j - 1/I_k)/nu^2``, ``q = 2 L^2 c d_j/(I_j nu^2)`` and ``c = 1/I_i - 1/I_k``.
+
+    Args:
+        axis: spin axis k.
+        panel: the map of a panel.
+        x: name along its x axis.
+        depth: name along its y axis.
     """
-    modulated = {f"depth{i}" for i in (1, 2, 3) if one[f"depth{i}"].values.any()}
+    modulated = {f"depth{i}" for i in (1, 2, 3) if panel[f"depth{i}"].values.any()}
     if x != "frequency" or modulated != {depth} or depth == f"depth{axis}":
         return None
     j = int(depth[-1])
     (i,) = {1, 2, 3} - {axis, j}
-    if any(one[name].size > 1 for name in ("I1", "I2", "I3", "omega0")):
+    if any(panel[name].size > 1 for name in ("I1", "I2", "I3", "omega0")):
         return None
-    Ii, Ij, Ik, spin = (float(one[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
+    Ii, Ij, Ik, spin = (float(panel[name]) for name in (f"I{i}", f"I{j}", f"I{axis}", "omega0"))
     scale, mean = 4.0 * (spin * Ik) ** 2 * (1.0 / Ii - 1.0 / Ik), 1.0 / Ij - 1.0 / Ik
-    few, many, (low, high) = np.geomspace(1e-3, 1e3, 300), np.geomspace(1e-3, 1e3, 20_000), ends(one, depth)
-    values, curves = CubicSpline(np.log(few), characteristic(few), axis=1)(np.log(many)), []
-    for q, a in ((q, a) for q in (many, -many) for a in values):
+    sparse_q, dense_q, (low, high) = (
+        np.geomspace(1e-3, 1e3, 300),
+        np.geomspace(1e-3, 1e3, 20_000),
+        side_ends(panel, depth),
+    )
+    values, curves = CubicSpline(np.log(sparse_q), characteristic_values(sparse_q), axis=1)(np.log(dense_q)), []
+    for q, a in ((q, a) for q in (dense_q, -dense_q) for a in values):
         with np.errstate(invalid="ignore", divide="ignore"):
             square = scale * mean / a
-            frequency, at = np.sqrt(square), 2.0 * q * square * Ij / scale
-        inside = (at >= low) & (at <= high) & (square > 0.0)
-        if inside.any():
-            curves.append((frequency, np.where(inside, at, np.nan)))
+            frequency, depths = np.sqrt(square), 2.0 * q * square * Ij / scale
+        in_panel = (depths >= low) & (depths <= high) & (square > 0.0)
+        if in_panel.any():
+            curves.append((frequency, np.where(in_panel, depths, np.nan)))
     return EXACT, curves

@@ -5,7 +5,7 @@ from sweeps.systems.presentation import Animations, Drawings, Opening, Page, Pre
 from sweeps.systems.presentation.appearance import Compared
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE, SHAPE, is_grid, is_of_shapes
 
-LEAST_NUDGES = 6  # sizes of the perturbation that the figure of a power law needs
+MIN_PERTURBATIONS = 6  # sizes of the perturbation that the fit of a power law needs
 
 
 class RigidBodyPresentation(Presentation):
@@ -20,7 +20,7 @@ class RigidBodyPresentation(Presentation):
     )
 
     def opening(self, ds: Dataset) -> Opening:
-        """Return the plane of the stability figures, or for bodies their least ε."""
+        """Return the plane of the stability figures, or for bodies the least ε."""
         if not is_grid(ds):
             return super().opening(ds)
         from sweeps.systems.rigid_body.presentation.figure_flip import racket_at
@@ -30,29 +30,29 @@ class RigidBodyPresentation(Presentation):
         return Opening(plane, at | {dim: ds[dim].values[i].item() for dim, i in (racket_at(ds) or {}).items()})
 
     def page(self, ds: Dataset) -> Page:
-        """Return bodies in a table, the body turning, and the limit of linear theory."""
+        """Return the table of bodies, the rotating body, and the limit of linear theory."""
         from sweeps.systems.rigid_body.presentation.page import page
 
         return page(ds)
 
     def figures(self, ds: Dataset) -> Drawings:
-        """Return the stability over moments or the triangle, or bodies in a row, and more."""
-        drawings, shapes = {}, is_of_shapes(ds)
-        if shapes:
+        """Return the stability over moments, over the triangle or for bodies, agreement, breakdown and polhodes."""
+        drawings, has_shapes = {}, is_of_shapes(ds)
+        if has_shapes:
             drawings["triangle"] = self.drawing("figure_triangle.draw", ds)
         if "body" in ds.dims:
             drawings["bodies"] = self.drawing("figure_bodies.draw", ds)
         else:
-            one = "figure_triangle.draw_axis" if shapes else "figure_stability.draw"
-            drawings |= {f"stability_axis_{axis}": self.drawing(one, ds, axis) for axis in ds["axis"].values.tolist()}
+            path = "figure_triangle.draw_axis" if has_shapes else "figure_stability.draw"
+            drawings |= {f"stability_axis_{axis}": self.drawing(path, ds, axis) for axis in ds["axis"].values.tolist()}
         drawings |= self.agreement_figure(ds)
-        if ds.sizes.get("epsilon", 0) >= LEAST_NUDGES:
+        if ds.sizes.get("epsilon", 0) >= MIN_PERTURBATIONS:
             drawings["breakdown"] = self.drawing("figure_breakdown.draw", ds)
         return drawings | {"polhodes": self.drawing("figure_polhodes.draw", ds)}
 
     def needs_compiler(self, ds: Dataset) -> bool:
         """Return False for a grid without the figure of the breakdown."""
-        return not is_grid(ds) or ds.sizes.get("epsilon", 0) >= LEAST_NUDGES
+        return not is_grid(ds) or ds.sizes.get("epsilon", 0) >= MIN_PERTURBATIONS
 
     def figures_of_points(self, ds: Dataset) -> Drawings:
         """Return the inertia triangle, the points over two coordinates, and the agreement with theory."""

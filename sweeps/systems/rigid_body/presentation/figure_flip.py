@@ -1,6 +1,6 @@
-"""The flip as an animation: a tennis racket or the most unstable body, turning in space, above the trace of its spin.
+"""Animation of the flip: a tennis racket, or the most unstable body, rotating in space, above its angular velocity.
 
-The angular momentum L stands upright; the angular velocity goes round it, and the line is the trail of the handle, the
+The angular momentum L is vertical, and the angular velocity moves about it; the line is the trail of the handle, the
 axis of least moment. Attitude and angular velocity are those of the closed forms.
 """
 
@@ -25,73 +25,79 @@ from sweeps.systems.presentation import animation
 from sweeps.systems.rigid_body.presentation.appearance import settings
 from sweeps.systems.rigid_body.system import initial_state
 
-BLOCK_POINTS = 2**18  # of a map that are looked at together
-FRAMES = 90
-INCHES, WIDE = (4.8, 4.6), (9.6, 5.4)  # of a GIF and of a film
-DOTS = 100  # per inch
-TOWARDS = np.array([0.78, -0.52, 0.35])  # where the viewer stands
+BLOCK_POINTS = 2**18  # points of a map that are read at a time
+FRAMES = 90  # frames of a GIF
+INCHES, WIDE = (4.8, 4.6), (9.6, 5.4)  # sizes of a GIF and of a film
+DOTS = 100  # pixels per inch
+TOWARDS = np.array([0.78, -0.52, 0.35])  # direction of the viewer
 SCREEN = animation.screen_axes(TOWARDS)
-LIGHT = np.array([0.35, -0.2, 0.91])
-RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985: shown where it stands on the grid
+LIGHT = np.array([0.35, -0.2, 0.91])  # direction of the light
+RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985; shown if it is on the grid
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-THROW = 10.0  # rad/s, near which it is thrown
-TRAIL = 24  # frames
-FINER = 8  # points of the trail a frame
-MOST_ROTATIONS = 8.0  # of a picture: slower flips are shown from just before to just after
+THROW_RATE = 10.0  # rad/s, a thrown racket's spin rate; the nearest one of the grid is shown
+TRAIL = 24  # length of the trail, frames
+FINER = 8  # points of the trail per frame
+MAX_ROTATIONS = 8.0  # rotations of a film; of a slower flip only this part is shown, with the flip in its middle
 COMPONENTS = tuple(colors.SERIES_COLORS[:3])
 INDICES = "₁₂₃"
 
 
 def most_unstable(ds: Dataset) -> dict[str, float] | None:
-    """Return the physically possible point whose perturbation grows fastest for its spin rate; None without one.
+    """Return the physically possible point with the largest growth rate over its spin rate; None if none grows.
 
-    Its parameters by name, with `body` where the map has it.
+    The point is a mapping of parameters by name, and `body` if the map has bodies.
     """
-    most, best = 0.0, None
+    max_rate, best = 0.0, None
     for box in blocks(dimensions(ds), BLOCK_POINTS):
-        part = ds.isel(box)
-        dims = part["growth_rate"].dims
-        growth, spin, margin = (along(part[name], dims) for name in ("growth_rate", "omega0", "triangle_margin"))
+        block = ds.isel(box)
+        dims = block["growth_rate"].dims
+        growth, spin, margin = (along(block[name], dims) for name in ("growth_rate", "omega0", "triangle_margin"))
         rate = np.where(margin >= 0, growth / np.abs(spin), np.nan)
-        if np.nanmax(rate, initial=0.0) > most:
+        if np.nanmax(rate, initial=0.0) > max_rate:
             place = tuple(map(int, np.unravel_index(int(np.nanargmax(rate)), rate.shape)))
-            most, best = float(rate[place]), part.isel(dict(zip(dims, place, strict=True)))
+            max_rate, best = float(rate[place]), block.isel(dict(zip(dims, place, strict=True)))
     names = ("body", *PARAMETERS)
     return None if best is None else {name: best[name].values.item() for name in names if name in best.coords}
 
 
 def racket(ds: Dataset) -> dict[str, float] | None:
-    """Return the point of a tennis racket thrown about its axis 2; None where none is on the grid."""
-    at = racket_at(ds)
-    if at is None:
+    """Return the point of a tennis racket thrown about its axis 2; None if it is not on the grid."""
+    indices = racket_at(ds)
+    if indices is None:
         return None
-    values = {name: ds[name].isel({dim: at[dim] for dim in ds[name].dims}).values.item() for name in PARAMETERS}
+    values = {name: ds[name].isel({dim: indices[dim] for dim in ds[name].dims}).values.item() for name in PARAMETERS}
     return {"body": "Tennis racket"} | {name: float(value) for name, value in values.items()}
 
 
 def racket_at(ds: Dataset) -> dict[str, int] | None:
-    """Return dimension → index of that point."""
+    """Return dimension → index of the point of `racket`; None if it is not on the grid."""
     if "body" in ds.dims or not {*PARAMETERS} <= set(ds.coords) or not all(ds[name].ndim for name in PARAMETERS):
         return None
-    wanted = RACKET | {"omega0": THROW}
-    at = {n: int(np.argmin(np.abs(np.abs(ds[n].values) - v))) for n, v in wanted.items() if n in ds.dims}
-    at |= {name: 0 for name in ("epsilon", "phase")}
-    at |= nearest_by(ds, {name: value for name, value in RACKET.items() if name not in ds.dims}, at)
-    near = [ds[name].isel({dim: at[dim] for dim in ds[name].dims}).values.item() for name in RACKET]
-    return at if np.allclose(near, list(RACKET.values()), rtol=1e-9, atol=0.0) else None
+    target = RACKET | {"omega0": THROW_RATE}
+    indices = {n: int(np.argmin(np.abs(np.abs(ds[n].values) - v))) for n, v in target.items() if n in ds.dims}
+    indices |= {name: 0 for name in ("epsilon", "phase")}
+    indices |= nearest_by(ds, {name: value for name, value in RACKET.items() if name not in ds.dims}, indices)
+    nearest = [ds[name].isel({dim: indices[dim] for dim in ds[name].dims}).values.item() for name in RACKET]
+    return indices if np.allclose(nearest, list(RACKET.values()), rtol=1e-9, atol=0.0) else None
 
 
 def attitudes(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return matrices body → space (n, 3, 3) at times (s), L along z; moments in kg m2, omega at time 0 in rad/s."""
-    turned = rotate_vectors(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
+    """Return the attitudes, matrices from body to space with L along z, shape (n, 3, 3).
+
+    Args:
+        moments: principal moments, kg m2, shape (3,).
+        omega: initial angular velocity in the body, rad/s, shape (3,).
+        times: s, shape (n,).
+    """
+    rotations = rotate_vectors(exact.attitude(moments, omega, times)[:, None], np.eye(3)).transpose(0, 2, 1)
     z = moments * omega / np.linalg.norm(moments * omega)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z]) @ turned
+    return np.stack([x, np.cross(z, x), z]) @ rotations
 
 
 def frames(ds: Dataset) -> Iterator[np.ndarray]:
-    """Yield the frames of one flip of the racket, or of the most unstable body; none where nothing flips."""
+    """Yield the frames of one flip of the racket, or of the most unstable body; none if it does not flip."""
     point = racket(ds) or most_unstable(ds)
     if point is None:
         return
@@ -99,56 +105,58 @@ def frames(ds: Dataset) -> Iterator[np.ndarray]:
     period = exact.flip_period(exact.set_up(*moments, *omega))
     if not np.isfinite(period):
         return
-    moving = None
-    with suppress(ArithmeticError, ValueError):  # plain kernels stop where compiled ones go on with NaN
-        times = _window(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
-        moving = _moving(moments, omega, times)
-    if moving is None:  # moments beyond doubles' products
+    rotation = None
+    with suppress(ArithmeticError, ValueError):  # plain kernels raise errors for which compiled ones return NaN
+        times = _frame_times(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
+        rotation = _rotation(moments, omega, times)
+    if rotation is None:  # products of the moments overflow
         return
     axis, name = int(point["axis"]), f"{point['body']}, " if "body" in point else ""
     words = settings({n: point[n] for n in ("I1", "I2", "I3", "omega0", "epsilon")})
-    yield from _drawn(_Shown(f"{name}spin about axis {axis}", words, axis, solid_of(moments)), moments, times, *moving)
+    yield from _draw(
+        _Captions(f"{name}spin about axis {axis}", words, axis, solid_of(moments)), moments, times, *rotation
+    )
 
 
 def film(motion: Dataset) -> Iterator[np.ndarray]:
-    """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh where it has one."""
+    """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh if it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
     omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
     times, pace = animation.frame_times(float(motion["time"][-1] - motion["time"][0]))
     inertia, start = (", ".join(wording.format_number(value, 3) for value in values) for values in (moments, omega))
     words = f"I = ({inertia}) kg m², starts with ω = ({start}) {wording.format_units('rad s-1')}; {pace}"
-    outline = next(iter(outlines.read(motion.attrs).values()), None)
-    faces = of_mesh(outline["vertices"], outline["faces"]) if outline else solid_of(moments)
+    mesh = next(iter(outlines.read(motion.attrs).values()), None)
+    faces = of_mesh(mesh["vertices"], mesh["faces"]) if mesh else solid_of(moments)
     axis = int(np.abs(omega).argmax()) + 1
-    moving = _moving(moments, omega, times)
-    yield from _drawn(_Shown(str(motion.attrs["title"]), words, axis, faces), moments, times, *moving)
+    rotation = _rotation(moments, omega, times)
+    yield from _draw(_Captions(str(motion.attrs["title"]), words, axis, faces), moments, times, *rotation)
 
 
-def _moving(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return angular velocities at the frames, and attitudes `FINER` times as many; None where doubles overflow."""
+def _rotation(moments: np.ndarray, omega: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return angular velocities at the frames and `FINER` attitudes per frame; None if they overflow."""
     fine = np.linspace(times[0], times[-1], FINER * (times.size - 1) + 1)
-    omegas, turned = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
-    return (omegas, turned) if np.isfinite(omegas).all() and np.isfinite(turned).all() else None
+    omegas, attitude_matrices = exact.rotation(moments, omega, times), attitudes(moments, omega, fine)
+    return (omegas, attitude_matrices) if np.isfinite(omegas).all() and np.isfinite(attitude_matrices).all() else None
 
 
-def _window(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
-    """Return times of the frames: one flip period with the flip inside, or as much of it as an eye can follow.
+def _frame_times(moments, omega, axis: int, period: float, omega0: float) -> np.ndarray:
+    """Return the times of the frames: one flip period, or `MAX_ROTATIONS` of it, with the flip in the middle.
 
-    The spin changes sign, or is least, in their middle, to some 1e-5 of the period.
+    At the flip the spin changes sign, or has its least size; its time is exact to some 1e-5 of the period.
     """
-    low, high = 0.0, period
+    start, end = 0.0, period
     for _ in range(2):
-        times = np.linspace(low, high, 321)
-        spin = exact.rotation(moments, omega, times)[:, axis - 1]
-        (changes,) = np.nonzero(np.signbit(spin[1:]) != np.signbit(spin[:-1]))
-        at = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spin))) - 1, 0)
-        low, high = times[at], times[min(at + (1 if changes.size else 2), times.size - 1)]
-    flip, length = 0.5 * (low + high), min(period, MOST_ROTATIONS * 2.0 * np.pi / omega0)
+        times = np.linspace(start, end, 321)
+        spins = exact.rotation(moments, omega, times)[:, axis - 1]
+        (changes,) = np.nonzero(np.signbit(spins[1:]) != np.signbit(spins[:-1]))
+        before = int(changes[0]) if changes.size else max(int(np.argmin(np.abs(spins))) - 1, 0)
+        start, end = times[before], times[min(before + (1 if changes.size else 2), times.size - 1)]
+    flip, length = 0.5 * (start + end), min(period, MAX_ROTATIONS * 2.0 * np.pi / omega0)
     return np.linspace(flip - 0.5 * length, flip + 0.5 * length, FRAMES * sheets.current_film.get().frame_factor)
 
 
-class _Shown(NamedTuple):
-    """The text over an animation, the spin axis that is drawn, and the body's surface."""
+class _Captions(NamedTuple):
+    """Title of an animation, line below it, spin axis that is drawn, and faces of the body."""
 
     title: str
     words: str
@@ -156,25 +164,32 @@ class _Shown(NamedTuple):
     faces: list[Face]
 
 
-def _drawn(shown: _Shown, moments, times, omegas, turned) -> Iterator[np.ndarray]:
-    """Yield the pictures; attitudes `FINER` times as many."""
-    wide = sheets.current_film.get().width is not None
-    figure = animation.empty_stage(WIDE if wide else INCHES, DOTS, *shown[:2], (14.0, 8.5) if wide else (11.0, 7.0))
-    place = figure.add_axes((0.0, 0.02, 0.62, 0.82) if wide else (0.0, 0.33, 1.0, 0.56))
-    scene = FilmStage(place, 1.68 if wide else 2.3, shown.faces, shown.axis)
-    dots = _trace(figure.add_axes((0.69, 0.2, 0.28, 0.5) if wide else (0.13, 0.105, 0.84, 0.22)), omegas, times)
-    handle, trail = int(np.argmin(moments)), FINER * TRAIL * sheets.current_film.get().frame_factor
+def _draw(captions: _Captions, moments, times, omegas, attitude_matrices) -> Iterator[np.ndarray]:
+    """Yield the pictures; there are `FINER` attitudes per frame."""
+    is_film = sheets.current_film.get().width is not None
+    figure = animation.empty_stage(
+        WIDE if is_film else INCHES, DOTS, *captions[:2], (14.0, 8.5) if is_film else (11.0, 7.0)
+    )
+    stage_ax = figure.add_axes((0.0, 0.02, 0.62, 0.82) if is_film else (0.0, 0.33, 1.0, 0.56))
+    scene = FilmStage(stage_ax, 1.68 if is_film else 2.3, captions.faces, captions.axis)
+    dots = _draw_omega(figure.add_axes((0.69, 0.2, 0.28, 0.5) if is_film else (0.13, 0.105, 0.84, 0.22)), omegas, times)
+    handle, trail_length = int(np.argmin(moments)), FINER * TRAIL * sheets.current_film.get().frame_factor
 
     def frames() -> Iterator[list[Artist]]:
-        for k, matrix in enumerate(turned[::FINER]):
+        for k, matrix in enumerate(attitude_matrices[::FINER]):
             for dot, component in zip(dots, omegas[k], strict=True):
                 dot.set_data([times[k]], [component])
-            yield [*scene.turn(matrix, omegas[k], turned[max(0, FINER * k - trail) : FINER * k + 1, :, handle]), *dots]
+            yield [
+                *scene.set_attitude(
+                    matrix, omegas[k], attitude_matrices[max(0, FINER * k - trail_length) : FINER * k + 1, :, handle]
+                ),
+                *dots,
+            ]
 
     yield from animation.draw_frames(figure, frames())
 
 
-def _trace(ax: Axes, omegas, times) -> list[Artist]:
+def _draw_omega(ax: Axes, omegas, times) -> list[Artist]:
     """Draw the components of the angular velocity over time; return a dot for each."""
     dots = []
     for k, color in enumerate(COMPONENTS):
@@ -187,19 +202,19 @@ def _trace(ax: Axes, omegas, times) -> list[Artist]:
 
 
 class FilmStage:
-    """Turning things, as artists that are drawn in the order in which they are seen, and L, which stands still.
+    """A rotating body with trail and angular velocity, as artists from the farthest to the nearest, and the fixed L.
 
-    The panel is so wide to both sides; the body, of these faces, is spun about an axis.
+    `half_width` is that of the panel; the body has `faces` and is spun about `axis`.
     """
 
-    def __init__(self, ax: Axes, across: float, faces: list[Face], axis: int):
+    def __init__(self, ax: Axes, half_width: float, faces: list[Face], axis: int):
         self.axis, self.solid = axis, _Solid(faces)
-        ax.set(xlim=(-across, across), ylim=(-1.25, 1.25), aspect="equal")
+        ax.set(xlim=(-half_width, half_width), ylim=(-1.25, 1.25), aspect="equal")
         ax.axis("off")
-        upright = np.outer([1.0, 1.22], SCREEN[2])
-        ax.plot(*upright.T, color=colors.QUIET, lw=1.8)
-        ax.plot(*upright[1], marker="^", color=colors.QUIET, ms=5)
-        marks.annotate(ax, "L", upright[1], (7, -2), color=colors.QUIET, fontweight="bold")
+        vertical = np.outer([1.0, 1.22], SCREEN[2])
+        ax.plot(*vertical.T, color=colors.QUIET, lw=1.8)
+        ax.plot(*vertical[1], marker="^", color=colors.QUIET, ms=5)
+        marks.annotate(ax, "L", vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
         line = {"lw": 1.5, "animated": True}
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
@@ -208,43 +223,48 @@ class FilmStage:
         props = {"color": colors.UNSTABLE, "fontweight": "bold", "path_effects": marks.halo()}
         self.name = ax.text(0.0, 0.0, "ω", ha="right", animated=True, **props)
 
-    def turn(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:
-        """Return the trail's far part, the body with its spin axis, the trail's near part, and ω with its name.
+    def set_attitude(self, matrix: np.ndarray, omega: np.ndarray, trail: np.ndarray) -> list[Artist]:
+        """Set an attitude. Return the trail behind the body, body and spin axis, the trail before it, ω and its name.
 
-        In an attitude (3, 3), with ω in the body's axes (3,) and the trail's places in space (n, 3).
+        Args:
+            matrix: attitude, from body to space, shape (3, 3).
+            omega: angular velocity in the body's axes, rad/s, shape (3,).
+            trail: points of the handle in space, shape (n, 3).
         """
-        behind, seen = (trail @ TOWARDS <= 0.0)[:, None], trail @ SCREEN
+        is_behind, on_screen = (trail @ TOWARDS <= 0.0)[:, None], trail @ SCREEN
         end, spin = 1.15 * matrix[:, self.axis - 1], matrix @ omega
         arrow = 1.2 * spin / np.linalg.norm(spin) @ SCREEN
-        self.far.set_data(*np.where(behind, seen, np.nan).T)
-        self.near.set_data(*np.where(behind, np.nan, seen).T)
+        self.far.set_data(*np.where(is_behind, on_screen, np.nan).T)
+        self.near.set_data(*np.where(is_behind, np.nan, on_screen).T)
         self.tip.set_data(*np.outer(end @ SCREEN, [0.0, 1.0]))
         self.arrow.set_data(*np.outer(arrow, [0.0, 1.0]))
         self.name.set_position(arrow + np.array([-0.08, 0.02]))
-        self.solid.turn(matrix)
+        self.solid.set_attitude(matrix)
         body = [self.tip, self.solid.artist]
         return [self.far, *(body if end @ TOWARDS <= 0.0 else reversed(body)), self.near, self.arrow, self.name]
 
 
 class _Solid:
-    """The faces of a body that look at the viewer, shaded, the farthest first."""
+    """The visible faces of a body, shaded, the farthest first."""
 
     def __init__(self, faces: list[Face]):
-        self.cover(faces)
+        self.set_faces(faces)
         edge = (1.0, 1.0, 1.0, 0.6 if len(faces) == 6 else 0.0)
         self.artist = PolyCollection([], edgecolors=[edge], linewidths=0.6, animated=True)
 
-    def cover(self, faces: list[Face]) -> None:
-        """Take other faces."""
-        most = max(len(face.corners) for face in faces)
-        # faces of fewer corners end in their last one again
-        self.corners = np.array([[*face.corners, *[face.corners[-1]] * (most - len(face.corners))] for face in faces])
+    def set_faces(self, faces: list[Face]) -> None:
+        """Set the faces."""
+        max_corners = max(len(face.corners) for face in faces)
+        # faces with fewer corners repeat the last one
+        self.corners = np.array(
+            [[*face.corners, *[face.corners[-1]] * (max_corners - len(face.corners))] for face in faces]
+        )
         self.normals = np.array([face.normal for face in faces])
         self.colors = np.array([face.color for face in faces])
         self.veils = np.array([face.veil for face in faces], float)
 
-    def turn(self, matrix: np.ndarray) -> None:
-        """Show the body in an attitude."""
+    def set_attitude(self, matrix: np.ndarray) -> None:
+        """Set the attitude of the body."""
         outward = self.normals @ matrix.T
         front = np.flatnonzero(outward @ TOWARDS > 0.0)
         depth = self.corners[front].mean(axis=1) @ (matrix.T @ TOWARDS)

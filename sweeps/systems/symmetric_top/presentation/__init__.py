@@ -19,7 +19,7 @@ APPEARANCE = Appearance(
 
 
 class SymmetricTopPresentation(Presentation):
-    """The precession over I3/I1 and the cones; a page with the top turning."""
+    """The precession over I3/I1 and the cones; a page with the rotating top."""
 
     appearance = APPEARANCE
     files = (*turning.FILES, Path(__file__).parent / "page/part.js")

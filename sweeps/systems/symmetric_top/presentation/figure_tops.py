@@ -1,6 +1,6 @@
-"""Symmetric tops: the measured rate of precession over I3/I1 on the closed form, and body cone and space cone.
+"""Figures of symmetric tops: the measured rate of precession over I3/I1, and body cone and space cone.
 
-The one cone, fixed in the body, rolls on the other, fixed in space.
+The body cone, fixed in the body, rolls on the space cone, fixed in the inertial frame.
 """
 
 import math
@@ -17,42 +17,41 @@ from sweeps.schema.iteration import spaced_indices
 from sweeps.systems.presentation import planes
 from sweeps.systems.symmetric_top.presentation import APPEARANCE
 
-MOST = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values a dimension that are drawn
+MAX_DRAWN = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values per dimension that are drawn
 PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
-SHOWN = (0.5, 1.8)  # I3/I1 of the tops that are drawn, or the grid's nearest: one long, one flat
-ANGLE = 25.0  # degrees: the half-angle, or the grid's nearest
-TOWARDS = (math.cos(0.3), math.sin(0.3))  # where the viewer stands: before the plane of L and the axis, and above it
+SHOWN_RATIOS = (0.5, 1.8)  # I3/I1 of a long and of a flat top; the nearest ones of the grid are drawn
+ANGLE = 25.0  # degrees; the nearest half-angle of the grid is drawn
+TOWARDS = (math.cos(0.3), math.sin(0.3))  # direction of the viewer: before the plane of L and the axis, and above it
 BODY, SPACE = colors.STABLE, colors.UNSTABLE
 
 
 def draw_precession(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the measured rate over I3/I1 with the formula's line."""
-    part = (
-        ds[["precession_rate"]].isel({name: spaced_indices(ds.sizes[name], most) for name, most in MOST.items()}).load()
+    selected = (
+        ds[["precession_rate"]]
+        .isel({name: spaced_indices(ds.sizes[name], max_count) for name, max_count in MAX_DRAWN.items()})
+        .load()
     )
-    shown = "" if part.sizes == ds.sizes else f", {math.prod(part.sizes.values()):,} drawn"
-    points = (
-        f"{ds.attrs.get('title', '')}:  {wording.format_count(math.prod(ds.sizes.values()), 'point', 'points')}{shown}"
-    )
-    subtitle = (
-        f"{points}\nat all half-angles and spins;  {planes.subtitle(ds, part, part['precession_rate'], APPEARANCE)}"
-    )
+    drawn_count = "" if selected.sizes == ds.sizes else f", {math.prod(selected.sizes.values()):,} drawn"
+    points = wording.format_count(math.prod(ds.sizes.values()), "point", "points")
+    cut = planes.subtitle(ds, selected, selected["precession_rate"], APPEARANCE)
+    subtitle = f"{ds.attrs.get('title', '')}:  {points}{drawn_count}\nat all half-angles and spins;  {cut}"
     figure = canvas.make_figure(6.6, 4.9, "Precession of the free symmetric top", subtitle, ax=ax)
-    _rates(figure.subplots(), part.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
+    _draw_rates(figure.subplots(), selected.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
     canvas.draw_legend(figure)
     return figure
 
 
-def _rates(ax: Axes, part: xr.Dataset) -> None:
+def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
     """Draw measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
-    ratio = part["ratio"].values
+    ratio = selected["ratio"].values
     low, high = (float(end) for end in axis_scales.cell_edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
     ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
-    rates = (part["precession_rate"] / part["omega3"]).transpose(..., "ratio").values.reshape(-1, ratio.size)
-    for chosen, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, colors.QUIET), (ratio > 1.0, OBLATE)):
-        at = np.broadcast_to(ratio[chosen], rates[:, chosen].shape)
-        unique = np.unique(np.column_stack([at.ravel(), rates[:, chosen].ravel().round(6)]), axis=0)
+    rates = (selected["precession_rate"] / selected["omega3"]).transpose(..., "ratio").values.reshape(-1, ratio.size)
+    for is_kind, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, colors.QUIET), (ratio > 1.0, OBLATE)):
+        ratios = np.broadcast_to(ratio[is_kind], rates[:, is_kind].shape)
+        unique = np.unique(np.column_stack([ratios.ravel(), rates[:, is_kind].ravel().round(6)]), axis=0)
         ax.plot(*unique.T, "o", ms=3.6, mew=0.0, color=color, gid="measured")
     ax.plot(span, span - 1.0, color=colors.INK, lw=0.9, gid="theory", label=r"closed form, $I_3/I_1 - 1$")
     if high > 2.0:
@@ -66,7 +65,7 @@ def _rates(ax: Axes, part: xr.Dataset) -> None:
         ax.text(0.52, 0.93, "oblate:\nwith the spin", color=OBLATE, va="top", ha="right", **halo)
 
 
-def cones(ratio: float, half_angle: float) -> tuple[float, float]:
+def cone_angles(ratio: float, half_angle: float) -> tuple[float, float]:
     """Return the angles of the figure axis and of the angular velocity to L, positive away from the axis, rad.
 
     ``tan(theta) = tan(half_angle) I1/I3``: L is on the far side of the angular velocity from the axis for I3 < I1.
@@ -76,10 +75,10 @@ def cones(ratio: float, half_angle: float) -> tuple[float, float]:
 
 
 def draw_cones(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw both cones of a long and of a flat top; None where no such top is in the map."""
+    """Draw both cones of a long and of a flat top; return None if the map has no such top."""
     ratios = ds["ratio"].values
     sides = ratios[(ratios > 0) & (ratios < 0.99)], ratios[(ratios > 1.01) & (ratios <= 2.0)]
-    tops = [float(s[np.argmin(np.abs(s - wanted))]) for s, wanted in zip(sides, SHOWN, strict=True) if s.size]
+    tops = [float(s[np.argmin(np.abs(s - target))]) for s, target in zip(sides, SHOWN_RATIOS, strict=True) if s.size]
     if not tops:
         return None
     angle = float(ds["half_angle"].values[np.argmin(np.abs(ds["half_angle"].values - ANGLE))])
@@ -88,48 +87,48 @@ def draw_cones(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         len(tops), (4.4, 3.6), "Body cone and space cone", subtitle, ax, margins=(0.0, 1.4)
     )
     for ax, ratio in zip(axes, tops, strict=True):
-        _cones(ax, ratio, math.radians(angle))
-        shape, where = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
+        _draw_cones(ax, ratio, math.radians(angle))
+        shape, side = ("flat", "inside") if ratio > 1.0 else ("long", "outside")
         moments, degrees = wording.format_number(ratio, 3), wording.format_number(angle, 3)
         ax.set_title(f"{shape}: $I_3/I_1$ = {moments}, ω at {degrees}° to the axis")
-        words = f"the space cone lies {where} the body cone"
+        words = f"the space cone lies {side} the body cone"
         ax.text(0.5, -0.03, words, transform=ax.transAxes, ha="center", color=colors.QUIET)
     canvas.draw_legend(figure)
     return figure
 
 
-def _seen(points: np.ndarray) -> np.ndarray:
+def _project(points: np.ndarray) -> np.ndarray:
     """Project points (n, 3) onto the screen (n, 2): x towards the side to which the figure axis leans, z along L."""
     return np.column_stack([points[:, 0], TOWARDS[0] * points[:, 2] + TOWARDS[1] * points[:, 1]])
 
 
-def _rim(tilt: float, opening: float) -> np.ndarray:
-    """Return the rim of a cone whose axis leans by `tilt` from L, of slant height one."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+def _cone_rim(tilt: float, opening: float) -> np.ndarray:
+    """Return the rim of a cone of slant height 1 with its axis at the angle `tilt` from L."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axis = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
-    across = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
-    ring = np.outer(np.cos(turn), across) + np.outer(np.sin(turn), [0.0, 1.0, 0.0])
+    transverse = np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
+    ring = np.outer(np.cos(angle), transverse) + np.outer(np.sin(angle), [0.0, 1.0, 0.0])
     return math.cos(opening) * axis + math.sin(opening) * ring
 
 
-def _cones(ax: Axes, ratio: float, half_angle: float) -> None:
-    theta, beyond = cones(ratio, half_angle)
+def _draw_cones(ax: Axes, ratio: float, half_angle: float) -> None:
+    theta, beyond = cone_angles(ratio, half_angle)
     space = (0.0, abs(beyond), SPACE, "space cone, about L")
     for tilt, opening, color, label in (space, (theta, half_angle, BODY, "body cone, about the figure axis")):
-        rim = _seen(_rim(tilt, opening))
-        around = np.vstack([[0.0, 0.0], rim])
-        hull = around[ConvexHull(around).vertices]
+        rim = _project(_cone_rim(tilt, opening))
+        corners = np.vstack([[0.0, 0.0], rim])
+        hull = corners[ConvexHull(corners).vertices]
         ax.add_patch(Polygon(hull, facecolor=color, alpha=0.2, edgecolor="none", label=label))
         ax.plot(*rim.T, color=color, lw=1.4)
         ax.add_patch(Polygon(hull, facecolor="none", edgecolor=color, lw=0.8))
-    path = _seen(1.12 * _rim(0.0, theta))
+    path = _project(1.12 * _cone_rim(0.0, theta))
     ax.plot(*path.T, color=colors.QUIET, lw=0.8, ls=(0, (4, 3)), gid="path of the axis")
     for tilt, length, color, name in (
         (0.0, 1.3, colors.INK, "L"),
         (theta, 1.12, BODY, "axis 3"),
         (-beyond, 1.22, colors.SERIES_COLORS[3], "ω"),
     ):
-        end = _seen(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
+        end = _project(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
         ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})
         ax.text(*(end * 1.05), name, color=color, ha="center", va="bottom", weight="bold", path_effects=marks.halo())
     ax.set(aspect="equal", xlim=(-1.15, 1.15), ylim=(-0.25, 1.5))

@@ -9,7 +9,7 @@ from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, S
 
 
 class TumblingPresentation(Presentation):
-    """The map of period ratios, and the herpolhode of one body; a page with the body turning."""
+    """The map of period ratios, and the herpolhode of one body; a page with the rotating body."""
 
     appearance = Appearance(
         MODES

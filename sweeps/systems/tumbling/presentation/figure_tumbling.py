@@ -1,4 +1,4 @@
-"""Tumbling bodies: the ratio of both periods over shapes or energies, and the herpolhode.
+"""Figures of tumbling bodies: the ratio of both periods over shapes or energies, and the herpolhode.
 
 The herpolhode is the curve that the angular velocity draws on the invariable plane, seen along L.
 """
@@ -16,29 +16,31 @@ from sweeps.figure import axis_scales, canvas, colors, marks, sheets, wording
 from sweeps.systems.motion import rotate_vectors
 from sweeps.systems.tumbling.system import SYSTEM
 
-PANELS = 4
-STEPS = 200  # of a curve, on each side of the separatrix
+PANELS = 4  # energies that are drawn
+STEPS = 200  # points of a curve on each side of the separatrix
 TITLE = r"Ratio of tumbling periods, $P_\psi/P_\phi$"
 DOTTED = (0, (1, 2))
-PERIODS, POINTS = 7, 8000  # of the herpolhode
+PERIODS, POINTS = 7, 8000  # periods and points of the herpolhode
 
 
 def draw_periods(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw P_psi over P_phi (long-axis convention) as a plane over two ratios of moments, or as curves of bodies."""
+    """Draw P_psi over P_phi (long-axis convention) over two ratios of moments, or as curves of bodies; else None."""
     if "body" in ds.dims:
-        return _curves(ds, ax)
+        return _draw_curves(ds, ax)
     if min(ds.sizes.get(name, 1) for name in ("I1", "I2")) < 2 or ds.sizes["I3"] > 1:
         return None
-    return _planes(ds, ax)
+    return _draw_planes(ds, ax)
 
 
-def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
+def _draw_planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
-    shared = {"sharex": True, "sharey": True}
-    figure, axes = canvas.make_panels(PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared)
+    shared_axes = {"sharex": True, "sharey": True}
+    figure, axes = canvas.make_panels(
+        PANELS, (4.0, 3.3), f"{TITLE} (long-axis convention)", subtitle, place, **shared_axes
+    )
     energies = np.linspace(0, 0.6 * (ds.sizes["energy"] - 1), PANELS + 1).round().astype(int)[1:]
     for ax, k in zip(axes, energies, strict=True):
-        mesh = _plane(ax, ds.isel(I3=0, omega0=0, energy=int(k)).load())
+        mesh = _draw_plane(ax, ds.isel(I3=0, omega0=0, energy=int(k)).load())
         ax.set(xlabel="$I_1/I_3$", ylabel="$I_2/I_3$")
         ax.label_outer()
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}\,P_\psi/P_\phi$", extend="both", shrink=0.8)
@@ -51,12 +53,12 @@ def _planes(ds: xr.Dataset, place: Axes | None) -> Figure:
     return figure
 
 
-def _plane(ax, part: xr.Dataset):
-    I3 = float(part["I3"])
-    x, y = part["I1"].values / I3, part["I2"].values / I3
-    ratio = part["period_ratio"].transpose("I2", "I1").values
-    margin = part["triangle_margin"].transpose("I2", "I1").values
-    energy = float(part["energy"])
+def _draw_plane(ax, plane: xr.Dataset):
+    I3 = float(plane["I3"])
+    x, y = plane["I1"].values / I3, plane["I2"].values / I3
+    ratio = plane["period_ratio"].transpose("I2", "I1").values
+    margin = plane["triangle_margin"].transpose("I2", "I1").values
+    energy = float(plane["energy"])
     ax.set_facecolor(colors.FAINT)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.where(y[:, None] >= x[None, :], np.log10(ratio), np.nan)
@@ -64,7 +66,7 @@ def _plane(ax, part: xr.Dataset):
     mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), level, **props)
     margin = np.where(y[:, None] >= x[None, :], margin, 1.0)
     impossible = ax.contourf(x, y, margin, [-np.inf, 0.0], colors="none", hatches=["////"])
-    impossible.set(edgecolor="black", lw=0.0)  # in every theme: cells are pale
+    impossible.set(edgecolor="black", lw=0.0)  # in every theme, as the cells are pale
     ax.axhline(1.0 / energy, color=colors.UNSTABLE, lw=1.4, gid="separatrix")
     ax.plot([0, 1], [0, 1], color=colors.INK, lw=0.8)
     ax.set(
@@ -73,27 +75,29 @@ def _plane(ax, part: xr.Dataset):
     return mesh
 
 
-def _closed_form(part, energies):
-    """Return energies and period ratios of a body, dense on both sides of the separatrix, where the ratio diverges."""
-    low, high, at = energies.min(), energies.max(), float(part["I3"] / part["I2"])
-    away = np.geomspace(1e-6, 1.0, STEPS)
-    some = np.concatenate([at - (at - low) * away[::-1], [at], at + (high - at) * away])
-    points = {name: np.full(some.size, float(part[name])) for name in ("I1", "I2", "I3", "omega0")}
-    columns = tumbling.survey(points | {"energy": some}, 1e-9, measured=False)
-    return some, columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
+def _period_ratio_curve(body, energies):
+    """Return energies and period ratios of a body, dense near the separatrix, at which the ratio diverges."""
+    low, high, separatrix = energies.min(), energies.max(), float(body["I3"] / body["I2"])
+    distance = np.geomspace(1e-6, 1.0, STEPS)
+    dense_energies = np.concatenate(
+        [separatrix - (separatrix - low) * distance[::-1], [separatrix], separatrix + (high - separatrix) * distance]
+    )
+    points = {name: np.full(dense_energies.size, float(body[name])) for name in ("I1", "I2", "I3", "omega0")}
+    columns = tumbling.survey(points | {"energy": dense_energies}, 1e-9, measured=False)
+    return dense_energies, columns["period_psi_exact"] / columns["period_phi_long_axis_exact"]
 
 
-def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
+def _draw_curves(ds: xr.Dataset, place: Axes | None) -> Figure:
     figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
     ax, is_curve = figure.subplots(), "energy" in ds.dims
-    for number, name in enumerate(ds["body"].values.tolist()):
-        part = ds.isel(body=number).squeeze().load()
-        color = colors.SERIES_COLORS[number % len(colors.SERIES_COLORS)]
+    for order, name in enumerate(ds["body"].values.tolist()):
+        body = ds.isel(body=order).squeeze().load()
+        color = colors.SERIES_COLORS[order % len(colors.SERIES_COLORS)]
         if is_curve:
-            ax.plot(*_closed_form(part, part["energy"].values), color=color, label=name)
-            ax.axvline(float(part["I3"] / part["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
+            ax.plot(*_period_ratio_curve(body, body["energy"].values), color=color, label=name)
+            ax.axvline(float(body["I3"] / body["I2"]), color=color, lw=0.9, ls=DOTTED, gid="separatrix")
         else:
-            ax.plot(part["energy"].values, part["period_ratio"].values, color=color, marker="o", label=name)
+            ax.plot(body["energy"].values, body["period_ratio"].values, color=color, marker="o", label=name)
     ax.set(yscale="log", xlabel="$E = 2TI_3/L^2$", ylabel=r"$P_\psi/P_\phi$")
     axis_scales.set_plain_log_ticks(ax.yaxis)
     marks.draw_grid(ax)
@@ -103,9 +107,14 @@ def _curves(ds: xr.Dataset, place: Axes | None) -> Figure:
 
 
 def herpolhode(moments, omega, times) -> np.ndarray:
-    """Return the angular velocity in the inertial frame, in the plane normal to L, shape (n, 2), in the unit of omega.
+    """Return the angular velocity in the inertial frame, projected on the plane normal to L, shape (n, 2).
 
-    The component along L stays 2T/L; the first axis of the plane is that of the angular velocity at time 0.
+    The component along L is 2T/L at all times; the first axis of the plane is along the initial angular velocity.
+
+    Args:
+        moments: principal moments, shape (3,).
+        omega: initial angular velocity in the body, shape (3,), in the unit of the result.
+        times: shape (n,), in the inverse unit of omega.
     """
     space = rotate_vectors(exact.attitude(moments, omega, times), exact.rotation(moments, omega, times))
     up = np.asarray(moments) * omega
@@ -117,13 +126,13 @@ def herpolhode(moments, omega, times) -> np.ndarray:
 
 
 def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
-    """Draw the herpolhodes of one body in both modes; None where the map has no such motion."""
-    places = [place for place in (_place(ds, "sam"), _place(ds, "lam")) if place is not None]
-    if not places:
+    """Draw the herpolhodes of one body in both modes; return None if the map has no such motion."""
+    points = [point for point in (_point_of_mode(ds, "sam"), _point_of_mode(ds, "lam")) if point is not None]
+    if not points:
         return None
     subtitle = f"{ds.attrs.get('title', '')}\nseen along L, closed form"
-    figure, axes = canvas.make_panels(len(places), (4.4, 4.4), "Herpolhodes", subtitle, ax)
-    for ax, (mode, point) in zip(axes, places, strict=True):
+    figure, axes = canvas.make_panels(len(points), (4.4, 4.4), "Herpolhodes", subtitle, ax)
+    for ax, (mode, point) in zip(axes, points, strict=True):
         moments, omega = SYSTEM.start(point)
         times = np.linspace(0.0, PERIODS * exact.period(exact.set_up(*moments, *omega)), POINTS)
         curve = herpolhode(moments, omega, times) / float(point["omega0"])
@@ -140,14 +149,14 @@ def draw_herpolhode(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     return figure
 
 
-def _place(ds: xr.Dataset, mode: str):
-    """Return a point of a mode, well away from its ends, of a physically possible body; None where there is none."""
-    number = {"sam": 0, "lam": 1}[mode]
-    sound = (ds["mode_exact"] == number) & (ds["triangle_margin"] > 0.02)
-    places = np.argwhere(sound.values)
+def _point_of_mode(ds: xr.Dataset, mode: str):
+    """Return (mode, a point of a possible body well within the mode's range of energy); None without such a point."""
+    code = {"sam": 0, "lam": 1}[mode]
+    is_possible = (ds["mode_exact"] == code) & (ds["triangle_margin"] > 0.02)
+    places = np.argwhere(is_possible.values)
     if not len(places):
         return None
-    least, most = (ds[f"tilt_{name}"].values[tuple(places.T)] for name in ("least", "greatest"))
-    at = places[int(np.argmin(np.abs(most - least - 0.6 * (most - least).max())))]  # a broad ring
-    row = ds.isel(dict(zip(sound.dims, at.tolist(), strict=True)))
+    min_tilt, max_tilt = (ds[f"tilt_{name}"].values[tuple(places.T)] for name in ("least", "greatest"))
+    best = places[int(np.argmin(np.abs(max_tilt - min_tilt - 0.6 * (max_tilt - min_tilt).max())))]  # a wide ring
+    row = ds.isel(dict(zip(is_possible.dims, best.tolist(), strict=True)))
     return mode, {name: row[name].item() for name in ("I1", "I2", "I3", "energy", "omega0")}

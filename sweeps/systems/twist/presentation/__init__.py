@@ -9,7 +9,7 @@ from sweeps.systems.presentation.appearance import Appearance, Compared, Mark, S
 
 
 class TwistPresentation(Presentation):
-    """The map of twists, and the defect against the growth rate with the law; a page with the body turning."""
+    """The map of twists, and the defect against the growth rate with the law; a page with the rotating body."""
 
     appearance = Appearance(
         {"reversed": Mark("reversed", "#", colors.UNSTABLE), "same_side": Mark("same side", "+", colors.STABLE)},
