@@ -78,9 +78,9 @@ def survey(
     """Measure a sweep and return its map.
 
     Args:
-        definition: the path of a definition; the name of one that ships; a mapping with its keys, whose `system` may be
-            a `sweeps.mechanics.System`; a DataFrame with a point in each row, its columns named as in a table ("omega0
-            (rpm)"); a Dataset, whose coordinates span the grid. Left out, the keywords are all of it.
+        definition: the path of a definition; the name of a shipped one; a mapping with its keys (its `system` may be a
+            `sweeps.mechanics.System`); a DataFrame with a point in each row, its columns named as in a table ("omega0
+            (rpm)"); a Dataset with the grid's coordinates. Left out, the keywords are all of it.
         chunks: None computes at once. A mapping of dimension to length, a number of points, or "auto" makes the
             Dataset lazy (Dask), to be computed by whatever scheduler is active.
         threads: threads that share the work where it is not lazy.
@@ -91,7 +91,7 @@ def survey(
         (body, axis, …). Without `chunks` it carries its content hash.
 
     Raises:
-        DefinitionError: naming key, value and what is allowed.
+        DefinitionError: naming key, value and the allowed values.
 
     Example:
         >>> ds = sweeps.survey(I1=1.0, I2=[1.5, 2.0], I3=2.5, omega0="30 rpm")
@@ -112,13 +112,13 @@ def run(definition: str | Path, *, cores: int | None = None, again: bool = False
     Points that were measured for the same definition by the same kernels are kept; a finished sweep is only listed.
 
     Args:
-        definition: the path of a definition, or the name of one that ships.
+        definition: the path of a definition, or the name of a shipped one.
         cores: number of processors, all by default; does not change results.
         again: compute everything again, finished or not.
         replace: replace the results of another definition that has the same file name.
 
     Raises:
-        DefinitionError: naming key, value and what is allowed.
+        DefinitionError: naming key, value and the allowed values.
 
     Example:
         >>> [path.name for path in sweeps.run("tiny")]
@@ -139,7 +139,7 @@ def point(ds: "xr.Dataset | str | Path", **coordinates: "Quantity") -> "xr.Datas
             without a value are returned whole.
 
     Returns:
-        A Dataset of single values, whose coordinates are those of the grid point. `sweeps.motion` takes it.
+        A Dataset of single values at the coordinates of the grid point. `sweeps.motion` takes it.
 
     Raises:
         SelectionError: for a dimension without a value, and a name or value that the map does not have.
@@ -175,10 +175,10 @@ def body(
             draws, seed, method and turns: then bodies are sampled and measured.
 
     Returns:
-        The answer: `print` shows it, `facts` holds its numbers.
+        The answer: `print` shows it, `facts` contains its numbers.
 
     Raises:
-        DefinitionError: naming what is wrong and what is allowed.
+        DefinitionError: naming the invalid argument and the allowed values.
 
     Example:
         >>> answer = sweeps.body([1.0, 2.0, 2.5], omega0="30 rpm")
@@ -203,7 +203,7 @@ def motion(
 
     Args:
         system: a body as `body` takes it; a `sweeps.mechanics.System`, the path of a Python file that makes one, or the
-            name of one that ships; a point of a map from `point`.
+            name of a shipped one; a point of a map from `point`.
         start: of a body, its three angular velocities (rad s-1), or a mapping with axis, omega0, epsilon and phase;
             left out, a spin about its intermediate axis. Of a described system, name → number, or one number a run, of
             each coordinate or state, and of velocities (`theta_dot`), which are 0 where they are not given.
@@ -219,7 +219,7 @@ def motion(
         described system: each state, its `_error`, and `status`, also over `run` where lists are given.
 
     Raises:
-        DefinitionError: naming what is wrong and what is allowed.
+        DefinitionError: naming the invalid argument and the allowed values.
 
     Example:
         >>> ds = sweeps.motion([1.0, 2.0, 2.5], {"axis": 2, "omega0": "60 rpm", "epsilon": 0.01})
@@ -239,11 +239,11 @@ def motion(
 
     if isinstance(system, xr.Dataset):
         return motion.point_motion(system, times, tolerance)
-    is_described = trajectories.is_described(system)
-    if isinstance(system, str) and not is_described:  # part of a body's name, or else the name of a described system
+    is_described_system = trajectories.is_described(system)
+    if isinstance(system, str) and not is_described_system:  # part of a body's name, or else a described system's name
         names = spin_outcomes.bodies_by_name(catalogue.load_definition("bodies"), "bodies")
-        is_described = not any(system.strip().lower() in name.lower() for name in names)
-    if is_described:
+        is_described_system = not any(system.strip().lower() in name.lower() for name in names)
+    if is_described_system:
         start, times = ({} if start is None else start), ([] if times is None else times)
         return trajectories.integrate_motions(system, start, times, parameters or {}, tolerance)
     chosen_body, spun = spin_outcomes.body_of(system, "bodies", spin_of(start), catalogue.load_definition)
@@ -321,7 +321,7 @@ def uncertainty(
         The Dataset of results/README.md for uncertain bodies, over (body, axis, …), `quantile` and `input`.
 
     Raises:
-        DefinitionError: naming key, value and what is allowed.
+        DefinitionError: naming key, value and the allowed values.
 
     Example:
         >>> ds = sweeps.uncertainty([1.0, 2.0, 2.1], "5 %", draws=64)
@@ -410,9 +410,9 @@ def tumbler(
         ratios: (I1/I3, I2/I3) of one body; left out, every possible body.
 
     Returns:
-        With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, where a motion has both periods, {energy,
-        energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1, NaN where the separatrix is so
-        near that the energy does not fix it. Else the map of the system `observed_periods` over all shapes of bodies,
+        With `ratios`, for each mode {mode, verdict, sigma, least_ratio} and, if a motion has both periods, {energy,
+        energy_stderr, m, omega0}: the energy 2T I3/L^2 and omega0 = L/I3 in rad s-1, NaN if the separatrix is so
+        near that the energy is not determined. Else the map of the system `observed_periods` over all shapes of bodies,
         as `survey` gives it.
 
     Raises:

@@ -34,7 +34,7 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
 INTERRUPTED = 130  # exit status, as of shells
 MOMENT = 0.05  # s, after which a KeyboardInterrupt that was swallowed is raised again
 ACCESS = "files and folders that this user can read and write"
-REMEDIES = {  # errno → what is allowed
+REMEDIES = {  # errno → the remedy that a message names
     errno.ENOSPC: "enough disk space",
     errno.EDQUOT: "enough disk space within the quota",
     errno.EACCES: ACCESS,
@@ -50,10 +50,10 @@ NUMBAS_SETTINGS = os.path.join("numba", "core", "config.py")
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    heard = []
-    with _hooks(heard):
+    interrupts = []
+    with _hooks(interrupts):
         try:
-            with _ctrl_c(heard) as listen:
+            with _ctrl_c(interrupts) as listen:
                 words = sys.argv[1:] if arguments is None else arguments
                 if not words:
                     print(FIRST, end="")
@@ -63,9 +63,9 @@ def main(arguments: list[str] | None = None) -> int:
 
                 parser, _ = program.build()
                 listen()
-                return _answered(parser.parse_args(words))
+                return _run_command(parser.parse_args(words))
         except BaseException as error:
-            if not (heard or isinstance(error, KeyboardInterrupt)):
+            if not (interrupts or isinstance(error, KeyboardInterrupt)):
                 raise
             print(": ".join(["interrupted", *getattr(error, "__notes__", ())]), file=sys.stderr)
             return INTERRUPTED
@@ -79,24 +79,26 @@ def command() -> NoReturn:
     try:
         startup.configure()
         status = main()
-    except KeyboardInterrupt:  # before there is anything to say of it
+    except KeyboardInterrupt:  # nothing has been done that a message could report
         status = INTERRUPTED
     except SystemExit as ended:  # words that are no command, or a question for help
         status = ended.code
-    except OSError as error:  # of what the parser prints
+    except OSError as error:  # the help could not be written
         status = _unwritten(error)
-    atexit.register(signal.signal, signal.SIGINT, signal.SIG_DFL)  # what is left is Python's own: no word of that
+    atexit.register(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # Python's own cleanup remains; an interrupt of it prints nothing
     gc.freeze()  # else Python searches all objects for cycles as it ends, for 0.5 s
-    status = _flushed(status)
+    status = _flush_output(status)
     if status == INTERRUPTED:
-        os._exit(status)  # Python's end may crash where a module was imported by half
+        os._exit(status)  # Python's end may crash after the import of a module was interrupted
     sys.exit(status)
 
 
 def _prepare_streams() -> None:
     """Open the null device for each standard stream that the shell closed, so that no file gets its number.
 
-    Let characters that the terminal's locale does not know appear as their numbers.
+    Print characters outside the terminal's locale as their numbers.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -107,37 +109,43 @@ def _prepare_streams() -> None:
         stream.reconfigure(errors="backslashreplace")
 
 
-def _flushed(status: int) -> int:
-    """Flush what was printed and return the exit status: 1 for a reader that has gone, 2 for a full disk."""
+def _flush_output(status: int) -> int:
+    """Flush both output streams; return the exit status: 1 for a reader that has gone, 2 for a full disk."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except OSError as error:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # for what is still in its buffer
+            os.dup2(
+                os.open(os.devnull, os.O_WRONLY), stream.fileno()
+            )  # the bytes that are still in its buffer go there
             status = status or _unwritten(error)
     return status
 
 
 def _unwritten(error: OSError) -> int:
-    """Return the exit status where output cannot be written: 1, quietly, if its reader has gone, else 2."""
-    return 1 if isinstance(error, BrokenPipeError) else _refused(f"output: {error.strerror}; allowed: {_remedy(error)}")
+    """Return the exit status for output that cannot be written: 1, quietly, if its reader has gone, else 2."""
+    return (
+        1
+        if isinstance(error, BrokenPipeError)
+        else _print_refusal(f"output: {error.strerror}; allowed: {_remedy(error)}")
+    )
 
 
 @contextmanager
-def _ctrl_c(heard: list) -> Iterator[Callable]:
+def _ctrl_c(interrupts: list) -> Iterator[Callable]:
     """Let Ctrl-C end the process at once until the yielded function is called, then raise KeyboardInterrupt.
 
-    While they are imported, some modules make a panic of the exception. Later a library may swallow it, as Cython does
-    where h5py is imported, or Python where it disposes of an object: it is raised again every `MOMENT`, except while
-    such an exception is being handled.
+    During their import some modules turn the exception into a crash. Later a library may swallow it, as Cython does
+    during the import of h5py, or Python while it disposes of an object: it is raised again every `MOMENT`, except
+    while such an exception is being handled.
     """
     if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield lambda: None  # the handler is another program's
         return
-    alarmed = signal.getsignal(signal.SIGALRM)
+    alarm_handler = signal.getsignal(signal.SIGALRM)
 
     def hear(*_):
-        heard.append(True)
+        interrupts.append(True)
         signal.signal(signal.SIGALRM, repeat)
         signal.setitimer(signal.ITIMER_REAL, MOMENT, MOMENT)
         raise KeyboardInterrupt
@@ -152,73 +160,75 @@ def _ctrl_c(heard: list) -> Iterator[Callable]:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         yield lambda: signal.signal(signal.SIGINT, hear)
-        if heard:
+        if interrupts:
             raise KeyboardInterrupt  # swallowed less than a moment ago
     finally:
-        if heard:
+        if interrupts:
             signal.setitimer(signal.ITIMER_REAL, 0)
-            signal.signal(signal.SIGALRM, alarmed)
+            signal.signal(signal.SIGALRM, alarm_handler)
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @contextmanager
-def _hooks(heard: list) -> Iterator[None]:
-    """Silence what Python reports and forgets once Ctrl-C was heard: that, and errors of half-made objects.
+def _hooks(interrupts: list) -> Iterator[None]:
+    """Silence Python's reports of ignored exceptions after Ctrl-C: the interrupt, and errors of half-made objects.
 
     And silence h5py, which on a full disk prints one traceback more for each object that it cannot close.
     """
-    excepted, unraised = sys.excepthook, sys.unraisablehook
+    except_hook, unraisable_hook = sys.excepthook, sys.unraisablehook
 
     def except_h5py(kind, value, trace):
         frames = extract_tb(trace)
         if not (frames and frames[-1].filename.endswith("_objects.pyx")):
-            excepted(kind, value, trace)
+            except_hook(kind, value, trace)
 
     def unraise(unraisable):
-        if not heard and "h5py" not in str(unraisable.object):
-            unraised(unraisable)
+        if not interrupts and "h5py" not in str(unraisable.object):
+            unraisable_hook(unraisable)
 
     sys.excepthook, sys.unraisablehook = except_h5py, unraise
     try:
         yield
     finally:
-        sys.excepthook, sys.unraisablehook = excepted, unraised
+        sys.excepthook, sys.unraisablehook = except_hook, unraisable_hook
 
 
-def _answered(args: Namespace) -> int:
+def _run_command(args: Namespace) -> int:
     from sweeps.schema.refusals import RefusedError
 
     try:
         return args.run(args) or 0
     except RefusedError as refused:
-        return _refused(str(refused))
+        return _print_refusal(str(refused))
     except BrokenPipeError:
         return 1
     except OSError as error:
-        return _refused(f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {_remedy(error)}")
+        return _print_refusal(
+            f"{error.filename or _where(error)}: {error.strerror or error}; allowed: {_remedy(error)}"
+        )
     except MemoryError:
         allowed = "fewer points or variables, or a machine with more memory"
-        return _refused(f"memory: not enough for this sweep; allowed: {allowed}")
+        return _print_refusal(f"memory: not enough for this sweep; allowed: {allowed}")
     except RuntimeError as error:
         from concurrent.futures import BrokenExecutor
 
         if isinstance(error, BrokenExecutor):
-            ended = "a process that this command started was ended from outside (killed, or out of memory)"
-            print(f"{ended}; the same command resumes from the finished work", file=sys.stderr)
+            reason = "a process that this command started was ended from outside (killed, or out of memory)"
+            print(f"{reason}; the same command resumes from the finished work", file=sys.stderr)
             return 1
         if "NetCDF" not in str(error):
             raise
-        return _refused(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
+        return _print_refusal(f"{error}: a file is damaged; allowed: a whole file that Polhode wrote")
     except Exception as error:
         if not any(frame.filename.endswith(NUMBAS_SETTINGS) for frame in extract_tb(error.__traceback__)):
             raise
         what = " ".join(str(error).split())
         where = "Numba's settings (NUMBA_… or .numba_config.yaml)"
-        return _refused(f"{where}: {what}; allowed: settings that Numba can read")
+        return _print_refusal(f"{where}: {what}; allowed: settings that Numba can read")
 
 
 def _remedy(error: OSError) -> str:
-    """Return what is allowed in place of that which caused a system error."""
+    """Return the remedy that a message names for a system error."""
     return REMEDIES.get(error.errno, ANY_REMEDY)
 
 
@@ -228,7 +238,7 @@ def _where(error: OSError) -> str:
     return f"system (at {Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else "system"
 
 
-def _refused(message: str) -> int:
+def _print_refusal(message: str) -> int:
     """Print a message in characters that no terminal obeys, and return the exit status 2."""
     print("".join(c if c.isprintable() or c == "\n" else "\ufffd" for c in message), file=sys.stderr)
     return 2

@@ -71,7 +71,7 @@ def test_no_number_waits_for_a_page():
     [(305.0, ".3g", "305"), (1.2e-13, ".1g", "1\u202f×\u202f10⁻¹³"), (-0.5, ".2f", "−0.50"), (1728.4, ",d", "1,728")],
 )
 def test_numbers_as_people_write_them(value, form, text):
-    assert numbers.shown(value, form) == text
+    assert numbers.format_number(value, form) == text
 
 
 def differing(facts):
@@ -82,7 +82,7 @@ def differing(facts):
     for text in PAGES.values():
         for shown, name, form in pages.numbers(text):
             if fact := facts.get(name):
-                measured = numbers.shown(fact["value"], form)
+                measured = numbers.format_number(fact["value"], form)
                 exact = not name.endswith("_bar") and not (0 < fact["value"] < 1e-9)
                 if shown != measured if exact else not (shown and fact["value"] <= 1.0):
                     yield name, shown, measured
@@ -91,9 +91,9 @@ def differing(facts):
 def test_numbers_on_the_pages_are_those_measured(tmp_path):
     """Of the two maps that take less than a second; the others with the slow build."""
     maps = {
-        name: evidence.measured(name, evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")
+        name: evidence.measure_map(name, evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")
     }
-    facts = evidence.measured_numbers(maps, print)
+    facts = evidence.measure_numbers(maps, print)
     assert len(facts) > 20
     assert list(differing(facts)) == []
     facts["racket_points"]["value"] += 1
@@ -191,8 +191,8 @@ def test_a_reduced_sweep_is_small_and_else_the_same():
         "system": "pendulum",
         "grid": {"x": {"start": 0, "stop": 1, "num": 500}, "y": {"start": 0, "stop": 1, "num": 300}, "z": 1.0},
     }
-    grid = gallery.reduced(values)["grid"]
-    assert grid["x"]["num"] * grid["y"]["num"] <= gallery.MOST
+    grid = gallery.reduce_points(values)["grid"]
+    assert grid["x"]["num"] * grid["y"]["num"] <= gallery.MAX_GRID_POINTS
     assert (grid["x"]["start"], grid["x"]["stop"], grid["z"]) == (0, 1, 1.0)
 
 
@@ -313,7 +313,7 @@ def test_the_handbook_is_built_without_a_warning(tmp_path):
     command = [sys.executable, "-m", "sweeps.handbook", "-o", tmp_path / "handbook", "--work", tmp_path / "work"]
     answer = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert answer.returncode == 0, answer.stderr[-3000:]
-    facts = evidence.measured_numbers(evidence.measured_maps(tmp_path / "work", print), print)
+    facts = evidence.measure_numbers(evidence.measure_maps(tmp_path / "work", print), print)
     assert list(differing(facts)) == []
 
 

@@ -1,1 +1,1 @@
-"""Commands of `polhode`, by what they take. Heavy modules are imported only when a command runs."""
+"""Commands of `polhode`, by the kind of their first argument. Heavy modules are imported only when a command runs."""

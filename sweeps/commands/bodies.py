@@ -110,8 +110,11 @@ def _motion(args):
         films.refuse_unless_made(kind[1:], ("motion",))
     motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
     with sheets.use_sheet(sheets.OWN_SIZE), films.drawn_for(args.output):
-        moved, frames = motion_of(args, kind not in motion.FORMATS)
-        motion.write_motion(moved, args.output) if kind in motion.FORMATS else films.write(frames(moved), args.output)
+        trajectory, frames = motion_of(args, kind not in motion.FORMATS)
+        if kind in motion.FORMATS:
+            motion.write_motion(trajectory, args.output)
+        else:
+            films.write(frames(trajectory), args.output)
     print(args.output)
 
 
@@ -136,7 +139,7 @@ def _of_body(args, _):
 
 
 def _of_system(args, is_film: bool):
-    """Return the motion of a described system, at the times of a film or of a table, and what draws its frames."""
+    """Return the motion of a described system at the times of a film or a table, and the function that draws frames."""
     import numpy as np
 
     from sweeps.maps import motion
@@ -156,11 +159,11 @@ def _of_system(args, is_film: bool):
     times = np.linspace(0.0, duration, args.samples or MIN_SAMPLES + 1)
     times = animation.frame_times(duration)[0] if is_film else times
     with progress.waiting(WAIT):
-        moved = trajectories.integrate_motions(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
-    if status := int(moved["status"]):
+        trajectory = trajectories.integrate_motions(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
+    if status := int(trajectory["status"]):
         name = motions.STATUSES[status]
         raise MotionError(f"motion: {name} at tolerance 1e-12: {trajectories.REASONS[name]}")
-    return moved, partial(film.frames, model=trajectories.model_of(args.name))
+    return trajectory, partial(film.frames, model=trajectories.model_of(args.name))
 
 
 TUMBLER = """\
@@ -199,8 +202,8 @@ def _tumbler(args):
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
-        wrong = "is given together with --output or --figure, which need all bodies"
-        raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
+        conflict = "is given together with --output or --figure, which need all bodies"
+        raise DefinitionError(f"--ratios: {conflict}; allowed: one of them")
     rows = answers.of_body(periods, args.ratios) if args.ratios else _of_all(args, periods)
     if args.json:
         printing.print_json(rows)
@@ -210,7 +213,7 @@ def _tumbler(args):
 
 
 def _of_all(args, periods) -> list[dict]:
-    """Return the answers for all bodies, whose map is written and drawn where that is wanted."""
+    """Return the answers for all bodies; write their map and draw it if the arguments request it."""
     from sweeps.systems.observed_periods import answers
 
     ds = sweeps.survey(periods.definition)

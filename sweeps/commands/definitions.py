@@ -41,71 +41,70 @@ def _check(args):
         return
     path = catalogue.find_definition(args.definition or catalogue.DEFAULT)
     with progress.waiting(f"{path}: deriving its equations and checking its points"):
-        planned = catalogue.plan_sweep(path, anywhere=True)
+        plan = catalogue.plan_sweep(path, anywhere=True)
     if args.json:
-        print(json.dumps(_facts(planned), indent=1))
+        print(json.dumps(_facts(plan), indent=1))
     else:
-        for name, text in _rows(planned):
+        for name, text in _rows(plan):
             print(f"{name:11s} {text}")
 
 
 def _list(contents: dict, as_json: bool) -> None:
     """Print name, system, size and title of each shipped sweep; in JSON name and title."""
     if as_json:
-        print(json.dumps({name: one.title for name, one in contents.items()}, indent=1))
+        print(json.dumps({name: entry.title for name, entry in contents.items()}, indent=1))
         return
     table = printing.table("sweep", "system", "points", "title", right=(2,))
-    for name, one in contents.items():
-        table.add_row(name, one.system, f"{one.points:,}", one.title)
+    for name, entry in contents.items():
+        table.add_row(name, entry.system, f"{entry.points:,}", entry.title)
     printing.console().print(table)
 
 
-def _facts(planned) -> dict:
+def _facts(plan) -> dict:
     from dataclasses import asdict
 
     from sweeps.points.estimate import count_impossible, list_shortages
 
-    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
+    grid, definition, needs = plan.sweep.grid, plan.sweep.definition, plan.needs
     return {
-        "definition": str(planned.path),
+        "definition": str(plan.path),
         "title": definition.title,
         "dimensions": dict(zip(grid.dims, grid.shape, strict=True)),
         **asdict(needs),
-        **dict(zip(("impossible", "impossible_counted"), count_impossible(planned.sweep), strict=True)),
-        "lacking_here": list_shortages(planned.sweep, needs, "results"),
-        "proved": planned.sweep.system.proofs(grid),
+        **dict(zip(("impossible", "impossible_counted"), count_impossible(plan.sweep), strict=True)),
+        "lacking_here": list_shortages(plan.sweep, needs, "results"),
+        "proved": plan.sweep.system.proofs(grid),
         **definition.facts,
     }
 
 
-def _rows(planned):
+def _rows(plan):
     from kernels.compile.cache import why_unkept
     from sweeps.points.estimate import PAGE_BYTES, count_impossible, format_duration, in_words, list_shortages
 
-    grid, definition, needs = planned.sweep.grid, planned.sweep.definition, planned.needs
-    yield "definition", f"{planned.path}: valid"
+    grid, definition, needs = plan.sweep.grid, plan.sweep.definition, plan.needs
+    yield "definition", f"{plan.path}: valid"
     yield "title", definition.title
     dimensions = " × ".join(f"{n:,} {d}" for d, n in zip(grid.dims, grid.shape, strict=True))
-    yield "points", f"{planned.sweep.size_in_words.replace(' points', '', 1)} = {dimensions}"
-    count, counted = count_impossible(planned.sweep)
+    yield "points", f"{plan.sweep.size_in_words.replace(' points', '', 1)} = {dimensions}"
+    count, is_exact = count_impossible(plan.sweep)
     if count:
-        share = f"{count:,}" if counted else f"about {100 * count / needs.points:.2g} % of the"
+        share = f"{count:,}" if is_exact else f"about {100 * count / needs.points:.2g} % of the"
         yield "impossible", f"{share} points violate the triangle inequality of moments; the map flags them"
     if definition.rows is not None and definition.rows.text_columns:
         yield "ignored", f"columns of text: {', '.join(map(display, definition.rows.text_columns))}"
     yield "shards", f"{needs.shards:,}"
     yield "memory", f"about {in_words(needs.memory_bytes)} per process"
-    drawn = f"{PAGE_BYTES // 10**6} MB for figures and report"
-    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {drawn}"
+    for_figures = f"{PAGE_BYTES // 10**6} MB for figures and report"
+    yield "disk", f"at most {in_words(needs.disk_bytes)} for shards and map, {for_figures}"
     how_often = "each time" if needs.compile_seconds and why_unkept() else "once"
-    compiling = (
-        f" and {format_duration(seconds)} of compiling, {how_often}" if (seconds := needs.compile_seconds) else ""
-    )
-    parts = f"figures and report included; {format_duration(needs.seconds)} of it integration{compiling}"
-    yield "time", f"about {format_duration(needs.wait_seconds)} on one core, {parts}"
-    for line in planned.sweep.system.proofs(grid):
+    work = f"figures and report included; {format_duration(needs.seconds)} of it integration"
+    if needs.compile_seconds:
+        work += f" and {format_duration(needs.compile_seconds)} of compiling, {how_often}"
+    yield "time", f"about {format_duration(needs.wait_seconds)} on one core, {work}"
+    for line in plan.sweep.system.proofs(grid):
         yield "proved", line
-    for line in list_shortages(planned.sweep, needs, "results"):
+    for line in list_shortages(plan.sweep, needs, "results"):
         yield "not here", f"{line} (`run` and the workflow refuse it on this machine)"
     yield from definition.remarks
 
@@ -198,8 +197,8 @@ def add_merge(commands) -> None:
 def _merge(args):
     from sweeps.shards import merging
 
-    planned = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "")
-    content_hash = merging.merge(planned.sweep, args.shards, args.output, args.threads, args.renew)
+    plan = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "")
+    content_hash = merging.merge(plan.sweep, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {content_hash}")
 
 

@@ -29,22 +29,22 @@ def _show(args):
     from sweeps.maps.description import without_extra_dimensions
     from sweeps.views import textmap
 
-    with storage.open_map(args.map) as whole:
-        ds = without_extra_dimensions(whole)
+    with storage.open_map(args.map) as map_file:
+        ds = without_extra_dimensions(map_file)
         places = selection.nearest_places(ds, args.coordinates, "--")
         totals = summary.summarise(ds)
-        chosen = {dim: place for dim, place in places.items() if place.requested is not None}
+        requested = {dim: place for dim, place in places.items() if place.requested is not None}
         if args.json:
             printing.print_json(_facts(totals))
         else:
             console = printing.console()
-            textmap.write(console, totals, textmap.draw(ds, totals.description, chosen, console.width))
+            textmap.write(console, totals, textmap.draw(ds, totals.description, requested, console.width))
 
 
 def _facts(totals) -> dict:
     description = totals.description
 
-    def said(worst):
+    def as_entry(worst):
         return {"value": worst.value, "at": description.place(worst.at), "points": worst.points}
 
     table = {}
@@ -55,9 +55,9 @@ def _facts(totals) -> dict:
     facts |= {"unlike": totals.disagreements, "impossible": totals.impossible, "compared": totals.compared}
     facts["deviations"] = {}
     for (reference, name), deviation in totals.deviations.items():
-        entry = said(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
+        entry = as_entry(deviation.worst) | {"against": reference, "over": deviation.scale or reference}
         facts["deviations"].setdefault(name, entry)
-    return facts | {"checks": {name: said(worst) for name, worst in totals.checks.items()}}
+    return facts | {"checks": {name: as_entry(worst) for name, worst in totals.checks.items()}}
 
 
 POINT = """\
@@ -90,8 +90,8 @@ def _point(args):
     row, places = selection.select_point(args.map, args.coordinates, "--")
     if args.trajectory:
         with progress.waiting("computing the motion; the first time on a machine its kernels are compiled"):
-            moved = motion.point_motion(row, args.duration, motion.map_tolerance(row), args.samples)
-        motion.write_motion(moved, args.trajectory)
+            trajectory = motion.point_motion(row, args.duration, motion.map_tolerance(row), args.samples)
+        motion.write_motion(trajectory, args.trajectory)
     _print(row, places, args.json)
 
 
@@ -102,9 +102,11 @@ def _print(row, places, as_json: bool) -> None:
     console = printing.console()
     for place in places.values():
         console.print(str(place))
-    for name, one in row.coords.items():
-        if name not in places and one.ndim == 0 and not ("flag_meanings" in one.attrs and one.item() == 0):
-            console.print(f"{name} = {_value(one)} {_units(one)}".rstrip())  # of flags, all but moments in kg m2
+    for name, value in row.coords.items():
+        if name not in places and value.ndim == 0 and not ("flag_meanings" in value.attrs and value.item() == 0):
+            console.print(
+                f"{name} = {_value(value)} {_units(value)}".rstrip()
+            )  # the flag 0 is the usual one: moments in kg m2
     console.print()
     table = printing.table("variable", "value", "units", "meaning", right=(1,))
     for name, variable in row.data_vars.items():
@@ -164,16 +166,16 @@ def _slice(args):
 
     with storage.open_map(args.map) as ds:
         places = selection.nearest_places(ds, args.coordinates, "--")
-        remaining, further = selection.open_dimensions(ds, places), extra_dimensions(ds)
-        plane = [dim for dim in remaining if dim not in further]
+        kept_dims, extra_dims = selection.open_dimensions(ds, places), extra_dimensions(ds)
+        plane = [dim for dim in kept_dims if dim not in extra_dims]
         _check_plane(args.map, ds, plane)
         write_part(selection.select_places(ds, places), args.output, "slice")
     for place in places.values():
         print(place)
     print(f"{args.output}: {' × '.join(plane)}")
-    for dim in remaining:
-        if dim in further:
-            names = ", ".join(name for name, one in ds.data_vars.items() if dim in one.dims)
+    for dim in kept_dims:
+        if dim in extra_dims:
+            names = ", ".join(name for name, variable in ds.data_vars.items() if dim in variable.dims)
             print(f"{names}: along {dim}, too ({ds.sizes[dim]:,} values; --{dim} VALUE keeps one)")
 
 
@@ -239,13 +241,13 @@ def _draw(args, sheet, worker):
     with figures.open_to_draw(args.map) as ds:
         requested = args.coordinates | dict(selection.parse_assignment(text) for text in args.at)
         places = selection.nearest_places(ds, requested, "--")
-        chosen = [places[name] for name in requested]
-        cut = {place.dim: slice(place.index, place.index + 1) for place in chosen}
+        cut_places = [places[name] for name in requested]
+        cut = {place.dim: slice(place.index, place.index + 1) for place in cut_places}
         submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None
         wish = (args.format, args.only, args.theme, sheet, submit)
         for path in figures.draw_all(ds.isel(cut), Path(args.output), *wish):
             print(path)
-    for place in chosen:
+    for place in cut_places:
         print(place)
 
 
@@ -305,6 +307,6 @@ def _verify(args):
         verdict = "differs" if check.findings else f"not checked: {check.skip_reason}" if check.skip_reason else "holds"
         table.add_row(check.name, check.covers, verdict)
     printing.console().print(table)
-    for finding in (finding for check in checks for finding in check.findings):
-        printing.console().print(finding, soft_wrap=True)
+    for difference in (difference for check in checks for difference in check.findings):
+        printing.console().print(difference, soft_wrap=True)
     return 1 if any(check.findings for check in checks) else 0

@@ -12,7 +12,7 @@ class Parser(argparse.ArgumentParser):
     """A parser of one command, or of the choice between them.
 
     With `takes_coordinates`, whatever option is not the command's own counts as a coordinate's name: `--I1 0.5` and
-    `--I1=0.5` come out in `coordinates`, {"I1": "0.5"}. Which names there are, only the map knows.
+    `--I1=0.5` come out in `coordinates`, {"I1": "0.5"}. The map determines which names exist.
     """
 
     takes_coordinates = False
@@ -22,18 +22,18 @@ class Parser(argparse.ArgumentParser):
         arguments, coordinates = self._without_coordinates(list(args or ()))
         # a blank in front keeps argparse from taking -1e-3 for an option
         arguments = [f" {text}" if _NEGATIVE.fullmatch(text) else text for text in arguments]
-        namespace, rest = super().parse_known_args(arguments, namespace)
+        namespace, unknown = super().parse_known_args(arguments, namespace)
         if self.takes_coordinates:
             namespace.coordinates = coordinates
-        return namespace, rest
+        return namespace, unknown
 
     def parse_args(self, args=None, namespace=None):
         """Parse arguments as argparse does; refuse an unknown option with the nearest known one."""
-        namespace, rest = self.parse_known_args(args, namespace)
-        if rest:
+        namespace, unknown = self.parse_known_args(args, namespace)
+        if unknown:
             options = getattr(namespace, "options", self._option_string_actions)
-            near = hint(rest[0].strip().partition("=")[0], options)
-            self.error(f"{cut_text(rest[0].strip())} is an unknown option{near}; allowed: {', '.join(options)}")
+            near = hint(unknown[0].strip().partition("=")[0], options)
+            self.error(f"{cut_text(unknown[0].strip())} is an unknown option{near}; allowed: {', '.join(options)}")
         return namespace
 
     def _check_value(self, action, value):
@@ -43,20 +43,29 @@ class Parser(argparse.ArgumentParser):
         raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
-        others, coordinates = [], {}
+        command_words, coordinates = [], {}
         while self.takes_coordinates and arguments:
             name, equals, value = (text := arguments.pop(0)).partition("=")
             if not name.startswith("--") or len(name) < 3 or name in self._option_string_actions:
-                others.append(text)
+                command_words.append(text)
                 continue
             if not equals and not arguments:
                 self.error(f"{name}: a value is missing")
             coordinates[name[2:]] = value if equals else arguments.pop(0)
-        return others + arguments, coordinates
+        return command_words + arguments, coordinates
 
 
 def add(commands, name: str, help_text: str, run, epilog: str | None = None, coordinates: bool = False) -> Parser:
-    """Add a command that calls `run` with its arguments, and return its parser; for `coordinates` see `Parser`."""
+    """Add a command and return its parser.
+
+    Args:
+        commands: subparsers of the program.
+        name: name of the command.
+        help_text: effect of the command, a phrase that begins in lower case.
+        run: function that takes the parsed arguments and returns the exit status, or None for 0.
+        epilog: text below the options in the help.
+        coordinates: True to accept `--DIMENSION VALUE`; see `Parser`.
+    """
     texts = {"help": help_text, "description": help_text[0].upper() + help_text[1:] + ".", "epilog": epilog}
     raw = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, formatter_class=raw, allow_abbrev=False, **texts)
@@ -66,7 +75,7 @@ def add(commands, name: str, help_text: str, run, epilog: str | None = None, coo
 
 
 def number(text: str) -> int | float | str:
-    """Return a whole number, "1e6" too, else a number; what is none stays text, for the definition's own check."""
+    """Return a whole number ("1e6" too) or a number; any further text as it is, for the check of definitions."""
     try:
         value = float(text)
     except ValueError:
@@ -98,7 +107,7 @@ def share(parser: Parser, *names: str, **options) -> None:
 
 
 def add_output(parser: Parser, text: str, required: bool = True) -> None:
-    """Add the option -o or --output FILE."""
+    """Add the option -o or --output FILE to a `parser`, with the help `text`, `required` or not."""
     parser.add_argument("-o", "--output", metavar="FILE", required=required, help=text)
 
 
@@ -128,7 +137,7 @@ def add_moments(parser: Parser) -> None:
 
 
 def body(args: argparse.Namespace) -> str | dict | None:
-    """Return the body of `add_body`: its name, or its entry in a definition; None where none is given."""
+    """Return the body of `add_body`: its name, or its entry in a definition; None if no body is given."""
     ways = {way: getattr(args, way) for way in ("moments", "ratios", "tensor", "mesh") if getattr(args, way)}
     if len(ways) + (args.name is not None) > 1:
         allowed = "NAME, --moments, --ratios, --tensor or --mesh, one of them"

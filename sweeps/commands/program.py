@@ -70,7 +70,7 @@ class _Completion(argparse.Action):
         except ImportError:
             parser.error("--completion: needs shtab, which is not here; allowed: pip install -e '.[completion]'")
         program, commands = build()
-        for action in (action for one in (program, *commands.values()) for action in one._actions):
+        for action in (action for parser in (program, *commands.values()) for action in parser._actions):
             if action.metavar in ("FILE", "MAP", "DEFINITION", "SHARD"):
                 action.complete = shtab.FILE
         print(shtab.complete(program, shell))

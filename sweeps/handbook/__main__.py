@@ -11,8 +11,8 @@ from pathlib import Path
 
 NEEDED = {"sphinx": "Sphinx", "myst_nb": "MyST-NB", "sphinx_design": "sphinx-design", "furo": "Furo"}
 NEEDED |= {"ipykernel": "ipykernel", "trimesh": "trimesh"}
-HERE = Path(__file__).parent
-COLUMNS = "84"  # letters in a line of what commands print
+PACKAGE = Path(__file__).parent
+COLUMNS = "84"  # letters in a line of the commands' output on the pages
 _say = partial(print, flush=True)
 
 
@@ -46,11 +46,11 @@ def main(arguments: list[str] | None = None) -> int:
 def _write_numbers(work: Path) -> int:
     from sweeps.handbook import evidence, pages
 
-    facts = evidence.measured_numbers(evidence.measured_maps(work, _say), _say)
+    facts = evidence.measure_numbers(evidence.measure_maps(work, _say), _say)
     for page, text in pages.texts().items():
-        filled = pages.with_numbers(text, partial(evidence.as_markdown, facts))
-        if filled != text:
-            (pages.TEXT / f"{page}.md").write_text(filled, encoding="utf-8")
+        page_text = pages.with_numbers(text, partial(evidence.as_markdown, facts))
+        if page_text != text:
+            (pages.TEXT / f"{page}.md").write_text(page_text, encoding="utf-8")
             _say(f"{page}: numbers written")
     return 0
 
@@ -64,10 +64,10 @@ def _make(work: Path) -> None:
     shutil.rmtree(source, ignore_errors=True)
     shutil.copytree(pages.TEXT, source)
     for page, text in pages.texts().items():
-        filled = pages.with_numbers(text, partial(evidence.as_html, facts))
-        (source / f"{page}.md").write_text(pages.as_notebook(page, filled), encoding="utf-8")
-    shutil.copytree(HERE / "static", source / "static")
-    shutil.copy2(HERE / "conf.py", source)
+        page_text = pages.with_numbers(text, partial(evidence.as_html, facts))
+        (source / f"{page}.md").write_text(pages.as_notebook(page, page_text), encoding="utf-8")
+    shutil.copytree(PACKAGE / "static", source / "static")
+    shutil.copy2(PACKAGE / "conf.py", source)
     generated.write(source, work)
     shutil.copytree(work / "pictures", source / "pictures")
 
@@ -76,19 +76,22 @@ def _html(work: Path, output: Path) -> int:
     """Run Sphinx, which runs the pages' code with `polhode` of this environment; print the warnings that stop it."""
     from sweeps.handbook import lecture
 
-    made, warned = work / "html", work / "warnings.txt"
-    first = {"PATH": Path(sys.executable).parent, "PYTHONPATH": HERE.parents[1]}  # pages run in folders of their own
+    html_folder, warnings_file = work / "html", work / "warnings.txt"
+    first = {"PATH": Path(sys.executable).parent, "PYTHONPATH": PACKAGE.parents[1]}  # pages run in folders of their own
     paths = {name: os.pathsep.join(filter(None, [str(path), os.environ.get(name)])) for name, path in first.items()}
-    # a notebook asks for colours, which its page cannot show
+    # Jupyter requests colours, which a page cannot show
     environment = {**os.environ, **paths, "COLUMNS": COLUMNS, "TTY_COMPATIBLE": "0"}
     environment.pop("MPLBACKEND")  # a notebook's own
-    settings = ("-q", "-W", "--keep-going", "-w", str(warned), "-d", str(work / "doctrees"), "-j", "auto")
-    command = [sys.executable, "-m", "sphinx", *settings, str(work / "source"), str(made)]
+    settings = ("-q", "-W", "--keep-going", "-w", str(warnings_file), "-d", str(work / "doctrees"), "-j", "auto")
+    command = [sys.executable, "-m", "sphinx", *settings, str(work / "source"), str(html_folder)]
     if subprocess.run(command, env=environment, check=False).returncode:
-        print(f"handbook: stopped by these warnings of Sphinx:\n{warned.read_text(encoding='utf-8')}", file=sys.stderr)
+        print(
+            f"handbook: stopped by these warnings of Sphinx:\n{warnings_file.read_text(encoding='utf-8')}",
+            file=sys.stderr,
+        )
         return 1
     shutil.rmtree(output, ignore_errors=True)
-    shutil.copytree(made, output, ignore=shutil.ignore_patterns(".buildinfo", ".doctrees"))
+    shutil.copytree(html_folder, output, ignore=shutil.ignore_patterns(".buildinfo", ".doctrees"))
     print(lecture.write(output))
     print(output / "index.html")
     return 0

@@ -19,7 +19,7 @@ exclude_patterns = ["included/**"]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True
-nb_execution_mode = "cache"  # pages run again where their code or this package has changed
+nb_execution_mode = "cache"  # pages run again after a change of their code or of this package
 _DIGEST = hashlib.sha256(b"".join(map(Path.read_bytes, sorted(CODE)))).hexdigest()
 nb_execution_cache_path = str(Path(__file__).parents[1] / "executed" / _DIGEST[:16])
 get_cache(nb_execution_cache_path).list_cache_records()  # made before several processes do it at once

@@ -1,7 +1,7 @@
-"""Make what the pages show: maps first, then the numbers and pictures that come from them.
+"""Make the evidence on the pages: maps first, then the numbers and pictures that come from them.
 
-All of it lies below one folder, and what is still true is not made again: a map whose definition and kernels are the
-same, a picture or report that is younger than its map and than the code that draws.
+All files are below one folder. A map is kept if its definition and kernels are the same, a picture or report if it is
+younger than its map and the code that draws.
 """
 
 import html
@@ -29,8 +29,8 @@ def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
     does not have, and a ValueError for one with a number or a map that does not exist.
     """
     texts = pages.texts().values()
-    maps = measured_maps(work, say)
-    facts = measured_numbers(maps, say)
+    maps = measure_maps(work, say)
+    facts = measure_numbers(maps, say)
     if unknown := {name for text in texts for _, name, _ in pages.numbers(text)} - set(facts):
         raise ValueError(f"no number of that name: {', '.join(sorted(unknown))}")
     for text in texts:
@@ -39,13 +39,13 @@ def make(work: Path, say: Callable[[str], None] = print) -> dict[str, dict]:
     return facts
 
 
-def measured_maps(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
+def measure_maps(work: Path, say: Callable[[str], None]) -> dict[str, Path]:
     """Return the file of each map of the handbook by its name; measure those that are not there or out of date."""
-    return {name: measured(name, path, work / "maps", say) for name, path in definitions().items()}
+    return {name: measure_map(name, path, work / "maps", say) for name, path in definitions().items()}
 
 
-def measured(name: str, definition: Path | dict, folder: Path, say: Callable[[str], None]) -> Path:
-    """Return the map of a definition, measured unless one of the same definition and kernels exists."""
+def measure_map(name: str, definition: Path | dict, folder: Path, say: Callable[[str], None]) -> Path:
+    """Return the map `folder`/`name`.nc of a `definition`, measured unless it is up to date; `say` prints a notice."""
     import sweeps
     from sweeps.maps import storage
     from sweeps.points import loading
@@ -54,8 +54,8 @@ def measured(name: str, definition: Path | dict, folder: Path, say: Callable[[st
     path, sweep = folder / f"{name}.nc", loading.read_sweep(definition)
     if path.exists():
         with xr.open_dataset(path, decode_cf=False) as old:
-            same = sweep.definition.text, sweep.system.fingerprint()
-            if (old.attrs.get("definition"), old.attrs.get("kernel_fingerprint")) == same:
+            current = sweep.definition.text, sweep.system.fingerprint()
+            if (old.attrs.get("definition"), old.attrs.get("kernel_fingerprint")) == current:
                 return path
     say(f"measuring {name}")
     with warnings.catch_warnings():
@@ -64,7 +64,7 @@ def measured(name: str, definition: Path | dict, folder: Path, say: Callable[[st
     return path
 
 
-def measured_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[str, dict]:
+def measure_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[str, dict]:
     """Return value, meaning, map and content hash of each measured number by its name."""
     import sweeps
 
@@ -72,27 +72,27 @@ def measured_numbers(maps: dict[str, Path], say: Callable[[str], None]) -> dict[
     facts = {}
     for source, path in maps.items():
         with sweeps.open_map(path) as ds:
-            loaded, source_facts = ds.load().squeeze(), {"map": source, "content_hash": ds.attrs["content_hash"]}
+            values, source_facts = ds.load().squeeze(), {"map": source, "content_hash": ds.attrs["content_hash"]}
             for name, (meaning, formula) in numbers.NUMBERS.get(source, {}).items():
-                facts[name] = {"meaning": meaning, "value": numbers.value(formula, loaded), **source_facts}
+                facts[name] = {"meaning": meaning, "value": numbers.value(formula, values), **source_facts}
     return facts
 
 
 def as_html(facts: dict[str, dict], name: str, form: str) -> str:
-    """Return a measured number for a page of HTML, with its meaning, map and hash under the pointer."""
+    """Return the number `facts[name]` in the format `form` for HTML, with meaning, map and hash under the pointer."""
     fact = facts[name]
     source = f"{fact['meaning']} (map {fact['map']}, content hash {fact['content_hash'][:12]})"
-    text = numbers.shown(fact["value"], form)
+    text = numbers.format_number(fact["value"], form)
     return f'<span class="measured" title="{html.escape(source)}">{text}</span>'
 
 
 def as_markdown(facts: dict[str, dict], name: str, form: str) -> str:
-    """Return a measured number for a page of Markdown, with its name and format in a comment."""
-    return f"{numbers.shown(facts[name]['value'], form)}<!--{name}{'' if form == '.3g' else ' ' + form}-->"
+    """Return a measured number of `facts` for a page of Markdown, with its `name` and format `form` in a comment."""
+    return f"{numbers.format_number(facts[name]['value'], form)}<!--{name}{'' if form == '.3g' else ' ' + form}-->"
 
 
 def draw(map_path: Path, name: str, path: Path, say: Callable[[str], None] = print) -> None:
-    """Draw one picture of a map to a PNG file, unless it is newer than the map and the code."""
+    """Draw the picture `name` of the map `map_path` to the PNG file `path` unless it exists; `say` prints a notice."""
     if is_up_to_date(path, map_path):
         return
     import sweeps
@@ -101,10 +101,10 @@ def draw(map_path: Path, name: str, path: Path, say: Callable[[str], None] = pri
     say(f"drawing {path.stem}")
     path.parent.mkdir(parents=True, exist_ok=True)
     with sweeps.open_map(map_path) as ds:
-        made = [file for file in figures.draw_all(ds, path.parent / "drawn", only=[name]) if file.stem == name]
-    if not made:
+        files = [file for file in figures.draw_all(ds, path.parent / "drawn", only=[name]) if file.stem == name]
+    if not files:
         raise ValueError(f"{path.stem}: nothing to show")
-    made[0].replace(path)
+    files[0].replace(path)
 
 
 def is_up_to_date(path: Path, map_path: Path) -> bool:

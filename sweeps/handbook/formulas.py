@@ -20,17 +20,17 @@ ElementTree.register_namespace("", MATHML)
 
 
 def mathml(tex: str, block: bool = False) -> str:
-    """Return a TeX formula as MathML, in a line or as a block; raise a MathError where docutils does not know it."""
-    braced = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils asks for the braces
-    braced = LARGE.sub(r"\\\1l", braced)  # and knows large signs as left or right ones
-    text = NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), tex2mathml(braced, as_block=block))
+    """Return a TeX formula as MathML, in a line or as a block; raise a MathError if docutils cannot parse it."""
+    normal_tex = SHORT_FRACTION.sub(r"\\frac{\1}{\2}", tex)  # docutils requires the braces
+    normal_tex = LARGE.sub(r"\\\1l", normal_tex)  # docutils has large signs as \bigl or \bigr only
+    text = NAMED_BY_HTML.sub(lambda name: html.unescape(name[0]), tex2mathml(normal_tex, as_block=block))
     root = ElementTree.fromstring(text)
-    for both in root.iter(f"{{{MATHML}}}munderover"):
-        base, index, over = both
+    for element in root.iter(f"{{{MATHML}}}munderover"):
+        base, index, over = element
         if over.get("stretchy") == "false":  # `\\dot q_i` is q̇ with an index; docutils writes the index below the q
-            accented = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
-            accented.extend((base, over))
-            both.tag, both[:] = f"{{{MATHML}}}msub", (accented, index)
+            accent = ElementTree.Element(f"{{{MATHML}}}mover", accent="true")
+            accent.extend((base, over))
+            element.tag, element[:] = f"{{{MATHML}}}msub", (accent, index)
     return ElementTree.tostring(root, encoding="unicode")
 
 

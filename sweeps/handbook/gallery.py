@@ -15,9 +15,13 @@ from sweeps.reading.definitions import file_text, plain, read_text
 from sweeps.schema import DEFAULT_SYSTEM
 from sweeps.views import report
 
-MOST = 1_600  # points of a grid, before axes, bodies, equilibria and modes
-MANY = {"rigid_body": 40_000, "symmetric_top": 40_000, "twist": 40_000}  # of systems whose points cost little
-DRAWS = 512  # of each uncertain body
+MAX_GRID_POINTS = 1_600  # number of grid points of a gallery map, without axes, bodies and modes: seconds of work
+MAX_CHEAP_POINTS = {
+    "rigid_body": 40_000,
+    "symmetric_top": 40_000,
+    "twist": 40_000,
+}  # the same for systems with cheap points
+GALLERY_DRAWS = 512  # number of draws of each uncertain body in a gallery map
 CARD = """:::{{grid-item-card}} {title}
 :img-top: /gallery/{name}.png
 :img-alt: {title}
@@ -57,19 +61,19 @@ TOPICS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="u
 
 def names() -> dict[str, dict]:
     """Return sweep → its entry in `gallery.toml`, of the shipped sweeps, in the order of the gallery."""
-    return {name: one for those in TOPICS.values() for name, one in those.items()}
+    return {name: entry for topic in TOPICS.values() for name, entry in topic.items()}
 
 
-def reduced(values: dict) -> dict:
+def reduce_points(values: dict) -> dict:
     """Return a definition with so few points that it takes seconds: its longest ranges are cut."""
     grid = values.get("grid", {})
     ranges = list(_ranges(grid))
-    most = MANY.get(values.get("system", DEFAULT_SYSTEM), MOST)
-    while math.prod(r["num"] for r in ranges) > most:
+    max_points = MAX_CHEAP_POINTS.get(values.get("system", DEFAULT_SYSTEM), MAX_GRID_POINTS)
+    while math.prod(r["num"] for r in ranges) > max_points:
         longest = max(ranges, key=lambda r: r["num"])
         longest["num"] = max(2, longest["num"] * 4 // 5)
     if "draws" in values:
-        values["draws"] = DRAWS
+        values["draws"] = GALLERY_DRAWS
     return values
 
 
@@ -81,8 +85,8 @@ def _ranges(entries: dict) -> Iterator[dict]:
 
 def story(text: str) -> str:
     """Return the first paragraph of a definition's comment; of a question, its answer too."""
-    first, *others = report.paragraphs(text)
-    return f"{first} {others[0]}" if len(first) < 60 and others else first
+    first, *next_paragraphs = report.paragraphs(text)
+    return f"{first} {next_paragraphs[0]}" if len(first) < 60 and next_paragraphs else first
 
 
 def make(work: Path, say: Callable[[str], None]) -> None:
@@ -91,8 +95,8 @@ def make(work: Path, say: Callable[[str], None]) -> None:
     from sweeps.views import figures
 
     for name, path in catalogue.shipped_files().items():
-        definition = reduced(plain(read_text(file_text(path))))
-        map_path = evidence.measured(name, definition, work / "gallery" / "maps", say)
+        definition = reduce_points(plain(read_text(file_text(path))))
+        map_path = evidence.measure_map(name, definition, work / "gallery" / "maps", say)
         with sweeps.open_map(map_path) as ds:
             picture = names()[name].get("figure") or next(iter(figures.pictures(ds)))
         evidence.draw(map_path, picture, work / "gallery" / f"{name}.png", say)
@@ -106,12 +110,12 @@ def make(work: Path, say: Callable[[str], None]) -> None:
 def pages() -> dict[str, str]:
     """Return name → text of the page of thumbnails, and of the page of each sweep."""
     texts, grids = {}, []
-    for topic, those in TOPICS.items():
+    for topic, entries in TOPICS.items():
         grids += [f"## {topic}", "", "::::{grid} 2 2 3 3", ":gutter: 3", ""]
-        for name in those:
+        for name in entries:
             text = file_text(catalogue.shipped_files()[name])
             title = plain(read_text(text)).get("title", name)
-            badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in those[name]["tags"])
+            badges = " ".join(f"{{bdg-secondary-line}}`{tag}`" for tag in entries[name]["tags"])
             fields = {"story": re.sub(r"([*_<>$])", r"\\\1", story(text))}
             fields |= {"name": name, "title": title, "badges": badges, "topic": topic}
             grids.append(CARD.format(**fields))

@@ -1,4 +1,4 @@
-"""Pages that are written from the code: systems, commands, the gallery, and included parts of other documents."""
+"""Pages that are written from the code: systems, commands, the gallery, and parts of further documents."""
 
 import re
 import shutil
@@ -83,8 +83,8 @@ def _systems() -> dict[str, str]:
         layout = system.layout()
         variables = {**system.variables(), **layout.variables}
         for heading, entries in (("Coordinates", layout.coordinates), ("Variables", variables)):
-            listed = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
-            text += [f"## {heading}", "", _table(("name", "units", "meaning"), listed)]
+            entry_rows = [(f"`{key}`", *meaning(variable)) for key, variable in entries.items()]
+            text += [f"## {heading}", "", _table(("name", "units", "meaning"), entry_rows)]
         texts[f"reference/systems/{name}"] = "\n".join(text)
     toctree = "\n".join(
         ["```{toctree}", ":hidden:", "", *(f"systems/{name}" for name in systems.system_names()), "```"]

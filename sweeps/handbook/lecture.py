@@ -1,4 +1,4 @@
-"""The lecture's chapters in one page and, where a Chromium is installed, in one PDF."""
+"""The lecture's chapters in one page and in one PDF if a Chromium is installed."""
 
 import re
 import shutil
@@ -28,17 +28,17 @@ def write(pages: Path) -> Path:
     head = re.sub("<title>.*?</title>", "<title>Lectures, checked numerically</title>", texts[0].split("</head>")[0])
     articles = "".join(re.search("<article.*?</article>", text, re.DOTALL)[0] for text in texts)
     body = f'<body data-theme="light">{articles.replace("<details", "<details open")}</body>'
-    whole = pages / "lecture" / "all.html"
-    whole.write_text(f"{head}{STYLE}</head>{body}</html>", encoding="utf-8")
+    all_chapters = pages / "lecture" / "all.html"
+    all_chapters.write_text(f"{head}{STYLE}</head>{body}</html>", encoding="utf-8")
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
-        return whole
-    pdf = whole.with_name("lecture.pdf")
+        return all_chapters
+    pdf = all_chapters.with_name("lecture.pdf")
     with tempfile.TemporaryDirectory() as profile:
         options = ("--headless", "--no-sandbox", f"--user-data-dir={profile}", "--no-pdf-header-footer")
-        command = [browser, *options, f"--print-to-pdf={pdf}", whole.as_uri()]
+        command = [browser, *options, f"--print-to-pdf={pdf}", all_chapters.as_uri()]
         subprocess.run(command, check=False, capture_output=True, timeout=300)
     if not pdf.exists():
-        return whole
+        return all_chapters
     (pages / "index.html").write_text(index.replace("lecture/all.html", "lecture/lecture.pdf"), encoding="utf-8")
     return pdf

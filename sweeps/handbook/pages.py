@@ -19,13 +19,13 @@ def texts(folder: Path = TEXT) -> dict[str, str]:
 def numbers(text: str) -> list[tuple[str, str, str]]:
     """Return (text on the page, name, format) of each measured number of a page.
 
-    A page says ``1.9<!--racket_growth .2g-->``: Markdown shows the number and hides its name and format.
+    A page contains ``1.9<!--racket_growth .2g-->``: Markdown shows the number and hides its name and format.
     """
     return [(text_on_page, name, form or ".3g") for text_on_page, name, form in NUMBER.findall(text)]
 
 
 def with_numbers(text: str, write: Callable[[str, str], str]) -> str:
-    """Return a page with each measured number and its comment replaced by what `write` makes of name and format."""
+    """Return a page with each measured number and its comment replaced by `write(name, format)`."""
     return NUMBER.sub(lambda mark: write(mark[2], mark[3] or ".3g"), text)
 
 

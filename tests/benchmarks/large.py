@@ -139,7 +139,7 @@ def row(points, columns, cores, rounds, folder):
 RUN = """\
 import sys, time
 from pathlib import Path
-from sweeps.points.loading import read
+from sweeps.points.loading import read_sweep
 from sweeps.reading.stored_values import StoredValues
 from sweeps.pipeline import steps as pipeline
 

@@ -602,8 +602,8 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, visit, pages, monkeypatch):
     """Of a few points of each; `visit` reads what the console said."""
-    monkeypatch.setattr(gallery, "MOST", 36)
-    monkeypatch.setattr(gallery, "MANY", {})
-    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped_files()[name]))))
+    monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 36)
+    monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
+    values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     report.write(sweeps.survey(values), pages / f"{name}.html")
     visit(pages / f"{name}.html", reduced_motion="no-preference").page.wait_for_timeout(500)

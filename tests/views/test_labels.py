@@ -45,8 +45,8 @@ def faults(figure, monkeypatch):
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
-    monkeypatch.setattr(gallery, "MANY", {})
-    values = gallery.reduced(plain(read_text(file_text(catalogue.shipped_files()[name]))))
+    monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
+    values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
     ds = figures.literal(sweeps.survey(values))
     for size in ("slide", "column"):  # what is widest and what is narrowest
         for picture, draw in figures.pictures(ds).items():
