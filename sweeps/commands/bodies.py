@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import sweeps
 from sweeps.commands import parser
@@ -36,7 +37,7 @@ def add_body(commands) -> None:
     """Add the command `body`."""
     command = parser.add(commands, "body", "predict whether a spin about each principal axis is stable", _body, BODY)
     parser.add_body(command)
-    sampling = {"type": parser.number, "metavar": "N"}
+    sampling: dict[str, Any] = {"type": parser.number, "metavar": "N"}
     text = "1-sigma uncertainty of the moments, e.g. 5%%, or a mapping"
     command.add_argument("--uncertainty", metavar="X", help=text)
     command.add_argument("--draws", help="number of draws, 64 to 4e6 (default 10,000)", **sampling)
@@ -90,7 +91,7 @@ def add_motion(commands) -> None:
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default the intermediate one)")
     text = "angular velocity about axes 1, 2, 3, rad s-1, in place of --axis and --omega0"
     command.add_argument("--omega", nargs=3, type=parser.number, metavar="W", help=text)
-    settings = {"nargs": "+", "type": parser.setting, "metavar": "NAME=VALUE", "default": ()}
+    settings: dict[str, Any] = {"nargs": "+", "type": parser.setting, "metavar": "NAME=VALUE", "default": ()}
     text = "coordinates and velocities of a described system at time 0; velocities left out are 0"
     command.add_argument("--start", help=text, **settings)
     command.add_argument("--parameter", help="parameters of a described system, left out: its defaults", **settings)

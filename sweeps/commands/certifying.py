@@ -56,7 +56,7 @@ def add_certify(commands) -> None:
     text = "axis of a local frame, in its own axes (default: from the columns longitude and latitude)"
     command.add_argument("--frame-axis", nargs=3, type=float, metavar="X", help=text)
     text = f"columns of a role, where names do not say it: {', '.join(SIZES)}"
-    setting = {"nargs": "+", "type": parser.setting, "metavar": "ROLE=NAME,…", "default": ()}
+    setting: dict[str, Any] = {"nargs": "+", "type": parser.setting, "metavar": "ROLE=NAME,…", "default": ()}
     command.add_argument("--columns", help=text, **setting)
     command.add_argument("--scalar", choices=("first", "last"), help="which of four columns is the scalar")
     command.add_argument(

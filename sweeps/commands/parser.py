@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from typing import Any
 
 from sweeps.schema.refusals import DefinitionError, cut_text, hint
 
@@ -66,7 +67,11 @@ def add(commands, name: str, help_text: str, run, epilog: str | None = None, coo
         epilog: text below the options in the help.
         coordinates: True to accept `--DIMENSION VALUE`; see `Parser`.
     """
-    texts = {"help": help_text, "description": help_text[0].upper() + help_text[1:] + ".", "epilog": epilog}
+    texts: dict[str, Any] = {
+        "help": help_text,
+        "description": help_text[0].upper() + help_text[1:] + ".",
+        "epilog": epilog,
+    }
     raw = argparse.RawDescriptionHelpFormatter
     parser = commands.add_parser(name, formatter_class=raw, allow_abbrev=False, **texts)
     parser.set_defaults(run=run, options=parser._option_string_actions)
@@ -90,7 +95,7 @@ def setting(text: str) -> tuple[str, int | float | str]:
 
 
 # arguments that several commands have
-SHARED = {
+SHARED: dict[str, dict[str, Any]] = {
     "definition": {"metavar": "DEFINITION", "help": "name of a shipped sweep, or path of a YAML file"},
     "map": {"metavar": "MAP", "help": "a map, or the folder it lies in, results/<sweep>"},
     "--digest": {"metavar": "SHA256", "help": "refuse a definition whose text and files have another SHA-256"},
@@ -100,7 +105,7 @@ SHARED = {
 }
 
 
-def share(parser: Parser, *names: str, **options) -> None:
+def share(parser: Parser, *names: str, **options: Any) -> None:
     """Add arguments that several commands have."""
     for name in names:
         parser.add_argument(name, **SHARED[name] | options)
@@ -113,7 +118,7 @@ def add_output(parser: Parser, text: str, required: bool = True) -> None:
 
 def add_body(parser: Parser) -> None:
     """Add the argument NAME and the options that give a body and its spin."""
-    quantities = {"type": number, "metavar": "X"}
+    quantities: dict[str, Any] = {"type": number, "metavar": "X"}
     parser.add_argument("name", metavar="NAME", nargs="?", help="a body of the sweep `bodies`, or of --definition")
     parser.add_argument("--definition", metavar="DEFINITION", default="bodies", help="the definition that lists NAME")
     add_moments(parser)
@@ -126,7 +131,7 @@ def add_body(parser: Parser) -> None:
 
 def add_moments(parser: Parser) -> None:
     """Add the options that give the moments of inertia of a body."""
-    quantities = {"type": number, "metavar": "X"}
+    quantities: dict[str, Any] = {"type": number, "metavar": "X"}
     parser.add_argument("--moments", nargs=3, help='I1 I2 I3, kg m2 ("12 kg cm2")', **quantities)
     parser.add_argument("--ratios", nargs=3, help="I1 I2 I3 in any one unit", **quantities)
     parser.add_argument("--tensor", nargs=9, help="tensor of inertia, row by row, kg m2", **quantities)

@@ -107,7 +107,7 @@ class MapFile:
         self._deflated = {name for name, spec in variables.items() if spec.deflated}
         for name, spec in variables.items():
             shape = [len(self._file.dimensions[dim]) for dim in (*dims, *spec.over)]
-            packing = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
+            packing: dict[str, Any] = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
             packing["fill_value"] = np.nan if spec.missing_is_nan else False
             self.add(name, (*dims, *spec.over), spec.dtype, spec.attributes_among(variables) | attributes, **packing)
 

@@ -4,7 +4,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 from kernels.estimator import statuses
 from sweeps.schema.values import Epsilon, integer
@@ -79,7 +79,7 @@ def regime_pair(regimes: tuple[str, ...], comment: str = "", from_zero: bool = F
     """
     theory = regimes[from_zero:], "", from_zero - 1
     by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", *theory)
-    roles = {"theory": "regime_theory", "role": Role.HEADLINE}
+    roles: dict[str, Any] = {"theory": "regime_theory", "role": Role.HEADLINE}
     measured = Variable("regime", None, "regime, measured", "i1", regimes, comment, -1, **roles)
     return by_theory, measured
 

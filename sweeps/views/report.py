@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jinja2
 import numpy as np
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LIMIT = 8_000_000  # bytes of a page
-JSON = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
+JSON: dict[str, Any] = {"allow_nan": False, "ensure_ascii": False, "separators": (",", ":")}
 # before those of a map's own system; main.js is the last
 SCRIPTS = (
     "numbers.js",

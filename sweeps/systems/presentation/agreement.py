@@ -7,6 +7,7 @@ table of variables, words and colours from its `Appearance`. A map is read once,
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -275,7 +276,14 @@ def _draw_errors(ax: Axes, theory, error, drawable) -> None:
     """Draw relative errors: each as a dash or, if they are many, their middle 90 % along theory as a band."""
     drawable = drawable & np.isfinite(error) & (error > 0)
     if np.count_nonzero(drawable) <= MAX_DASHES:
-        props = {"ms": 6, "mew": 1.2, "color": ERROR, "zorder": 1, "gid": "error", "label": "relative error"}
+        props: dict[str, Any] = {
+            "ms": 6,
+            "mew": 1.2,
+            "color": ERROR,
+            "zorder": 1,
+            "gid": "error",
+            "label": "relative error",
+        }
         ax.plot(theory[drawable], np.maximum(error[drawable], EXACT), "_", **props)
         return
     x, y = np.log(theory[drawable]), error[drawable]
@@ -285,5 +293,5 @@ def _draw_errors(ax: Axes, theory, error, drawable) -> None:
     for i in np.unique(bin_of_point):
         low[i], high[i] = np.percentile(y[bin_of_point == i], (5, 95))
     low, high = (np.maximum(v, EXACT) for v in (low, high))
-    props = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
+    props: dict[str, Any] = {"color": ERROR, "alpha": 0.6, "lw": 0, "zorder": 1, "gid": "error"}
     ax.fill_between(np.exp(cuts), low, high, step="post", label="relative error, middle 90 %", **props)

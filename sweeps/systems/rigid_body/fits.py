@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -84,9 +85,9 @@ def fit_breakdown(ds: Dataset) -> Dataset:
     deviation = abs(ds["omega_squared"] / theory - 1.0).where(ds["status"] == 0)
     error = abs(ds["omega_squared_reduced_error"] / theory).where(ds["status"] == 0)
     epsilon = ds["epsilon"].values
-    along = {"input_core_dims": [["epsilon"], ["epsilon"]], "vectorize": True}
+    along: dict[str, Any] = {"input_core_dims": [["epsilon"], ["epsilon"]], "vectorize": True}
     floor = xr.apply_ufunc(lambda y, off: deviation_floor(epsilon, y, off), deviation, error, **along)
-    fit = {"input_core_dims": [["epsilon"], []], "output_core_dims": [[], [], []], "vectorize": True}
+    fit: dict[str, Any] = {"input_core_dims": [["epsilon"], []], "output_core_dims": [[], [], []], "vectorize": True}
     law = xr.apply_ufunc(lambda y, low: power_law(epsilon, y, max(MIN_FIT_DEVIATION, low)), deviation, floor, **fit)
     slope, error, fitted = law
     return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})

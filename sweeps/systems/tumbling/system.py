@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from itertools import permutations
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -49,7 +49,7 @@ EXACT = parse_rows(
 
 _MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
 _PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
-_LEADING = {"exact": "mode_exact", "role": Role.HEADLINE}
+_LEADING: dict[str, Any] = {"exact": "mode_exact", "role": Role.HEADLINE}
 _MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_LEADING)
 MEASURED = table(_MODE, *_PERIODS, *_ERRORS, make_status(statuses.NON_FINITE))
 

@@ -118,7 +118,10 @@ FURTHER = table(
 OF_BODIES = {name: one for name, one in OF_RIGID_BODIES.coordinates.items() if name not in OF_RIGID_BODIES.spare}
 COORDINATES = OF_BODIES | FURTHER
 
-_HELD = {"coordinates": {"body": OF_BODIES["body"], **COORDINATES}, "variables": VARIABLES | TWISTS | KEPT}
+_HELD: dict[str, Any] = {
+    "coordinates": {"body": OF_BODIES["body"], **COORDINATES},
+    "variables": VARIABLES | TWISTS | KEPT,
+}
 LAYOUT = replace(OF_RIGID_BODIES, needed=tuple(VARIABLES), over={}, **_HELD)
 
 

@@ -1,5 +1,7 @@
 """Figure of observed periods: the possible bodies and their energies over the inertia triangle."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -22,7 +24,13 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     cut = {dim: 0 for dim in ds.dims if dim not in SHAPE}
     title = "Energy of a tumbling body from its two periods"
     figure, axes = canvas.make_panels(2, (4.2, 3.8), title, ds.attrs.get("title", ""), ax, sharex=True, sharey=True)
-    props = {"cmap": sheets.color_map("size"), "vmin": -3, "vmax": 1, "rasterized": True, "gid": "energy"}
+    props: dict[str, Any] = {
+        "cmap": sheets.color_map("size"),
+        "vmin": -3,
+        "vmax": 1,
+        "rasterized": True,
+        "gid": "energy",
+    }
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):
             excess = np.log10(triangle.values(ds, f"energy_{mode}", cut) - 1.0)

@@ -1,6 +1,7 @@
 """Figure of the breakdown of linear theory: the deviation of the measured trace over the size of the perturbation."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -40,7 +41,7 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
         label = [f"{appearance.symbol(name)} = {wording.format_number(float(series[name]), 3)}" for name in varying]
         label += [appearance.words(REGIMES[1 + int(series["regime_theory"][0])])]
         label += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
-        line = {"color": colors.SERIES_COLORS[order % len(colors.SERIES_COLORS)], "linewidth": 1.5}
+        line: dict[str, Any] = {"color": colors.SERIES_COLORS[order % len(colors.SERIES_COLORS)], "linewidth": 1.5}
         line["marker"], line["markevery"] = marks.SERIES_MARKERS[order % len(marks.SERIES_MARKERS)], 6
         visible = np.where(deviation > MIN_DRAWN, deviation, np.nan)
         axes.plot(epsilon, visible, label=", ".join(label), gid="series", **line)

@@ -2,6 +2,7 @@
 
 import re
 import textwrap
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -118,7 +119,12 @@ def _draw_histogram(ax: Axes, ds: xr.Dataset) -> None:
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
     for row in rate:
         axis = int(row["axis"])
-        props = {"histtype": "step", "lw": 1.6, "color": colors.SERIES_COLORS[axis - 1], "ls": LINES[axis]}
+        props: dict[str, Any] = {
+            "histtype": "step",
+            "lw": 1.6,
+            "color": colors.SERIES_COLORS[axis - 1],
+            "ls": LINES[axis],
+        }
         ax.hist(row.values[np.isfinite(row.values)], bins, label=f"about axis {axis}", gid="histogram", **props)
     ax.axvline(0.0, color=colors.QUIET, lw=0.8)
     ax.set(xlabel=r"measured rate $/\,|\omega_0|$ (negative: growth)", ylabel="bodies")
@@ -128,7 +134,7 @@ def _draw_histogram(ax: Axes, ds: xr.Dataset) -> None:
 
 def _write_times(ax: Axes, selected: xr.Dataset) -> None:
     """Write the unstable axis, its e-folding time and the time between flips next to each row."""
-    props = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
+    props: dict[str, Any] = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
     has_flips = "flip_period" in selected
     perturbation = (
         f"ε = {wording.format_number(float(selected['epsilon']), 2)}" if selected["epsilon"].ndim == 0 else "own ε"

@@ -1,6 +1,7 @@
 """Figure of the breakdown of linear theory: the deviation of the measured Ω² against ε, with its fitted exponent."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -105,10 +106,15 @@ def _draw_series(ax: Axes, series: xr.Dataset, index: int, colored: list[int]) -
     epsilon, deviation, axis = series["epsilon"].values, series["deviation"].values, int(series["axis"])
     visible = np.where(deviation > MIN_DRAWN, deviation, np.nan)
     above = np.where(visible >= max(float(series["floor"]), MIN_FIT_DEVIATION), visible, np.nan)
-    props = _line_props(index, colored) | {"ls": LINES[axis], "zorder": 3 if index in colored else 2}
+    props: dict[str, Any] = _line_props(index, colored) | {"ls": LINES[axis], "zorder": 3 if index in colored else 2}
     ax.plot(epsilon, visible, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(props | {"marker": "none"}))
     spacing, width = max(1, epsilon.size // 7), 1.6 if index in colored else 0.9
-    markers = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % spacing, spacing)}
+    markers: dict[str, Any] = {
+        "ms": 3.8,
+        "mec": colors.PAPER,
+        "mew": 0.4,
+        "markevery": ((index * 3 + axis) % spacing, spacing),
+    }
     ax.plot(epsilon, above, lw=width, **props, **markers)
 
 
@@ -130,7 +136,7 @@ def _draw_table(ax: Axes, fits: xr.Dataset, colored: list[int]) -> None:
     axes, rows = fits["axis"].values.tolist(), fits.sizes["body"]
     ax.set(xlim=(0, 1), ylim=(rows + 0.4, -2.4))
     columns = np.linspace(0.69, 0.95, len(axes)) if len(axes) > 1 else [0.82]
-    head = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
+    head: dict[str, Any] = {"va": "center", "fontsize": 8.5, "color": colors.QUIET}
     ax.text(np.mean(columns), -2.05, "fitted exponent about axis", ha="center", **head)
     for x, axis in zip(columns, axes, strict=True):
         ax.text(x, -1.25, str(axis), ha="center", va="center", fontsize=9, fontweight="bold")

@@ -6,7 +6,7 @@ axis of least moment. Attitude and angular velocity are those of the closed form
 
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -216,7 +216,7 @@ class FilmStage:
         ax.plot(*vertical[1], marker="^", color=colors.QUIET, ms=5)
         marks.annotate(ax, "L", vertical[1], (7, -2), color=colors.QUIET, fontweight="bold")
         ax.add_collection(self.solid.artist, autolim=False)
-        line = {"lw": 1.5, "animated": True}
+        line: dict[str, Any] = {"lw": 1.5, "animated": True}
         self.far, self.near = (ax.plot([], [], color=colors.SERIES_COLORS[4], alpha=0.8, **line)[0] for _ in range(2))
         (self.tip,) = ax.plot([], [], color=colors.INK, **line)
         (self.arrow,) = ax.plot([], [], "o-", color=colors.UNSTABLE, ms=4, markevery=[1], **line | {"lw": 2.0})

@@ -1,6 +1,6 @@
 """Figure of polhodes: curves of the angular velocity in a body, on an energy ellipsoid with a faint far side."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -251,7 +251,7 @@ def _surface_colors(scene: Scene, points: np.ndarray) -> np.ndarray:
 def _draw_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     """Draw each axis, faint inside the ellipsoid, with an arrow, its name and its moment beyond the outline."""
     rank = {axis: AXIS_NAMES[i] for i, axis in enumerate(np.argsort(body.moments).tolist())}
-    line = {"color": colors.INK, "solid_capstyle": "butt"}
+    line: dict[str, Any] = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
         direction, end = scene.view[:2, i], scene.semi[i]
         to_outline, beyond = (
@@ -262,7 +262,7 @@ def _draw_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
         ax.plot(*np.outer(direction, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
         ax.annotate("", direction * (to_outline + beyond), direction * end, arrowprops=arrow, zorder=6)
-        dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
+        dot: dict[str, Any] = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
         ax.plot(*(direction * end)[:, None], color=APPEARANCE.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {wording.format_number(body.moments[axis], 4)}"
         _label_axis(ax, direction * (to_outline + beyond), direction, text, is_tall=scene.half[1] > scene.half[0])

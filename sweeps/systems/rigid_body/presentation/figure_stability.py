@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -188,7 +189,13 @@ def _hatch_impossible(ax: Axes, x, y, plane: Mapping[str, np.ndarray], third: fl
         return
     p = np.unique(np.append(_spaced_values(ax.get_xscale(), x[0], x[-1]), np.clip(third, x[0], x[-1])))
     lower, upper = np.clip(np.abs(p - third), y[0], y[-1]), np.clip(p + third, y[0], y[-1])
-    props = {"facecolor": colors.PAPER, "edgecolor": colors.OUTLINE, "lw": 0.0, "hatch": "/////", "gid": "impossible"}
+    props: dict[str, Any] = {
+        "facecolor": colors.PAPER,
+        "edgecolor": colors.OUTLINE,
+        "lw": 0.0,
+        "hatch": "/////",
+        "gid": "impossible",
+    }
     label = "impossible: one moment exceeds the sum of the others"
     for edge, frame_edge in ((lower, y[0]), (upper, y[-1])):
         ax.fill_between(p, edge, frame_edge, label=label, **props)
@@ -220,7 +227,13 @@ def mark_statuses(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) ->
     for number, marker in ((1, "."), (2, "x"), (3, "+")):
         if (has_status := status == number).any():
             label = f"{APPEARANCE.words(STATUSES[number])} ({np.count_nonzero(has_status):,})"
-            props = {"ms": 4, "color": colors.INK, "alpha": 0.8, "gid": f"status {number}", "label": label}
+            props: dict[str, Any] = {
+                "ms": 4,
+                "color": colors.INK,
+                "alpha": 0.8,
+                "gid": f"status {number}",
+                "label": label,
+            }
             ax.plot(x[has_status], y[has_status], marker, zorder=5, **props)
 
 
@@ -239,7 +252,7 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         xy = [third * ratios[k] / ratios[third_index] for k in side_indices]
         if not all(window[m][0] < v < window[m][1] for m, v in zip(sides, xy, strict=True)):
             continue
-        dot = {"ms": 5.0, "mec": colors.PAPER, "mew": 0.9, "color": colors.INK}
+        dot: dict[str, Any] = {"ms": 5.0, "mec": colors.PAPER, "mew": 0.9, "color": colors.INK}
         ax.plot(*([v] for v in xy), marker="o", zorder=6, gid="body", **dot)
         if name:
             props = {"fontsize": 8, "zorder": 7, "path_effects": marks.halo(2.2), "gid": "body"}
@@ -333,7 +346,13 @@ def _write_inside(ax: Axes, text: str, points: np.ndarray, obstacles: np.ndarray
     )  # factor by which the box can grow until it meets the frame or an obstacle
     best = int(np.argmax(clearance))
     if clearance[best] >= 1.0:
-        props = {"ha": "center", "va": "center", "fontsize": 8.5, "fontweight": "bold", "linespacing": 1.15}
+        props: dict[str, Any] = {
+            "ha": "center",
+            "va": "center",
+            "fontsize": 8.5,
+            "fontweight": "bold",
+            "linespacing": 1.15,
+        }
         ax.text(*points[best], text, transform=ax.transAxes, path_effects=marks.halo(2.2), gid="region", **props)
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -105,7 +106,12 @@ def _bin_rates(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _draw_panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
-    props = {"cmap": sheets.color_map("signed"), "norm": Normalize(-1, 1), "rasterized": True, "gid": "cells"}
+    props: dict[str, Any] = {
+        "cmap": sheets.color_map("signed"),
+        "norm": Normalize(-1, 1),
+        "rasterized": True,
+        "gid": "cells",
+    }
     if is_of_shapes(ds):
         rate = signed_rate(values_about(ds, "omega_squared", axis), ds["omega0"].values[fixed_at(ds)["omega0"]])
         mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), rate, zorder=0, **props)

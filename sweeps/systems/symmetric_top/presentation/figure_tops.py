@@ -4,6 +4,7 @@ The body cone, fixed in the body, rolls on the space cone, fixed in the inertial
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -55,7 +56,7 @@ def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
         ax.plot(*unique.T, "o", ms=3.6, mew=0.0, color=color, gid="measured")
     ax.plot(span, span - 1.0, color=colors.INK, lw=0.9, gid="theory", label=r"closed form, $I_3/I_1 - 1$")
     if high > 2.0:
-        props = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
+        props: dict[str, Any] = {"facecolor": "none", "edgecolor": "#9a9da1", "hatch": "/////", "lw": 0}
         ax.axvspan(max(2.0, low), high, gid="impossible", label="impossible: $I_3 > 2 I_1$", **props)
     ax.set(xlim=(low, high), xlabel=r"$I_3/I_1$", ylabel=r"measured precession rate $\Omega/\omega_3$")
     halo = {"transform": ax.transAxes, "path_effects": marks.halo(), "fontweight": "bold"}

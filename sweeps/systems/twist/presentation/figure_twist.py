@@ -1,5 +1,7 @@
 """Figures of the twist of thrown bodies: over two ratios of moments, and its shortfall from a half turn."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -34,7 +36,7 @@ def draw_map(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     x, y = plane["I1"].values / float(plane["I2"]), plane["I3"].values / float(plane["I2"])
     margin = plane["triangle_margin"].transpose("I3", "I1").values
     twist = np.abs(plane["twist_exact"].transpose("I3", "I1").values) / np.pi
-    props = {"cmap": sheets.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
+    props: dict[str, Any] = {"cmap": sheets.color_map("size"), "vmin": 0.0, "vmax": 1.0, "rasterized": True}
     mesh = ax.pcolormesh(axis_scales.cell_edges(x), axis_scales.cell_edges(y), twist, **props)
     figure.colorbar(mesh, ax=ax, label="|twist|  (half turns)", extend="max")
     growth = np.where(margin >= 0, plane["growth"].transpose("I3", "I1").values, np.nan)
@@ -66,8 +68,8 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     x = np.exp(-np.pi * bodies["growth"].values)
     defect = np.pi - np.abs(bodies["twist" if "twist" in bodies else "twist_exact"])
     is_named = x.size <= MAX_NAMED
-    dot = {"ms": 6.0 if is_named else 2.4, "mew": 0.0, "alpha": 1.0 if is_named else 0.5}
-    ring = {"ms": 9.0, "mfc": "none", "mew": 1.6} if is_named else dot
+    dot: dict[str, Any] = {"ms": 6.0 if is_named else 2.4, "mew": 0.0, "alpha": 1.0 if is_named else 0.5}
+    ring: dict[str, Any] = {"ms": 9.0, "mfc": "none", "mew": 1.6} if is_named else dot
     least_defect = defect.min("chi").values if "chi" in defect.dims else defect.values
     label = rf"twist, {'measured' if 'twist' in bodies else 'closed form'}, minimum over $\chi$"
     ax.plot(x, least_defect, "o", color=colors.STABLE, gid="best", label=label, **dot)
@@ -90,7 +92,7 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
         )  # no leader crosses a name
         props = {"path_effects": marks.halo(), "ha": "right", "va": "center", "fontsize": 8.0}
         arrow = {"arrowstyle": "-", "color": colors.QUIET, "lw": 0.7}
-        leader = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
+        leader: dict[str, Any] = {"textcoords": ("data", "axes fraction"), "arrowprops": arrow}
         for *place, defect_of_body, name in zip(
             x[order], heights, least_defect[order], bodies["body"].values[order], strict=True
         ):
