@@ -107,7 +107,7 @@ def draw(ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | Non
     from sweeps.views import figures
 
     register()
-    part = figures.literal(_cut(_whole(ds), _places(at)))
+    part = figures.escape_dollars(_cut(_whole(ds), _places(at)))
     drawings = figures.pictures(part)
     drawing = next((drawings[one] for one in drawings if one == name or one.startswith(f"{name}_axis_")), None)
     if drawing is None:
@@ -233,7 +233,7 @@ class Polhode:
         console = Console(file=written, width=120)
         selection.nearest_places(ds, {})
         totals = summary.summarise(ds)
-        textmap.write(console, totals, textmap.draw(ds, totals.description, {}, console.width))
+        textmap.print_summary(console, totals, textmap.draw_map(ds, totals.description, {}, console.width))
         return written.getvalue()
 
 

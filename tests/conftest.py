@@ -123,7 +123,7 @@ def few_frames(monkeypatch):
 
     for module in (figure_flip, figure_motion, figure_flat_spin):
         monkeypatch.setattr(module, "FRAMES", 3)
-    monkeypatch.setattr(films, "encoder", lambda: None)
+    monkeypatch.setattr(films, "ffmpeg_path", lambda: None)
 
 
 @pytest.fixture(scope="session")

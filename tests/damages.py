@@ -604,7 +604,7 @@ def light():
     from sweeps.views import drawing
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drawing, "worker", contextlib.nullcontext)  # pictures are drawn in this process
+        patch.setattr(drawing, "start_worker", contextlib.nullcontext)  # pictures are drawn in this process
         patch.setattr(program, "build", cache(program.build))
         patch.setattr(sheets, "DPI", 40)
         for key in ("figure.dpi", "savefig.dpi"):

@@ -108,14 +108,14 @@ def _motion(args):
     kind = Path(args.output).suffix
     motion.check_format(args.output, (*motion.FORMATS, ".gif", *(f".{name}" for name in films.KINDS)))
     if kind[1:] in films.KINDS:
-        films.refuse_unless_made(kind[1:], ("motion",))
+        films.require_encoder(kind[1:], ("motion",))
     motion_of = _of_system if args.name and trajectories.is_described(args.name) else _of_body
-    with sheets.use_sheet(sheets.OWN_SIZE), films.drawn_for(args.output):
+    with sheets.use_sheet(sheets.OWN_SIZE), films.use_film_of(args.output):
         trajectory, frames = motion_of(args, kind not in motion.FORMATS)
         if kind in motion.FORMATS:
             motion.write_motion(trajectory, args.output)
         else:
-            films.write(frames(trajectory), args.output)
+            films.write_frames(frames(trajectory), args.output)
     print(args.output)
 
 

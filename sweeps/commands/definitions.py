@@ -130,7 +130,7 @@ def _run(args):
 
     with progress.silence() if args.quiet else nullcontext():
         definition = catalogue.find_definition(args.definition)
-        for file in run(definition, args.cores, args.again, args.output, drawing.worker, args.replace):
+        for file in run(definition, args.cores, args.again, args.output, drawing.start_worker, args.replace):
             print(file)
 
 

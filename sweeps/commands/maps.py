@@ -38,7 +38,7 @@ def _show(args):
             printing.print_json(_facts(totals))
         else:
             console = printing.console()
-            textmap.write(console, totals, textmap.draw(ds, totals.description, requested, console.width))
+            textmap.print_summary(console, totals, textmap.draw_map(ds, totals.description, requested, console.width))
 
 
 def _facts(totals) -> dict:
@@ -230,7 +230,7 @@ def _figures(args):
     from sweeps.views import drawing
 
     sheet = _sheet(args.size)
-    with nullcontext() if args.only else drawing.worker() as worker:  # few are drawn before a worker is ready
+    with nullcontext() if args.only else drawing.start_worker() as worker:  # few are drawn before a worker is ready
         return _draw(args, sheet, worker)
 
 
@@ -243,7 +243,7 @@ def _draw(args, sheet, worker):
         places = selection.nearest_places(ds, requested, "--")
         cut_places = [places[name] for name in requested]
         cut = {place.dim: slice(place.index, place.index + 1) for place in cut_places}
-        submit = partial(worker.submit, drawing.draw, args.map, cut) if worker else None
+        submit = partial(worker.submit, drawing.draw_picture, args.map, cut) if worker else None
         wish = (args.format, args.only, args.theme, sheet, submit)
         for path in figures.draw_all(ds.isel(cut), Path(args.output), *wish):
             print(path)
@@ -278,7 +278,7 @@ def _report(args):
     from sweeps.views import figures, report
 
     with figures.open_to_draw(args.map) as ds:
-        report.write(ds, args.output)
+        report.write_report(ds, args.output)
     print(args.output)
 
 

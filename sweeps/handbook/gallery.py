@@ -85,7 +85,7 @@ def _ranges(entries: dict) -> Iterator[dict]:
 
 def story(text: str) -> str:
     """Return the first paragraph of a definition's comment; of a question, its answer too."""
-    first, *next_paragraphs = report.paragraphs(text)
+    first, *next_paragraphs = report.comment_paragraphs(text)
     return f"{first} {next_paragraphs[0]}" if len(first) < 60 and next_paragraphs else first
 
 
@@ -104,7 +104,7 @@ def make(work: Path, say: Callable[[str], None]) -> None:
         if not evidence.is_up_to_date(page, map_path):
             page.parent.mkdir(parents=True, exist_ok=True)
             with sweeps.open_map(map_path) as ds:
-                report.write(ds, page)
+                report.write_report(ds, page)
 
 
 def pages() -> dict[str, str]:

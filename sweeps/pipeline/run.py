@@ -26,7 +26,7 @@ def run(
         cores: number of processors; all by default.
         again: whether to make everything again.
         results: the folder for results; the sweep's own is below it.
-        drawing_worker: `sweeps.views.drawing.worker` to draw in another process, too, which a program of ours may
+        drawing_worker: `sweeps.views.drawing.start_worker` to draw in another process, too, which a program of ours may
             start: in a user's it would run the script again.
         replace: whether to replace the results of another definition with the same file name.
     """

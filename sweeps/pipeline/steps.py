@@ -75,7 +75,7 @@ def _draw(folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) 
     progress.say(f"writing {pictures}")
     shutil.rmtree(pictures, ignore_errors=True)
     with figures.open_to_draw(path) as ds:
-        submit = partial(worker.submit, drawing.draw, path, {}) if worker else None
+        submit = partial(worker.submit, drawing.draw_picture, path, {}) if worker else None
         list(figures.draw_all(ds, pictures, submit=submit, meanwhile=meanwhile))
     os.utime(pictures)
 
@@ -85,7 +85,7 @@ def _report(folder: Path) -> None:
 
     progress.say(f"writing {folder / REPORT}")
     with figures.open_to_draw(folder / MAP) as ds:
-        report.write(ds, folder / REPORT)
+        report.write_report(ds, folder / REPORT)
 
 
 # -- the map

@@ -1,4 +1,4 @@
-"""One worker process that draws pictures of a map while the command itself draws others, or writes the report."""
+"""A worker process that draws pictures of a map while the command draws further pictures or writes the report."""
 
 import multiprocessing
 from collections.abc import Iterator, Mapping
@@ -10,26 +10,26 @@ from sweeps.process import interrupts, startup
 
 
 @contextmanager
-def worker() -> Iterator[Executor]:
-    """Start a worker process, which loads Matplotlib at once; end it with the block, which waits for its pictures."""
-    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
+def start_worker() -> Iterator[Executor]:
+    """Start a worker process, which imports Matplotlib at once; at the end of the block, wait for it and end it."""
+    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _prepare_worker)
     try:
         with interrupts.left_to_the_parent():
-            pool.submit(int)  # which starts the process
+            pool.submit(int)  # starts the process
         yield pool
     finally:
         interrupts.abandon(pool)
 
 
-def draw(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
+def draw_picture(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
     """Draw one picture or animation of the map at `path`, cut by dimension → slice; see `figures.draw_one`."""
     from sweeps.views import figures
 
     with figures.open_to_draw(path) as ds:
-        return figures.draw_one(figures.literal(ds.isel(cut)), *what)
+        return figures.draw_one(figures.escape_dollars(ds.isel(cut)), *what)
 
 
-def _begin() -> None:
+def _prepare_worker() -> None:
     interrupts.end_with_the_parent()
     startup.configure()
     from sweeps.views import figures  # noqa: F401

@@ -151,7 +151,7 @@ def main():
         for path in given:
             page = Path(folder) / f"{path.stem}.html"
             with storage.open_map(path) as ds:
-                report.write(ds, page)
+                report.write_report(ds, page)
             measure(browser, page)
         alone = Path(folder) / "plotly_alone.html"
         alone.write_text(ALONE % zlib.decompress(base64.b64decode(plotly.deflated())).decode(), encoding="utf-8")

@@ -207,7 +207,7 @@ def test_the_report_holds_the_points(path, tmp_path):
     from sweeps.views import report
 
     with sweeps.open_map(path) as ds:
-        report.write(ds, tmp_path / "report.html")
+        report.write_report(ds, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert '"cloud":["I1","I2","omega0"]' in page
     assert "Hover for values" in page

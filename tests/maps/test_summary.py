@@ -92,7 +92,7 @@ def test_show_and_report_say_the_same_of_one_map(ds):
     bad["status"][0, 0, 0, 0, 0, 0] = 2
     bad["omega_squared"][0, 0, 0, 0, 0, 0] *= 1.5
     shown = summary.summarise(bad)
-    reported, _, _ = report_columns.gather(bad, describe_map(bad))
+    reported, _, _ = report_columns.read_columns(bad, describe_map(bad))
     pair = ("omega_squared_theory", "omega_squared")
     assert shown.deviations[pair].worst == reported.deviations[pair].worst
     assert shown.deviations[pair].worst.value < 1e-2
@@ -112,7 +112,7 @@ def test_a_map_without_regimes_leads_with_what_it_has():
 
 def test_characters_are_the_regimes(ds):
     places = nearest_places(ds, {"omega0": "1", "epsilon": "1e-6"})
-    drawn = textmap.draw(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
+    drawn = textmap.draw_map(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
     assert (drawn.x, drawn.y, [panel.title for panel in drawn.panels]) == ("I1", "I2", ["axis 1", "axis 2", "axis 3"])
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
     names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
@@ -128,7 +128,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
         {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 201}, "I2": [0.9, 1.1], "I3": 1.0, "omega0": 1.0}}
     )
     for width in (40, 80, 200):
-        drawn = textmap.draw(ds, describe_map(ds), {}, width)
+        drawn = textmap.draw_map(ds, describe_map(ds), {}, width)
         line = "  ".join(panel.rows[0][1] for panel in drawn.panels)
         assert len(line) + len(drawn.panels[0].rows[0][0]) + 1 <= width
         assert drawn.panels[0].ends == ("0.5", "1.5")
@@ -136,7 +136,7 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
 
 def test_equal_panels_are_one(ds):
     alike = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
-    drawn, whole = textmap.draw(alike, describe_map(alike), {}), textmap.draw(ds, describe_map(ds), {})
+    drawn, whole = textmap.draw_map(alike, describe_map(alike), {}), textmap.draw_map(ds, describe_map(ds), {})
     assert [panel.title for panel in drawn.panels] == ["axis 1 … 3"]
     assert drawn.panels[0].rows == whole.panels[1].rows
 

@@ -131,7 +131,7 @@ def test_a_film_of_any_shape_fits_a_screen_and_its_sheet_is_even(tmp_path, monke
     encoder.write_text('#!/bin/sh\nfor last in "$@"; do :; done\ncat > /dev/null\necho "$@" > "$last"\n')
     encoder.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    films.write([frame], tmp_path / "film.mp4")
+    films.write_frames([frame], tmp_path / "film.mp4")
     assert "pad=1920:1080:" in (tmp_path / "film.mp4").read_text()
 
 

@@ -62,7 +62,7 @@ def plane_path(plane, pages):
     """The report of a map that has gone through a file, as the workflow makes it."""
     write_map(plane, pages / "plane.nc")
     with open_map(pages / "plane.nc") as ds:
-        report.write(ds, pages / "plane.html")
+        report.write_report(ds, pages / "plane.html")
     return pages / "plane.html"
 
 
@@ -114,5 +114,5 @@ def shapes():
 
 @pytest.fixture(scope="session")
 def shapes_path(shapes, pages):
-    report.write(shapes, pages / "any-body.html")
+    report.write_report(shapes, pages / "any-body.html")
     return pages / "any-body.html"

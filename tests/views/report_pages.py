@@ -34,7 +34,7 @@ UNCERTAIN = {
 
 
 def written(ds, path, **options):
-    report.write(ds, path, **options)
+    report.write_report(ds, path, **options)
     return path.read_text(encoding="utf-8")
 
 

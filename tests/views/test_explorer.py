@@ -346,7 +346,7 @@ def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_
 
 @pytest.mark.slow
 def test_bodies_have_a_table_and_nudges_a_plot(visit, breaking, pages):
-    report.write(breaking, pages / "breakdown.html")
+    report.write_report(breaking, pages / "breakdown.html")
     opened = visit(pages / "breakdown.html")
     page = opened.page
     page.get_by_label("colour by").select_option("omega_squared")
@@ -371,7 +371,7 @@ def test_bodies_have_a_table_and_nudges_a_plot(visit, breaking, pages):
 @pytest.mark.slow
 def test_another_system_draws_with_its_mode(visit, pages):
     ds = oscillators()
-    report.write(ds, pages / "oscillator.html")
+    report.write_report(ds, pages / "oscillator.html")
     point = ds.isel(mass2=1, length2=0, equilibrium=-1, mode=1).squeeze()
     place = f"equilibrium={point.equilibrium.item()}&mode={point['mode'].item()}"
     opened = visit(pages / "oscillator.html", f"#mass2={point.mass2.item()}&length2={point.length2.item()}&{place}")
@@ -408,7 +408,7 @@ KINDS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit, pages):
-    report.write(hostile(KINDS[kind]()), pages / "hostile.html")
+    report.write_report(hostile(KINDS[kind]()), pages / "hostile.html")
     opened = visit(pages / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}")
     page = opened.page
     page.evaluate(OPEN_ALL)
@@ -428,7 +428,7 @@ def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit, pages):
 @pytest.mark.slow
 def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, pages):
     ds = tops()
-    report.write(ds, pages / "spectrum.html")
+    report.write_report(ds, pages / "spectrum.html")
     opened = visit(pages / "spectrum.html", "#moment_of_weight=4&spin_rate=1&equilibrium=sleeping")
     rings, dots = opened.page.evaluate(
         "document.getElementById('spectrum-plot').data.map(({ x, y, error_x }) => [x, y, error_x && error_x.array])"
@@ -445,7 +445,7 @@ def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, pages):
 
 @pytest.mark.slow
 def test_draws_lie_on_the_triangle_and_are_chosen_by_link_click_and_key(visit, uncertain, pages):
-    report.write(uncertain, pages / "draws.html")
+    report.write_report(uncertain, pages / "draws.html")
     opened = visit(pages / "draws.html", "#body=a_box&axis=2&_draw=7")
     page, one = opened.page, uncertain.sel(axis=2).squeeze()
     plot = "document.getElementById('drawn-plot')"
@@ -476,7 +476,7 @@ def test_draws_lie_on_the_triangle_and_are_chosen_by_link_click_and_key(visit, u
 
 @pytest.mark.slow
 def test_a_page_prints_on_one_sheet(visit, plane_path, pages):
-    report.write(oscillators(), pages / "sheet.html")
+    report.write_report(oscillators(), pages / "sheet.html")
     for path in (plane_path, pages / "sheet.html"):
         opened = visit(path, viewport={"width": 1280, "height": 800})
         printed = opened.page.pdf(prefer_css_page_size=True, print_background=True)
@@ -498,7 +498,7 @@ DRAWN = {
 def test_axe_finds_nothing(kind, visit, pages):
     """Axe, a checker of accessibility that is not ours: by all its rules in light, and the contrast in dark again."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    report.write(KINDS[kind](), pages / f"axe-{kind}.html")
+    report.write_report(KINDS[kind](), pages / f"axe-{kind}.html")
     opened = visit(pages / f"axe-{kind}.html", color_scheme="light")
     opened.page.evaluate(OPEN_ALL)
     for scheme, options in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
@@ -513,7 +513,7 @@ SHAPE = ("I1_over_I3", "thickness")
 
 @pytest.mark.slow
 def test_shapes_are_drawn_on_their_triangle(visit, shapes, pages):
-    report.write(shapes, pages / "shapes.html")
+    report.write_report(shapes, pages / "shapes.html")
     opened = visit(pages / "shapes.html", "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
     page = opened.page
     assert "no I₁" not in page.locator("#link-notice").inner_text()
@@ -605,5 +605,5 @@ def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, v
     monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 36)
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
-    report.write(sweeps.survey(values), pages / f"{name}.html")
+    report.write_report(sweeps.survey(values), pages / f"{name}.html")
     visit(pages / f"{name}.html", reduced_motion="no-preference").page.wait_for_timeout(500)

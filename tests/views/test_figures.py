@@ -102,7 +102,7 @@ def of_a_grid(tiny, tmp_path_factory):
     write_map(tiny, folder.parents[1] / "map.nc")
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_flip, "FRAMES", 3)
-        patch.setattr(films, "encoder", lambda: None)
+        patch.setattr(films, "ffmpeg_path", lambda: None)
         patch.setitem(sheets.STYLE, "savefig.dpi", COARSE)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)

@@ -47,7 +47,7 @@ def faults(figure, monkeypatch):
 def test_no_text_of_a_picture_lies_on_another(name, monkeypatch):
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))
-    ds = figures.literal(sweeps.survey(values))
+    ds = figures.escape_dollars(sweeps.survey(values))
     for size in ("slide", "column"):  # what is widest and what is narrowest
         for picture, draw in figures.pictures(ds).items():
             with sheets.use_sheet(sheets.SHEETS[size]), np.errstate(all="ignore"):

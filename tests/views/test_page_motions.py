@@ -79,7 +79,7 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, pages):
     """A bead at the bottom of a hoop, beside SciPy's DOP853 of the equation written by hand; the nudge is 0.01 rad."""
     grid = {"radius": [0.5, 1.0, 1.5], "spin_rate": [2.0, 6.0]}
     ds = sweeps.survey({"system": "bead_on_hoop", "grid": grid})
-    report.write(ds, pages / "hoop.html")
+    report.write_report(ds, pages / "hoop.html")
     opened = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
     times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
@@ -104,7 +104,7 @@ def test_an_unstable_motion_is_followed_by_its_full_equations(visit, pages):
 def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages):
     """Two bodies that attract the third, in axes that do not turn, by DOP853: another form of the same equations."""
     ds = sweeps.survey({"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}})
-    report.write(ds, pages / "points.html")
+    report.write_report(ds, pages / "points.html")
     opened = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_nudge=0.01")
     times, x, y = opened.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
     speed = opened.page.evaluate("polhode.map.mode.motion[0].slice(2)")
@@ -127,7 +127,7 @@ def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages
 @pytest.mark.slow
 def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
     grid = {"amplitude": [0.1, 0.2], "frequency": [30.0, 60.0]}
-    report.write(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), pages / "shaken.html")
+    report.write_report(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), pages / "shaken.html")
     opened = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_nudge=0.1")
     times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], -(9.80665 - 0.1 * 3600 * math.cos(60 * t)) * math.sin(y[0])]  # noqa: E731
@@ -139,7 +139,7 @@ def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
 
 def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
     """x'' + (a - 2 q cos 2t) x = 0 in the first tongue: each period of π multiplies the motion by one multiplier."""
-    report.write(
+    report.write_report(
         sweeps.survey({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}), pages / "tongue.html"
     )
     opened = visit(pages / "tongue.html", "#a=1&q=0.5&_nudge=0.001")
@@ -169,7 +169,7 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_pat
     write_map(ds, tmp_path / "mesh.nc")
     (tmp_path / "brick.stl").unlink()
     with open_map(tmp_path / "mesh.nc") as stored:
-        report.write(stored, pages / "mesh.html")
+        report.write_report(stored, pages / "mesh.html")
     opened = visit(pages / "mesh.html", "#body=Brick&axis=2")
     corners = opened.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
     half = np.array([1.5, 1.0, 0.5]) / np.linalg.norm([1.5, 1.0, 0.5])
@@ -331,7 +331,7 @@ THROWS = {
 @pytest.mark.parametrize("system", THROWS)
 def test_bodies_of_other_systems_move_as_the_command_has_it(visit, pages, system):
     """Beside DOP853 of the angular momentum's equation from the same start, of changing moments too."""
-    report.write(sweeps.survey({"system": system, **THROWS[system]}), pages / f"{system}.html")
+    report.write_report(sweeps.survey({"system": system, **THROWS[system]}), pages / f"{system}.html")
     page = visit(pages / f"{system}.html").page
     end, moments, starts, found = page.evaluate(
         "(({ end, moments, trajectory }) => [end, moments, trajectory.at(0), trajectory.at(0.3 * end)])(polhode.motion)"

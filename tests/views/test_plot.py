@@ -128,7 +128,7 @@ def test_a_length_has_a_unit(asked, size):
 def test_a_slide_has_the_pixels_of_a_projector_and_letters_of_one_size(tmp_path):
     with sheets.use_sheet(sheets.SHEETS["slide"]):
         made = [canvas.make_figure(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
-        figures.save(made[0], tmp_path / "slide.png", "png")
+        figures.save_figure(made[0], tmp_path / "slide.png", "png")
     assert imread(tmp_path / "slide.png").shape[:2] == (1080, 1920)
     assert made[0].get_size_inches() == pytest.approx(made[1].get_size_inches())
     assert 8.5 / 72 * made[0].dpi > 20  # pixels of a subtitle
@@ -155,7 +155,7 @@ def test_panels_stand_beside_each_other_where_there_is_room():
     ],
 )
 def test_a_wrong_wish_gets_one_message(path, tmp_path, capsys, monkeypatch, given, said):
-    monkeypatch.setattr(films, "encoder", lambda: None)
+    monkeypatch.setattr(films, "ffmpeg_path", lambda: None)
     assert main(["figures", path, "-o", str(tmp_path / "new"), *given]) == 2
     told = capsys.readouterr().err
     assert said in told
@@ -215,7 +215,7 @@ def test_a_figure_has_the_colours_of_its_theme(theme, tmp_path):
         figure = canvas.make_figure(3.0, 2.0, "title", "")
         shades = marks.Shades([colors.STABLE, colors.UNSTABLE], 3).with_extremes(bad=colors.MISSING)
         mesh = figure.subplots().pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=shades, norm=NoNorm())
-        figures.save(figure, tmp_path / "figure.png", "png")
+        figures.save_figure(figure, tmp_path / "figure.png", "png")
     paper, *cells = (colors.THEMES[theme][n] for n in (colors.PAPER, colors.MISSING, colors.STABLE, colors.UNSTABLE))
     drawn = [mesh.get_cmap().get_bad(), mesh.get_cmap()(2), mesh.get_cmap()(5)]
     np.testing.assert_allclose(drawn, to_rgba_array(cells))

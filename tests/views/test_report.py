@@ -24,7 +24,7 @@ from sweeps.views import plotly, report, report_columns
 
 def gathered(ds):
     """The totals of a map, its columns, and the indices kept along each dimension."""
-    return report_columns.gather(ds, describe_map(ds))
+    return report_columns.read_columns(ds, describe_map(ds))
 
 
 def unpacked(column, ds, kept):
@@ -45,7 +45,7 @@ def test_packed_columns_hold_the_map(plane, bits, tolerance):
     """3e-11: laws are believed to 1e-11 each, along at most three dimensions; else half a unit of the last bit."""
     _, columns, kept = gathered(plane)
     for column in report_columns.scaling_laws(describe_map(plane), columns, kept):
-        numbers = unpacked(report_columns.pack(column, bits), plane, kept)
+        numbers = unpacked(report_columns.pack_column(column, bits), plane, kept)
         np.testing.assert_allclose(numbers, plane[column.name].values, rtol=tolerance + 1e-11, err_msg=column.name)
 
 
@@ -74,9 +74,9 @@ def test_products_that_overflow_obey_no_law():
 
 def test_numbers_beyond_single_precision_stay_doubles():
     column = report_columns.PageColumn("x", np.array([1e-200, 1.0, 1e200]))
-    packed = report_columns.pack(column, 24)
+    packed = report_columns.pack_column(column, 24)
     assert packed.dtype == "f8"
-    scaled = report_columns.pack(report_columns.PageColumn("x", np.array([1e199, 1.0e200, np.inf, np.nan])), 24)
+    scaled = report_columns.pack_column(report_columns.PageColumn("x", np.array([1e199, 1.0e200, np.inf, np.nan])), 24)
     assert scaled.dtype == "f4"
     ds = xr.Dataset(coords={"d": [1.0, 2.0, 3.0, 4.0]})
     values = unpacked(scaled, ds, {"d": np.arange(4)})
@@ -113,7 +113,7 @@ def test_a_map_too_large_is_thinned_and_says_so(plane, tmp_path):
 
 def test_a_limit_that_no_point_meets_is_refused(plane, tmp_path):
     with pytest.raises(ValueError, match="limit"):
-        report.write(plane, tmp_path / "r.html", limit=500_000)
+        report.write_report(plane, tmp_path / "r.html", limit=500_000)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -188,7 +188,7 @@ def test_the_policy_names_the_scripts_and_forbids_the_rest(plane, tmp_path):
     html = written(plane, tmp_path / "r.html")
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', html)[1].replace("&#39;", "'")
     program = re.search(r'<script type="module">(.*?)</script>', html, re.DOTALL)[1]
-    assert report._hash(program) in policy
+    assert report._policy_hash(program) in policy
     assert "default-src 'none'" in policy
     assert "unsafe-inline" not in policy.split("style-src")[0]
     assert "unsafe-eval" not in policy
@@ -275,13 +275,13 @@ def test_plotly_is_the_file_that_was_taken(monkeypatch):
 def test_coordinates_keep_their_digits_where_others_are_shortened():
     noise = np.random.default_rng(3).random(4000)
     both = [report_columns.PageColumn("rate", noise), report_columns.PageColumn("I2", noise, exact=True)]
-    whole = sum(len(report_columns.pack(column).text) for column in both)
+    whole = sum(len(report_columns.pack_column(column).text) for column in both)
     rate, moment = report_columns.pack_within(both, whole - 1)
     assert (rate.dtype, moment.dtype, moment.exponent) == ("f4", "f8", 0)
 
 
 def test_moments_of_shapes_are_coordinates_of_the_page(shapes, pages):
-    report.write(shapes, pages / "shapes.html")
+    report.write_report(shapes, pages / "shapes.html")
     page = (pages / "shapes.html").read_text()
     told = json.loads(re.search(r'<script[^>]*id="map-data"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
     found = {one["name"]: (one["role"], one["dtype"], one["powers"].get("I3")) for one in told["variables"]}
