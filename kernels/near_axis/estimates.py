@@ -18,6 +18,7 @@ from kernels.estimator import measure, reduction, uncertainty
 from kernels.estimator.statuses import NON_FINITE, NOT_CONVERGED, OK, SHORT_WINDOW
 from kernels.free import direct, linear
 from kernels.near_axis import near_axis_block, propagators
+from kernels.near_axis.near_axis_block import row
 
 # Work that is done where it is asked for; ERRORS stand on the certificate and on the reduction, RATES and LOG_SLOPE on
 # the errors.
@@ -55,26 +56,24 @@ COLUMNS = (
 )
 MEASURED = tuple(column.name for column in COLUMNS)
 FIRST = near_axis_block.ROWS  # row of the first column
-AT = columns.numbers(MEASURED, FIRST, W)
-# Besides: |omega0| or NaN (given, s-1), and dimensionless the rates², the standard error, slopes by D, errors of
-# both rates², and the reduced rate with its own.
-BESIDE = ("spin_rate", "rate2", "stderr", "slope", "reduced", "reduced_slope", "error", "left", "rate", "rate_error")
-MORE = columns.numbers(BESIDE, FIRST + len(COLUMNS), W)
-ROWS = FIRST + len(COLUMNS) + len(BESIDE)
+column = columns.numbers(MEASURED, FIRST, W)
+# Auxiliary rows: |omega0| or NaN (the input, s-1); dimensionless: the rates², the standard error, slopes by D, errors
+# of both rates², and the reduced rate with its error.
+AUXILIARY = ("spin_rate", "rate2", "stderr", "slope", "reduced", "reduced_slope", "error", "left", "rate", "rate_error")
+aux = columns.numbers(AUXILIARY, FIRST + len(COLUMNS), W)
+ROWS = FIRST + len(COLUMNS) + len(AUXILIARY)
 
 
 @njit(**INLINE)
 def _reduced_turn(S, lane):
     """Return D of the reduced motion."""
-    return S[near_axis_block.GUESS + lane] - 0.5 * S[near_axis_block.SX + lane] / (
-        S[near_axis_block.XX + lane] + S[near_axis_block.SW + lane]
-    )
+    return S[row.guess + lane] - 0.5 * S[row.sx + lane] / (S[row.xx + lane] + S[row.sw + lane])
 
 
 @njit(**INLINE)
 def _turn(S, lane):
     """Return D as measured."""
-    return S[near_axis_block.GUESS + lane] - 0.5 * S[near_axis_block.RX + lane] / S[near_axis_block.XX + lane]
+    return S[row.guess + lane] - 0.5 * S[row.rx + lane] / S[row.xx + lane]
 
 
 @njit(**OPTIONS)
@@ -83,15 +82,15 @@ def _squares(S, followed):
     whole_vectors()
     beyond = 0
     for lane in range(W):
-        spacing, D = S[near_axis_block.SPACING + lane], _turn(S, lane)
+        spacing, D = S[row.spacing + lane], _turn(S, lane)
         value, slope = measure.rate_squared_of_turn(D)
-        S[MORE.rate2 + lane], S[MORE.slope + lane] = value / spacing / spacing, slope / spacing / spacing
+        S[aux.rate2 + lane], S[aux.slope + lane] = value / spacing / spacing, slope / spacing / spacing
         beyond |= 0 if abs(D) <= measure.TURN else 1
     if followed:
         for lane in range(W):
-            spacing, D = S[near_axis_block.SPACING + lane], _reduced_turn(S, lane)
+            spacing, D = S[row.spacing + lane], _reduced_turn(S, lane)
             value, slope = measure.rate_squared_of_turn(D)
-            S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
+            S[aux.reduced + lane], S[aux.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
             beyond |= 0 if abs(D) <= measure.TURN else 1
     return beyond > 0
 
@@ -101,11 +100,11 @@ def _squares_beyond(S):
     """Write the same as :func:`_squares` lane by lane, for a D of any size."""
     whole_vectors()
     for lane in range(W):
-        spacing, D, reduced = S[near_axis_block.SPACING + lane], _turn(S, lane), _reduced_turn(S, lane)
+        spacing, D, reduced = S[row.spacing + lane], _turn(S, lane), _reduced_turn(S, lane)
         if not abs(D) <= measure.TURN:
-            S[MORE.rate2 + lane], S[MORE.slope + lane] = measure.rate_squared(D, spacing)
+            S[aux.rate2 + lane], S[aux.slope + lane] = measure.rate_squared(D, spacing)
         if not abs(reduced) <= measure.TURN:
-            S[MORE.reduced + lane], S[MORE.reduced_slope + lane] = measure.rate_squared(reduced, spacing)
+            S[aux.reduced + lane], S[aux.reduced_slope + lane] = measure.rate_squared(reduced, spacing)
 
 
 @formula
@@ -126,28 +125,27 @@ def _fill_square(S, certified, tolerance):
     """
     whole_vectors()
     for lane in range(W):
-        used, spacing, spin = (
-            S[near_axis_block.USED + lane],
-            S[near_axis_block.SPACING + lane],
-            S[MORE.spin_rate + lane],
-        )
-        rx, rr, xx = S[near_axis_block.RX + lane], S[near_axis_block.RR + lane], S[near_axis_block.XX + lane]
-        stderr = _standard_error(S[MORE.slope + lane], rx, rr, xx, used)
+        used, spacing, spin = (S[row.samples + lane], S[row.spacing + lane], S[aux.spin_rate + lane])
+        rx, rr, xx = S[row.rx + lane], S[row.rr + lane], S[row.xx + lane]
+        stderr = _standard_error(S[aux.slope + lane], rx, rr, xx, used)
         is_measured = (used >= 3.0) & (spin - spin == 0.0)
-        rate2 = S[MORE.rate2 + lane] if is_measured else math.nan
-        S[MORE.rate2 + lane], S[MORE.stderr + lane] = rate2, stderr
-        S[AT.omega_squared + lane], S[AT.omega_squared_stderr + lane] = rate2 * spin * spin, stderr * spin * spin
-        S[AT.samples_used + lane], S[AT.steps_per_sample + lane] = used, S[near_axis_block.STEPS + lane]
-        S[AT.window_end + lane] = (used - 1.0) * spacing / spin
-        apart = math.sqrt(S[near_axis_block.APART + lane] / S[near_axis_block.APART_OVER + lane])
-        S[AT.propagation_error + lane] = apart
-        state = S[near_axis_block.A + lane] + S[near_axis_block.B + lane] + S[near_axis_block.C + lane]
+        rate2 = S[aux.rate2 + lane] if is_measured else math.nan
+        S[aux.rate2 + lane], S[aux.stderr + lane] = rate2, stderr
+        S[column.omega_squared + lane], S[column.omega_squared_stderr + lane] = (
+            rate2 * spin * spin,
+            stderr * spin * spin,
+        )
+        S[column.samples_used + lane], S[column.steps_per_sample + lane] = used, S[row.steps + lane]
+        S[column.window_end + lane] = (used - 1.0) * spacing / spin
+        apart = math.sqrt(S[row.distance2 + lane] / S[row.distance_size2 + lane])
+        S[column.propagation_error + lane] = apart
+        state = S[row.a + lane] + S[row.b + lane] + S[row.c + lane]
         short = used < measure.LEAST_SAMPLES
         lost = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (used >= measure.LEAST_SAMPLES))
         near = apart <= tolerance + 2e-15 + 1e-16 * used * math.sqrt(used)
         status = OK if near | (not certified) else NOT_CONVERGED
         status = SHORT_WINDOW if short else status
-        S[AT.status + lane] = NON_FINITE if lost else status
+        S[column.status + lane] = NON_FINITE if lost else status
 
 
 @njit(**INNER)
@@ -155,12 +153,12 @@ def _forgive_growth(S, tolerance):
     """Write the statuses of growing motions, whose rounding at the start has grown with them."""
     whole_vectors()
     for lane in range(W):
-        growth = -S[MORE.rate2 + lane]
-        if S[AT.status + lane] == NOT_CONVERGED and growth > 0.0:
-            used = S[near_axis_block.USED + lane]
-            grown = math.exp(math.sqrt(growth) * (used - 1.0) * S[near_axis_block.SPACING + lane])
-            if S[AT.propagation_error + lane] <= tolerance + 2e-15 * grown + 1e-16 * used * math.sqrt(used):
-                S[AT.status + lane] = OK
+        growth = -S[aux.rate2 + lane]
+        if S[column.status + lane] == NOT_CONVERGED and growth > 0.0:
+            used = S[row.samples + lane]
+            grown = math.exp(math.sqrt(growth) * (used - 1.0) * S[row.spacing + lane])
+            if S[column.propagation_error + lane] <= tolerance + 2e-15 * grown + 1e-16 * used * math.sqrt(used):
+                S[column.status + lane] = OK
 
 
 @njit(**INNER)
@@ -174,103 +172,87 @@ def _fill_errors(S, step, rounded, whole):
     exactly, order = propagators.IS_EXACT[step], propagators.ORDER[step]
     is_near, is_nearest = propagators.IS_NEAR[step], propagators.IS_NEAREST[step]
     for lane in range(W):
-        used, spacing, spin = (
-            S[near_axis_block.USED + lane],
-            S[near_axis_block.SPACING + lane],
-            S[MORE.spin_rate + lane],
-        )
-        rate2 = S[MORE.rate2 + lane]
-        reduced = S[MORE.reduced + lane] if rate2 - rate2 == 0.0 else math.nan
-        sx, ss, inverse = S[near_axis_block.SX + lane], S[near_axis_block.SS + lane], 1.0 / S[near_axis_block.XX + lane]
+        used, spacing, spin = (S[row.samples + lane], S[row.spacing + lane], S[aux.spin_rate + lane])
+        rate2 = S[aux.rate2 + lane]
+        reduced = S[aux.reduced + lane] if rate2 - rate2 == 0.0 else math.nan
+        sx, ss, inverse = S[row.sx + lane], S[row.ss + lane], 1.0 / S[row.xx + lane]
         per = 1.0 / ((used - 1.0) * spacing)
         samples = (used - 1.0) * per
-        apart = used * uncertainty.UNIT if exactly else S[AT.propagation_error + lane]
+        apart = used * uncertainty.UNIT if exactly else S[column.propagation_error + lane]
         squares = max(ss - sx * sx * inverse, 0.0) * inverse
-        scatter = uncertainty.scatter(S[MORE.reduced_slope + lane], squares, used, reduced, spacing)
+        scatter = uncertainty.scatter(S[aux.reduced_slope + lane], squares, used, reduced, spacing)
         rate = math.sqrt(abs(reduced))
-        steps, growth = (
-            S[near_axis_block.STEPS + lane],
-            S[near_axis_block.LARGEST + lane] / S[near_axis_block.START + lane],
-        )
-        Ia, Ib, Ic = S[near_axis_block.MA + lane], S[near_axis_block.MB + lane], S[near_axis_block.MC + lane]
-        bend = max(abs(S[near_axis_block.CB + lane]), abs(S[near_axis_block.CC + lane]))
+        steps, growth = (S[row.steps + lane], S[row.max_size2 + lane] / S[row.start_size2 + lane])
+        Ia, Ib, Ic = S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane]
+        bend = max(abs(S[row.cb + lane]), abs(S[row.cc + lane]))
         bound = max(abs(Ib - Ic) / Ia, bend)
-        epsilon = S[near_axis_block.EPSILON + lane]
-        size, x = (
-            epsilon * math.sqrt(S[near_axis_block.LARGEST + lane]),
-            bound * spacing * math.sqrt(1.0 + epsilon * epsilon),
-        )
+        epsilon = S[row.epsilon + lane]
+        size, x = (epsilon * math.sqrt(S[row.max_size2 + lane]), bound * spacing * math.sqrt(1.0 + epsilon * epsilon))
         cubic = direct.left_by_nearest(x, size, used) if is_nearest else math.inf
         cubic = direct.left_by_near(x, size, used) if is_near else cubic
         hidden = uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
         end = uncertainty.at_the_end(apart, growth, 0.0 if exactly else min(hidden, cubic))
         integration = uncertainty.integration(reduced, rate, apart, end, per, spacing)
         integration += apart * abs(reduced) if exactly else 0.0
-        part = reduction.rms_part(S[near_axis_block.RR + lane], ss, inverse, samples)
+        part = reduction.rms_part(S[row.rr + lane], ss, inverse, samples)
         left = part * reduction.SMALL_WANDER
         if whole:
-            left = uncertainty.amplitude(reduced, part, S[near_axis_block.WANDER + lane], spacing, per, bound)
+            left = uncertainty.amplitude(reduced, part, S[row.wander + lane], spacing, per, bound)
         moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
-        S[MORE.rate + lane] = rate
+        S[aux.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, used, bend) + moved
         shift = rate2 - reduced
         amplitude = abs(shift) + left
         error = scatter + integration + rounding
-        S[MORE.error + lane], S[MORE.left + lane] = error + amplitude, error + left
-        end = (
-            linear.STABLE_MINOR
-            if S[near_axis_block.TURN + lane] * S[near_axis_block.SPIN + lane] < 0.0
-            else linear.STABLE_MAJOR
-        )
+        S[aux.error + lane], S[aux.left + lane] = error + amplitude, error + left
+        end = linear.STABLE_MINOR if S[row.turning + lane] * S[row.spin + lane] < 0.0 else linear.STABLE_MAJOR
         regime = linear.UNSTABLE if reduced < 0.0 else end
         regime = regime if abs(reduced) > error + left else linear.MARGINAL
         regime = linear.SPHERE if (Ia == Ib) & (Ib == Ic) else regime
-        S[AT.regime + lane] = regime if rate2 - rate2 == 0.0 else -1
-        S[AT.omega_squared_error + lane] = (error + amplitude) * spin * spin
-        S[AT.omega_squared_reduced + lane] = reduced * spin * spin
-        S[AT.omega_squared_reduced_error + lane] = (error + left) * spin * spin
-        S[AT.amplitude_shift + lane] = shift * spin * spin
-        S[AT.omega_squared_error_scatter + lane] = scatter * spin * spin
-        S[AT.omega_squared_error_integration + lane] = integration * spin * spin
-        S[AT.omega_squared_error_amplitude + lane] = amplitude * spin * spin
-        S[AT.omega_squared_error_rounding + lane] = rounding * spin * spin
+        S[column.regime + lane] = regime if rate2 - rate2 == 0.0 else -1
+        S[column.omega_squared_error + lane] = (error + amplitude) * spin * spin
+        S[column.omega_squared_reduced + lane] = reduced * spin * spin
+        S[column.omega_squared_reduced_error + lane] = (error + left) * spin * spin
+        S[column.amplitude_shift + lane] = shift * spin * spin
+        S[column.omega_squared_error_scatter + lane] = scatter * spin * spin
+        S[column.omega_squared_error_integration + lane] = integration * spin * spin
+        S[column.omega_squared_error_amplitude + lane] = amplitude * spin * spin
+        S[column.omega_squared_error_rounding + lane] = rounding * spin * spin
 
 
 @njit(**INNER)
 def _widen_within_a_turn(S):
     """Widen errors and regimes if the axis wanders far within few samples (:mod:`kernels.estimator.uncertainty`)."""
     for lane in range(W):
-        spin, reduced = S[MORE.spin_rate + lane], S[MORE.reduced + lane]
-        more = uncertainty.well_within_a_turn(
-            reduced, S[near_axis_block.WANDER + lane], S[near_axis_block.USED + lane] - 1.0
-        )
+        spin, reduced = S[aux.spin_rate + lane], S[aux.reduced + lane]
+        more = uncertainty.well_within_a_turn(reduced, S[row.wander + lane], S[row.samples + lane] - 1.0)
         if more > 0.0:
-            for row in (MORE.error, MORE.left):
-                S[row + lane] += more
-            S[AT.omega_squared_error_amplitude + lane] += more * spin * spin
-            S[AT.omega_squared_error + lane] = S[MORE.error + lane] * spin * spin
-            S[AT.omega_squared_reduced_error + lane] = S[MORE.left + lane] * spin * spin
-            if S[AT.regime + lane] >= 0.0 and abs(reduced) <= S[MORE.left + lane]:
-                S[AT.regime + lane] = linear.MARGINAL
+            S[aux.error + lane] += more
+            S[aux.left + lane] += more
+            S[column.omega_squared_error_amplitude + lane] += more * spin * spin
+            S[column.omega_squared_error + lane] = S[aux.error + lane] * spin * spin
+            S[column.omega_squared_reduced_error + lane] = S[aux.left + lane] * spin * spin
+            if S[column.regime + lane] >= 0.0 and abs(reduced) <= S[aux.left + lane]:
+                S[column.regime + lane] = linear.MARGINAL
 
 
 def _rates_of(reduced):
     """Return the rates of the measured Ω², or of the reduced one; decided when it is compiled."""
-    square_of, error_of = (MORE.reduced, MORE.left) if reduced else (MORE.rate2, MORE.error)
+    square_of, error_of = (aux.reduced, aux.left) if reduced else (aux.rate2, aux.error)
     names = [rate + ("_reduced" if reduced else "") for rate in ("growth_rate", "frequency")]
-    growth, turning = (getattr(AT, name) for name in names)
-    growth_error, turning_error = (getattr(AT, f"{name}_error") for name in names)
+    growth, turning = (getattr(column, name) for name in names)
+    growth_error, turning_error = (getattr(column, f"{name}_error") for name in names)
 
     @njit(name="fill_reduced_rates" if reduced else "fill_rates", **OPTIONS)
     def fill_rates(S):
         whole_vectors()
         for lane in range(W):
-            spin, regime = S[MORE.spin_rate + lane], S[AT.regime + lane]
+            spin, regime = S[aux.spin_rate + lane], S[column.regime + lane]
             square, error = S[square_of + lane], S[error_of + lane]
             unstable, marginal = regime == linear.UNSTABLE, regime == linear.MARGINAL
             stable = (regime == linear.STABLE_MINOR) | (regime == linear.STABLE_MAJOR)
             signed = -square if unstable else square
-            rate = S[MORE.rate + lane] if reduced else math.sqrt(max(signed, 0.0))
+            rate = S[aux.rate + lane] if reduced else math.sqrt(max(signed, 0.0))
             # the square's interval, which holds 0 where it is marginal: roots of its upper end and of the other's size
             high, end = math.sqrt(max(signed + error, 0.0)), math.sqrt(abs(signed - error))
             low, beyond = (end, 0.0) if signed > error else (0.0, end)
@@ -284,13 +266,13 @@ def _rates_of(reduced):
             other = high if marginal else math.nan
             S[turning_error + lane] = (rate_error if stable else other) * spin
             if reduced:
-                S[MORE.rate_error + lane] = rate_error if unstable | stable else math.nan
+                S[aux.rate_error + lane] = rate_error if unstable | stable else math.nan
             else:
                 divisor = rate if rate > 0.0 else math.nan
-                stderr = 0.5 * S[MORE.stderr + lane] / divisor * spin
-                S[AT.growth_rate_stderr + lane] = stderr if unstable else math.nan
-                S[AT.frequency_stderr + lane] = stderr if stable else math.nan
-                S[AT.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
+                stderr = 0.5 * S[aux.stderr + lane] / divisor * spin
+                S[column.growth_rate_stderr + lane] = stderr if unstable else math.nan
+                S[column.frequency_stderr + lane] = stderr if stable else math.nan
+                S[column.euler_period + lane] = 2.0 * math.pi / divisor / spin if stable else math.nan
 
     return fill_rates
 
@@ -307,41 +289,37 @@ def _fill_log_slope(S):
     """
     whole_vectors()
     for lane in range(W):
-        n, spin = S[near_axis_block.LN + lane], S[MORE.spin_rate + lane]
-        held = (S[AT.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
-        e_folds = 0.5 * measure.logarithm(S[near_axis_block.LLAST + lane] / S[near_axis_block.LFIRST + lane])
+        n, spin = S[row.log_samples + lane], S[aux.spin_rate + lane]
+        held = (S[column.regime + lane] == linear.UNSTABLE) & (n >= 2.0)
+        e_folds = 0.5 * measure.logarithm(S[row.log_last + lane] / S[row.log_first + lane])
         slope = measure.slope_of_products(
-            n,
-            S[near_axis_block.LP + lane],
-            S[near_axis_block.LPE + lane],
-            S[near_axis_block.LQ + lane],
-            S[near_axis_block.LQE + lane],
+            n, S[row.log_p + lane], S[row.p_exponent + lane], S[row.log_q + lane], S[row.q_exponent + lane]
         )
-        rate = 0.5 * slope / S[near_axis_block.SPACING + lane]
+        rate = 0.5 * slope / S[row.spacing + lane]
         rate = rate if held & (e_folds >= measure.LEAST_EFOLDS) else math.nan
-        S[AT.e_folds + lane] = e_folds if held else math.nan
-        S[AT.growth_rate_logslope + lane] = rate * spin
-        error = abs(rate - S[MORE.rate + lane]) + S[MORE.rate_error + lane]
-        S[AT.growth_rate_logslope_error + lane] = error * spin
+        S[column.e_folds + lane] = e_folds if held else math.nan
+        S[column.growth_rate_logslope + lane] = rate * spin
+        error = abs(rate - S[aux.rate + lane]) + S[aux.rate_error + lane]
+        S[column.growth_rate_logslope_error + lane] = error * spin
 
 
 @njit(**INNER)
 def _fill_no_log_slope(S):
     """Write the estimator as missing where no lane was ever in the window: this spares two logarithms."""
     whole_vectors()
-    for row in (AT.e_folds, AT.growth_rate_logslope, AT.growth_rate_logslope_error):
+    for missing in (column.e_folds, column.growth_rate_logslope, column.growth_rate_logslope_error):
         for lane in range(W):
-            S[row + lane] = math.nan
+            S[missing + lane] = math.nan
 
 
 @njit(**INNER)
 def _fill_drifts(S):
     whole_vectors()
     for lane in range(W):
-        S[AT.energy_drift + lane] = S[near_axis_block.ED + lane] / S[near_axis_block.E0 + lane]
-        S[AT.momentum_drift + lane] = S[near_axis_block.LD + lane] / S[near_axis_block.L0 + lane]
-        drift, scale = S[near_axis_block.JD + lane] / S[near_axis_block.JS + lane], S[near_axis_block.JS + lane]
-        S[AT.perturbation_drift + lane] = drift if scale > 0.0 else 0.0
+        S[column.energy_drift + lane] = S[row.E_change + lane] / S[row.E + lane]
+        S[column.momentum_drift + lane] = S[row.L2_change + lane] / S[row.L2 + lane]
+        drift, scale = S[row.J_change + lane] / S[row.J_scale + lane], S[row.J_scale + lane]
+        S[column.perturbation_drift + lane] = drift if scale > 0.0 else 0.0
 
 
 @njit(**OPTIONS)

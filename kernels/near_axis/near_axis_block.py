@@ -8,8 +8,8 @@ Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse com
 
 so every point takes the same work whatever its spin rate, and no nudge is too small to square.
 
-*Shape.* Structure of arrays in one flat scratch array, row r of lane l at ``S[r*W + l]``; see
-:mod:`kernels.compile.blocks`.
+*Shape.* Structure of arrays in one flat scratch array, the row x of lane l at
+``S[row.x + l]``; see :mod:`kernels.compile.blocks`.
 
 *Certificate.* Beside the direct solution runs the exact one, by the exact step of :mod:`kernels.free.exact` over each
 sample interval, or by its recurrence (:mod:`kernels.free.recurrence`) where the motion is small; neither shares code
@@ -20,36 +20,47 @@ far, is what the direct integration may be trusted to.
 from typing import NamedTuple
 
 from kernels.compile.blocks import W
+from kernels.compile.columns import numbers
 from kernels.compile.jit import INLINE, INNER, OPTIONS, njit, whole_vectors
 from kernels.compile.llvm_formulas import formula
 from kernels.estimator import measure, reduction
 from kernels.free import exact, recurrence, rigid_body, taylor
 from kernels.near_axis import propagators
 
-# Rows of the scratch array, each W long. Given: the moments in a unit near the greatest, the nudge and the run.
-MA, MB, MC, SPIN, EPSILON, COSINE, SINE, SPACING, STEPS = (W * r for r in range(9))
-# The state, its steps, and the two samples before.
-A, B, C, KA, KB, KC, B1, C1, B2, C2 = (W * r for r in range(9, 19))
-# The exact state, its step, and the square of its distance from the direct one where that was relatively largest.
-XA, XB, XC, QA, QB, QC, APART = (W * r for r in range(19, 26))
-# The measurement: first guess and sums, sense of turning, samples used, whether the window is open, sizes squared.
-GUESS, RX, RR, XX, TURN, USED, OPEN, START, LARGEST = (W * r for r in range(26, 35))
-# Invariants: Euler coefficients and moments over the greatest, values at the start and largest changes.
-CB, CC, JA, JB, JC, J0, JD, JS, E0, ED, L0, LD = (W * r for r in range(35, 47))
-# The log slope: whether its window can still come, its upper end, how many samples, their products with the exponents
-# (:func:`kernels.estimator.measure.slope_of_products`), and the sizes squared of the first and the last.
-LOPEN, LCAP, LN, LP, LPE, LQ, LQE, LFIRST, LLAST = (W * r for r in range(47, 56))
-# The reduction to zero amplitude: its sums, the clock's excess over the last interval and the last sample's half of the
-# next, the constants of :func:`kernels.estimator.reduction.constants`, and the spin's largest wandering.
-SX, SS, SW, U1, HALF = (W * r for r in range(56, 61))
-DRIVE, QUADRATURE, FIRST, SECOND, THIRD, ALONG, SLOPE, WANDER = (W * r for r in range(61, 69))
-# Its first order: the factor of (β, γ) in the triple to come, a line in the spin, and by what βγ makes the other one.
-OWN, OWN_BY, OWN_FROM, ACROSS = (W * r for r in range(69, 73))
-# The exact recurrence of a small motion: first differences, and its constants (:mod:`kernels.free.recurrence`).
-DA, DB, DC, GA, GB, GC, BEND = (W * r for r in range(73, 80))
-# The square of the largest transverse size when the two were APART.
-APART_OVER = W * 80
-ROWS = 81
+_NAMES = (  # rows of the scratch array, W long each
+    # the input: moments in a unit near the greatest, sign of the spin, perturbation, run
+    *("Ia", "Ib", "Ic", "spin", "epsilon", "cosine", "sine", "spacing", "steps"),
+    # the state, the coefficients of its steps, and the two samples before
+    *("a", "b", "c", "ka", "kb", "kc", "b1", "c1", "b2", "c2"),
+    # the exact state, the coefficients of its step, and the square of its distance from the direct one, at the sample
+    # at which it is largest relative to the perturbation
+    *("xa", "xb", "xc", "qa", "qb", "qc", "distance2"),
+    # the measurement: first guess and sums, sense of rotation, samples used, 1 if the window is open, sizes squared
+    *("guess", "rx", "rr", "xx", "turning", "samples", "is_open", "start_size2", "max_size2"),
+    # invariants: Euler coefficients, moments over the greatest; values at the start and largest changes
+    *("cb", "cc", "ja", "jb", "jc", "J_start", "J_change", "J_scale"),
+    *("E", "E_change", "L2", "L2_change"),
+    # the log slope: 1 if its window can still begin, its upper end, number of samples, products with their exponents
+    # (kernels.estimator.measure.slope_of_products), and the sizes squared of the first and the last
+    *("log_open", "log_cap", "log_samples", "log_p", "p_exponent", "log_q", "q_exponent"),
+    *("log_first", "log_last"),
+    # the reduction to zero amplitude: its sums, the clock's excess over the last interval and the last sample's half of
+    # the next, the constants of kernels.estimator.reduction.constants, and the largest change of the spin
+    *("sx", "ss", "sw", "u1", "half"),
+    *("drive", "quadrature", "first", "second", "third", "along", "slope", "wander"),
+    # its first order: the factor of (β, γ) in the next triple, a line in the spin, and the other factor over βγ
+    *("own", "own_slope", "own_offset", "across"),
+    # the exact recurrence of a small motion: first differences, and its constants (kernels.free.recurrence)
+    *("da", "db", "dc", "ga", "gb", "gc", "bend"),
+    # the square of the perturbation's largest size at the sample of distance2
+    "distance_size2",
+)
+row = numbers(_NAMES, width=W)
+ROWS = len(_NAMES)
+CLEARED_ROWS = (  # sums and maxima, 0 at the start
+    *(row.rx, row.rr, row.xx, row.turning, row.J_change, row.E_change, row.L2_change, row.log_samples, row.p_exponent),
+    *(row.q_exponent, row.distance2, row.sx, row.ss, row.sw, row.wander),
+)
 
 NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.estimator.reduction`
 
@@ -69,25 +80,25 @@ def begin(S):
     """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
     whole_vectors()
     for lane in range(W):
-        e2 = S[EPSILON + lane] * S[EPSILON + lane]
-        ca, cb, cc = rigid_body.euler_coefficients(S[MA + lane], S[MB + lane], S[MC + lane])
-        h = S[SPACING + lane] / S[STEPS + lane]
-        S[KA + lane], S[KB + lane], S[KC + lane] = ca * e2 * h, cb * h, cc * h
-        S[CB + lane], S[CC + lane] = cb, cc
-        a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
-        S[A + lane], S[B + lane], S[C + lane] = a, b, c
-        S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane] = b, c, b, c
+        e2 = S[row.epsilon + lane] * S[row.epsilon + lane]
+        ca, cb, cc = rigid_body.euler_coefficients(S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane])
+        h = S[row.spacing + lane] / S[row.steps + lane]
+        S[row.ka + lane], S[row.kb + lane], S[row.kc + lane] = ca * e2 * h, cb * h, cc * h
+        S[row.cb + lane], S[row.cc + lane] = cb, cc
+        a, b, c = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane]
+        S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
+        S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane] = b, c, b, c
         size = measure.dot(b, c, b, c)
-        S[START + lane], S[LARGEST + lane] = size, size
-        S[USED + lane], S[OPEN + lane], S[LOPEN + lane] = 1.0, 1.0, 1.0
-        below = measure.LOG_BELOW / S[EPSILON + lane]
-        S[LCAP + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
-        S[DRIVE + lane], S[GUESS + lane] = ca * e2 * S[SPACING + lane] * a, 0.0
-        S[LP + lane], S[LQ + lane] = 1.0, 1.0
-        S[LFIRST + lane], S[LLAST + lane], S[APART_OVER + lane] = 1.0, 1.0, 1.0
-    for row in (RX, RR, XX, TURN, JD, ED, LD, LN, LPE, LQE, APART, SX, SS, SW, WANDER):
+        S[row.start_size2 + lane], S[row.max_size2 + lane] = size, size
+        S[row.samples + lane], S[row.is_open + lane], S[row.log_open + lane] = 1.0, 1.0, 1.0
+        below = measure.LOG_BELOW / S[row.epsilon + lane]
+        S[row.log_cap + lane] = min(measure.LOG_TO * measure.LOG_TO * size, below * below)
+        S[row.drive + lane], S[row.guess + lane] = ca * e2 * S[row.spacing + lane] * a, 0.0
+        S[row.log_p + lane], S[row.log_q + lane] = 1.0, 1.0
+        S[row.log_first + lane], S[row.log_last + lane], S[row.distance_size2 + lane] = 1.0, 1.0, 1.0
+    for total in CLEARED_ROWS:
         for lane in range(W):
-            S[row + lane] = 0.0
+            S[total + lane] = 0.0
 
 
 @njit(**OPTIONS)
@@ -95,11 +106,11 @@ def begin_exact(S):
     """Set up the exact state and the coefficients of its step, one sample interval long."""
     whole_vectors()
     for lane in range(W):
-        a, b, c, e = S[SPIN + lane], S[COSINE + lane], S[SINE + lane], S[EPSILON + lane]
-        S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
-        moments = S[MA + lane], S[MB + lane], S[MC + lane]
-        qa, qb, qc = exact.short_step_constants(moments, (a, e * b, e * c), S[SPACING + lane])
-        S[QA + lane], S[QB + lane], S[QC + lane] = qa * (e * e), qb, qc
+        a, b, c, e = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane], S[row.epsilon + lane]
+        S[row.xa + lane], S[row.xb + lane], S[row.xc + lane] = a, b, c
+        moments = S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane]
+        qa, qb, qc = exact.short_step_constants(moments, (a, e * b, e * c), S[row.spacing + lane])
+        S[row.qa + lane], S[row.qb + lane], S[row.qc + lane] = qa * (e * e), qb, qc
 
 
 @njit(**OPTIONS)
@@ -107,11 +118,12 @@ def begin_recurrence(S):
     """Set up as :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
     whole_vectors()
     for lane in range(W):
-        a, b, c = S[SPIN + lane], S[COSINE + lane], S[SINE + lane]
-        S[XB + lane], S[XC + lane] = b, c
-        moments = S[MA + lane], S[MB + lane], S[MC + lane]
-        first = recurrence.constants(moments, S[EPSILON + lane], (a, b, c), S[SPACING + lane])
-        S[DA + lane], S[DB + lane], S[DC + lane], S[GA + lane], S[GB + lane], S[GC + lane], S[BEND + lane] = first
+        a, b, c = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane]
+        S[row.xb + lane], S[row.xc + lane] = b, c
+        moments = S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane]
+        constants = recurrence.constants(moments, S[row.epsilon + lane], (a, b, c), S[row.spacing + lane])
+        S[row.da + lane], S[row.db + lane], S[row.dc + lane] = constants[:3]
+        S[row.ga + lane], S[row.gb + lane], S[row.gc + lane], S[row.bend + lane] = constants[3:]
 
 
 @njit(**OPTIONS)
@@ -119,14 +131,15 @@ def begin_invariants(S):
     """Note the invariants of every lane at its start."""
     whole_vectors()
     for lane in range(W):
-        greatest = max(S[MA + lane], max(S[MB + lane], S[MC + lane]))
-        ja, jb, jc = S[MA + lane] / greatest, S[MB + lane] / greatest, S[MC + lane] / greatest
-        S[JA + lane], S[JB + lane], S[JC + lane] = ja, jb, jc
-        a, b, c = S[A + lane], S[EPSILON + lane] * S[B + lane], S[EPSILON + lane] * S[C + lane]
-        S[E0 + lane] = rigid_body.twice_energy(a, b, c, ja, jb, jc)
-        S[L0 + lane] = rigid_body.squared_momentum(a, b, c, ja, jb, jc)
-        J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
-        S[J0 + lane], S[JS + lane] = J, scale
+        greatest = max(S[row.Ia + lane], max(S[row.Ib + lane], S[row.Ic + lane]))
+        ja, jb, jc = S[row.Ia + lane] / greatest, S[row.Ib + lane] / greatest, S[row.Ic + lane] / greatest
+        S[row.ja + lane], S[row.jb + lane], S[row.jc + lane] = ja, jb, jc
+        a, b, c = S[row.a + lane], S[row.epsilon + lane] * S[row.b + lane], S[row.epsilon + lane] * S[row.c + lane]
+        S[row.E + lane] = rigid_body.twice_energy(a, b, c, ja, jb, jc)
+        S[row.L2 + lane] = rigid_body.squared_momentum(a, b, c, ja, jb, jc)
+        coefficients = S[row.cb + lane], S[row.cc + lane]
+        J, scale = rigid_body.perturbation_invariant(S[row.b + lane], S[row.c + lane], *coefficients)
+        S[row.J_start + lane], S[row.J_scale + lane] = J, scale
 
 
 def _advance_of(step):
@@ -137,9 +150,9 @@ def _advance_of(step):
         whole_vectors()
         for _ in range(steps):
             for lane in range(W):
-                S[A + lane], S[B + lane], S[C + lane] = step(
-                    S[A + lane], S[B + lane], S[C + lane], S[KA + lane], S[KB + lane], S[KC + lane]
-                )
+                a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
+                coefficients = S[row.ka + lane], S[row.kb + lane], S[row.kc + lane]
+                S[row.a + lane], S[row.b + lane], S[row.c + lane] = step(a, b, c, *coefficients)
 
     return advance
 
@@ -153,21 +166,22 @@ _taylor_8, _near_8, _nearest_8, _taylor_10, _near_10, _nearest_10, _taylor_12, _
 def _advance_exact(S):
     whole_vectors()
     for lane in range(W):
-        S[A + lane], S[B + lane], S[C + lane] = exact.step(
-            S[A + lane], S[B + lane], S[C + lane], S[QA + lane], S[QB + lane], S[QC + lane]
-        )
+        constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
+        a, b, c = exact.step(S[row.a + lane], S[row.b + lane], S[row.c + lane], *constants)
+        S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
 
 
 @njit(**INNER)
 def _advance_recurrence(S):
     whole_vectors()
     for lane in range(W):
-        a, b, c = S[A + lane] + S[DA + lane], S[B + lane] + S[DB + lane], S[C + lane] + S[DC + lane]
-        bend = recurrence.bend(b, S[BEND + lane])
-        S[DA + lane] = recurrence.bent(S[DA + lane], a, S[GA + lane], bend)
-        S[DB + lane] = recurrence.bent(S[DB + lane], b, S[GB + lane], bend)
-        S[DC + lane] = recurrence.bent(S[DC + lane], c, S[GC + lane], bend)
-        S[A + lane], S[B + lane], S[C + lane] = a, b, c
+        a, b = S[row.a + lane] + S[row.da + lane], S[row.b + lane] + S[row.db + lane]
+        c = S[row.c + lane] + S[row.dc + lane]
+        bend = recurrence.bend(b, S[row.bend + lane])
+        S[row.da + lane] = recurrence.bent(S[row.da + lane], a, S[row.ga + lane], bend)
+        S[row.db + lane] = recurrence.bent(S[row.db + lane], b, S[row.gb + lane], bend)
+        S[row.dc + lane] = recurrence.bent(S[row.dc + lane], c, S[row.gc + lane], bend)
+        S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
 
 
 @njit(**OPTIONS)
@@ -199,10 +213,10 @@ def advance(S, step, steps):
 
 @njit(**OPTIONS)
 def note_excess(S):
-    """Leave the spin's excess at the second sample to :func:`guess`, in U1."""
+    """Leave the spin's excess at the second sample to :func:`guess`, in the row u1."""
     whole_vectors()
     for lane in range(W):
-        S[U1 + lane] = S[A + lane] * S[SPIN + lane] - 1.0
+        S[row.u1 + lane] = S[row.a + lane] * S[row.spin + lane] - 1.0
 
 
 @njit(**OPTIONS)
@@ -210,21 +224,21 @@ def guess(S):
     """Set the first guess of every lane; the current state is the third sample.
 
     A motion that surely turns has no log slope, and its ellipse is not followed as if it grew. Returns whether some
-    lane may have one. Products of βγ are left to :func:`begin_reduction` in HALF, OWN and ACROSS.
+    lane may have one. Products of βγ are left to :func:`begin_reduction` in the rows half, own and across.
     """
     whole_vectors()
     growing = 0
     for lane in range(W):
-        b, c, b1, c1 = S[B + lane], S[C + lane], S[B1 + lane], S[C1 + lane]
-        b2, c2 = S[B2 + lane], S[C2 + lane]
-        excess = S[U1 + lane], S[A + lane] * S[SPIN + lane] - 1.0
-        S[GUESS + lane] = reduction.corrected_guess(excess, (b, c), (b1, c1), (b2, c2), S[DRIVE + lane])
+        b, c, b1, c1 = S[row.b + lane], S[row.c + lane], S[row.b1 + lane], S[row.c1 + lane]
+        b2, c2 = S[row.b2 + lane], S[row.c2 + lane]
+        excess = S[row.u1 + lane], S[row.a + lane] * S[row.spin + lane] - 1.0
+        S[row.guess + lane] = reduction.corrected_guess(excess, (b, c), (b1, c1), (b2, c2), S[row.drive + lane])
         middle, first = b1 * c1, b2 * c2
-        S[HALF + lane], S[OWN + lane], S[ACROSS + lane] = middle, middle - first, b * c - first
-        turns = S[GUESS + lane] > measure.SURELY_TURNS
-        S[LOPEN + lane] = 0.0 if turns else S[LOPEN + lane]
+        S[row.half + lane], S[row.own + lane], S[row.across + lane] = middle, middle - first, b * c - first
+        turns = S[row.guess + lane] > measure.SURELY_TURNS
+        S[row.log_open + lane] = 0.0 if turns else S[row.log_open + lane]
     for lane in range(W):  # by itself: in the loop above it would keep that from being packed
-        growing |= 0 if S[GUESS + lane] > measure.SURELY_TURNS else 1
+        growing |= 0 if S[row.guess + lane] > measure.SURELY_TURNS else 1
     return growing > 0
 
 
@@ -233,25 +247,25 @@ def begin_reduction(S):
     """Set what the reduction of every lane takes from the first guess and the samples that it stands on."""
     whole_vectors()
     for lane in range(W):
-        a1, middle, over, twice_over = S[U1 + lane], S[HALF + lane], S[OWN + lane], S[ACROSS + lane]
-        quadrature, first, second, third, along, slope = reduction.constants(S[GUESS + lane], S[DRIVE + lane])
-        S[QUADRATURE + lane], S[FIRST + lane], S[SECOND + lane] = quadrature, first, second
-        S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane] = third, along, slope
-        S[U1 + lane], S[HALF + lane] = 0.5 * a1 - quadrature * over, 0.5 * a1 + quadrature * middle
-        by, off, S[ACROSS + lane] = reduction.first_order(S[GUESS + lane], S[DRIVE + lane], a1, twice_over)
-        S[OWN + lane] = first * (by * a1 + off)
-        S[OWN_BY + lane], S[OWN_FROM + lane] = first * by * S[SPIN + lane], first * (off - by)
+        a1, middle, over, twice_over = S[row.u1 + lane], S[row.half + lane], S[row.own + lane], S[row.across + lane]
+        quadrature, first, second, third, along, slope = reduction.constants(S[row.guess + lane], S[row.drive + lane])
+        S[row.quadrature + lane], S[row.first + lane], S[row.second + lane] = quadrature, first, second
+        S[row.third + lane], S[row.along + lane], S[row.slope + lane] = third, along, slope
+        S[row.u1 + lane], S[row.half + lane] = 0.5 * a1 - quadrature * over, 0.5 * a1 + quadrature * middle
+        by, off, S[row.across + lane] = reduction.first_order(S[row.guess + lane], S[row.drive + lane], a1, twice_over)
+        S[row.own + lane] = first * (by * a1 + off)
+        S[row.own_slope + lane], S[row.own_offset + lane] = first * by * S[row.spin + lane], first * (off - by)
 
 
 @njit(**INLINE)
 def _take_part(S, lane, excess):
     """Return the clock up to this sample, and the factors of the amplitude's part of the triple that it ends."""
     half = 0.5 * excess
-    product = S[QUADRATURE + lane] * (S[B + lane] * S[C + lane])
-    u = (half - product) + S[HALF + lane]
-    constants = S[FIRST + lane], S[SECOND + lane], S[THIRD + lane], S[ALONG + lane], S[SLOPE + lane]
-    factors = reduction.amplitude_part(u, S[U1 + lane], constants)
-    S[U1 + lane], S[HALF + lane] = u, half + product
+    product = S[row.quadrature + lane] * (S[row.b + lane] * S[row.c + lane])
+    u = (half - product) + S[row.half + lane]
+    constants = S[row.first + lane], S[row.second + lane], S[row.third + lane], S[row.along + lane], S[row.slope + lane]
+    factors = reduction.amplitude_part(u, S[row.u1 + lane], constants)
+    S[row.u1 + lane], S[row.half + lane] = u, half + product
     return factors
 
 
@@ -263,9 +277,9 @@ def _line(x, slope, start):
 @njit(**INLINE)
 def _take_first_order(S, lane):
     """Return both factors to the first order."""
-    along = S[OWN + lane]
-    S[OWN + lane] = _line(S[A + lane], S[OWN_BY + lane], S[OWN_FROM + lane])
-    return along, S[ACROSS + lane] * (S[B1 + lane] * S[C1 + lane])
+    along = S[row.own + lane]
+    S[row.own + lane] = _line(S[row.a + lane], S[row.own_slope + lane], S[row.own_offset + lane])
+    return along, S[row.across + lane] * (S[row.b1 + lane] * S[row.c1 + lane])
 
 
 @formula
@@ -286,42 +300,42 @@ def _sample_of(reduced):
         whole_vectors()
         opened = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
-            b, c = S[B + lane], S[C + lane]
-            b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
+            b, c = S[row.b + lane], S[row.c + lane]
+            b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
             size = measure.dot(b, c, b, c)
-            start = S[START + lane]
-            inside = (S[OPEN + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
+            start = S[row.start_size2 + lane]
+            inside = (S[row.is_open + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
             inside = inside & (size >= measure.DECAYED * measure.DECAYED * start)
             if whole:
-                excess = S[A + lane] * S[SPIN + lane] - 1.0
+                excess = S[row.a + lane] * S[row.spin + lane] - 1.0
                 wander = abs(excess)
-                inside = inside & ((wander <= reduction.WANDER) | (S[USED + lane] < reduction.LEAST_FOLLOWED))
-                S[WANDER + lane] = wander if inside & (wander > S[WANDER + lane]) else S[WANDER + lane]
+                inside = inside & ((wander <= reduction.WANDER) | (S[row.samples + lane] < reduction.LEAST_FOLLOWED))
+                S[row.wander + lane] = wander if inside & (wander > S[row.wander + lane]) else S[row.wander + lane]
             weight = 1.0 if inside else 0.0
-            S[OPEN + lane] = weight
-            S[USED + lane] += weight
-            rb, rc = measure.residual((b, c), (b1, c1), (b2, c2), S[GUESS + lane])
+            S[row.is_open + lane] = weight
+            S[row.samples + lane] += weight
+            rb, rc = measure.residual((b, c), (b1, c1), (b2, c2), S[row.guess + lane])
             xx = measure.dot(b1, c1, b1, c1)
             counts = inside & triple
-            S[RX + lane] += measure.dot(rb, rc, b1, c1) if counts else 0.0
-            S[RR + lane] += measure.dot(rb, rc, rb, rc) if counts else 0.0
-            S[XX + lane] += xx if counts else 0.0
+            S[row.rx + lane] += measure.dot(rb, rc, b1, c1) if counts else 0.0
+            S[row.rr + lane] += measure.dot(rb, rc, rb, rc) if counts else 0.0
+            S[row.xx + lane] += xx if counts else 0.0
             if followed:
                 if whole:
                     along, across, mu = _take_part(S, lane, excess)
-                    S[SW + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
+                    S[row.sw + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
                 else:
                     along, across = _take_first_order(S, lane)
                 sb = _less_amplitude(rb, along, across, b, b1, b2)
                 sc = _less_amplitude(rc, along, across, c, c1, c2)
-                S[SX + lane] += measure.dot(sb, sc, b1, c1) if counts else 0.0
-                S[SS + lane] += measure.dot(sb, sc, sb, sc) if counts else 0.0
+                S[row.sx + lane] += measure.dot(sb, sc, b1, c1) if counts else 0.0
+                S[row.ss + lane] += measure.dot(sb, sc, sb, sc) if counts else 0.0
                 turn = measure.dot(b1, c1, c, -b)
                 turn = turn * (1.0 + excess) if whole else turn
-                S[TURN + lane] += turn if inside else 0.0
-            S[LARGEST + lane] = size if inside & (size > S[LARGEST + lane]) else S[LARGEST + lane]
-            S[B2 + lane], S[C2 + lane] = b1, c1
-            S[B1 + lane], S[C1 + lane] = b, c
+                S[row.turning + lane] += turn if inside else 0.0
+            S[row.max_size2 + lane] = size if inside & (size > S[row.max_size2 + lane]) else S[row.max_size2 + lane]
+            S[row.b2 + lane], S[row.c2 + lane] = b1, c1
+            S[row.b1 + lane], S[row.c1 + lane] = b, c
             opened |= 1 if inside else 0
         return opened > 0
 
@@ -368,22 +382,23 @@ def _exact_samples_of(count):
         whole_vectors()
         opened = 0
         for lane in range(W):
-            b1, c1, b2, c2 = S[B1 + lane], S[C1 + lane], S[B2 + lane], S[C2 + lane]
-            state = (b1, c1, b1 - b2, c1 - c2, measure.dot(b1, c1, b1, c1), S[DB + lane], S[DC + lane])
-            sums = (S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane])
-            least = measure.DECAYED * measure.DECAYED * S[START + lane]
-            most = measure.WINDOW * measure.WINDOW * S[START + lane]
-            constants = (S[GB + lane], S[GC + lane], S[BEND + lane], 2.0 * S[GUESS + lane], least, most)
+            b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
+            state = (b1, c1, b1 - b2, c1 - c2, measure.dot(b1, c1, b1, c1), S[row.db + lane], S[row.dc + lane])
+            sums = (S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane])
+            least = measure.DECAYED * measure.DECAYED * S[row.start_size2 + lane]
+            most = measure.WINDOW * measure.WINDOW * S[row.start_size2 + lane]
+            constants = (S[row.gb + lane], S[row.gc + lane], S[row.bend + lane], 2.0 * S[row.guess + lane], least, most)
             if count == 4:
                 state, sums = _exact_sample(state, sums, constants)
                 state, sums = _exact_sample(state, sums, constants)
                 state, sums = _exact_sample(state, sums, constants)
             b1, c1 = state[0], state[1]
             state, sums = _exact_sample(state, sums, constants)
-            b, c, _, _, _, S[DB + lane], S[DC + lane] = state
-            S[OPEN + lane], S[USED + lane], S[RX + lane], S[RR + lane], S[XX + lane] = sums
-            S[B2 + lane], S[C2 + lane], S[B1 + lane], S[C1 + lane], S[B + lane], S[C + lane] = b1, c1, b, c, b, c
-            opened |= 1 if S[OPEN + lane] > 0.0 else 0
+            b, c, _, _, _, S[row.db + lane], S[row.dc + lane] = state
+            S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane] = sums
+            S[row.b2 + lane], S[row.c2 + lane], S[row.b1 + lane], S[row.c1 + lane] = b1, c1, b, c
+            S[row.b + lane], S[row.c + lane] = b, c
+            opened |= 1 if S[row.is_open + lane] > 0.0 else 0
         return opened > 0
 
     return samples
@@ -410,12 +425,12 @@ def sample(S, k, reduced):
 @njit(**INLINE)
 def _compare(S, lane, b, c):
     """Note how far the direct solution is from the exact one."""
-    db, dc = S[B + lane] - b, S[C + lane] - c
-    apart, largest = measure.dot(db, dc, db, dc), S[LARGEST + lane]
+    db, dc = S[row.b + lane] - b, S[row.c + lane] - c
+    apart, largest = measure.dot(db, dc, db, dc), S[row.max_size2 + lane]
     # a ratio of two rows: no division; written so that a distance that is no number stays
-    keeps = (S[OPEN + lane] == 0.0) | (apart * S[APART_OVER + lane] <= S[APART + lane] * largest)
-    S[APART + lane] = S[APART + lane] if keeps else apart
-    S[APART_OVER + lane] = S[APART_OVER + lane] if keeps else largest
+    keeps = (S[row.is_open + lane] == 0.0) | (apart * S[row.distance_size2 + lane] <= S[row.distance2 + lane] * largest)
+    S[row.distance2 + lane] = S[row.distance2 + lane] if keeps else apart
+    S[row.distance_size2 + lane] = S[row.distance_size2 + lane] if keeps else largest
 
 
 @njit(**OPTIONS)
@@ -423,8 +438,9 @@ def certify(S):
     """Take one exact step of every lane and compare; after :func:`sample`, whose window counts."""
     whole_vectors()
     for lane in range(W):
-        a, b, c = exact.step(S[XA + lane], S[XB + lane], S[XC + lane], S[QA + lane], S[QB + lane], S[QC + lane])
-        S[XA + lane], S[XB + lane], S[XC + lane] = a, b, c
+        constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
+        a, b, c = exact.step(S[row.xa + lane], S[row.xb + lane], S[row.xc + lane], *constants)
+        S[row.xa + lane], S[row.xb + lane], S[row.xc + lane] = a, b, c
         _compare(S, lane, b, c)
 
 
@@ -433,11 +449,11 @@ def certify_near(S):
     """Take one step as :func:`certify` where the motion is small: of its recurrence."""
     whole_vectors()
     for lane in range(W):
-        b, c = S[XB + lane] + S[DB + lane], S[XC + lane] + S[DC + lane]
-        bend = recurrence.bend(b, S[BEND + lane])
-        S[DB + lane] = recurrence.bent(S[DB + lane], b, S[GB + lane], bend)
-        S[DC + lane] = recurrence.bent(S[DC + lane], c, S[GC + lane], bend)
-        S[XB + lane], S[XC + lane] = b, c
+        b, c = S[row.xb + lane] + S[row.db + lane], S[row.xc + lane] + S[row.dc + lane]
+        bend = recurrence.bend(b, S[row.bend + lane])
+        S[row.db + lane] = recurrence.bent(S[row.db + lane], b, S[row.gb + lane], bend)
+        S[row.dc + lane] = recurrence.bent(S[row.dc + lane], c, S[row.gc + lane], bend)
+        S[row.xb + lane], S[row.xc + lane] = b, c
         _compare(S, lane, b, c)
 
 
@@ -446,18 +462,19 @@ def watch_invariants(S):
     """Compare the invariants of every lane with their start; after :func:`sample`, whose window counts."""
     whole_vectors()
     for lane in range(W):
-        inside = S[OPEN + lane] > 0.0
-        J, scale = rigid_body.perturbation_invariant(S[B + lane], S[C + lane], S[CB + lane], S[CC + lane])
-        a, b, c = S[A + lane], S[EPSILON + lane] * S[B + lane], S[EPSILON + lane] * S[C + lane]
-        energy = rigid_body.twice_energy(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane])
-        momentum = rigid_body.squared_momentum(a, b, c, S[JA + lane], S[JB + lane], S[JC + lane])
-        jd, ed, ld = abs(J - S[J0 + lane]), abs(energy - S[E0 + lane]), abs(momentum - S[L0 + lane])
+        inside = S[row.is_open + lane] > 0.0
+        coefficients = S[row.cb + lane], S[row.cc + lane]
+        J, scale = rigid_body.perturbation_invariant(S[row.b + lane], S[row.c + lane], *coefficients)
+        a, b, c = S[row.a + lane], S[row.epsilon + lane] * S[row.b + lane], S[row.epsilon + lane] * S[row.c + lane]
+        energy = rigid_body.twice_energy(a, b, c, S[row.ja + lane], S[row.jb + lane], S[row.jc + lane])
+        momentum = rigid_body.squared_momentum(a, b, c, S[row.ja + lane], S[row.jb + lane], S[row.jc + lane])
+        jd, ed, ld = abs(J - S[row.J_start + lane]), abs(energy - S[row.E + lane]), abs(momentum - S[row.L2 + lane])
         jd, scale = jd if inside else 0.0, scale if inside else 0.0  # outside none is larger
         ed, ld = ed if inside else 0.0, ld if inside else 0.0
-        S[JD + lane] = jd if jd > S[JD + lane] else S[JD + lane]
-        S[JS + lane] = scale if scale > S[JS + lane] else S[JS + lane]
-        S[ED + lane] = ed if ed > S[ED + lane] else S[ED + lane]
-        S[LD + lane] = ld if ld > S[LD + lane] else S[LD + lane]
+        S[row.J_change + lane] = jd if jd > S[row.J_change + lane] else S[row.J_change + lane]
+        S[row.J_scale + lane] = scale if scale > S[row.J_scale + lane] else S[row.J_scale + lane]
+        S[row.E_change + lane] = ed if ed > S[row.E_change + lane] else S[row.E_change + lane]
+        S[row.L2_change + lane] = ld if ld > S[row.L2_change + lane] else S[row.L2_change + lane]
 
 
 @njit(**OPTIONS)
@@ -469,13 +486,16 @@ def log_sample(S):
     whole_vectors()
     going = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
-        size = measure.dot(S[B + lane], S[C + lane], S[B + lane], S[C + lane])
-        grown, is_open = measure.LOG_FROM * measure.LOG_FROM * S[START + lane], S[OPEN + lane] > 0.0
-        P, up, Q, over = S[LP + lane], S[LPE + lane], S[LQ + lane], S[LQE + lane]
-        sums = (S[LOPEN + lane], S[LN + lane], P, up, Q, over, S[LFIRST + lane], S[LLAST + lane])
-        inside, sums = measure.logged(size, grown, S[LCAP + lane], is_open, sums)
-        S[LOPEN + lane], S[LN + lane], S[LP + lane], S[LPE + lane], S[LQ + lane], S[LQE + lane] = sums[:6]
-        S[LFIRST + lane], S[LLAST + lane] = sums[6:]
+        size = measure.dot(S[row.b + lane], S[row.c + lane], S[row.b + lane], S[row.c + lane])
+        grown, is_open = measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane], S[row.is_open + lane] > 0.0
+        log_open, n = S[row.log_open + lane], S[row.log_samples + lane]
+        P, up = S[row.log_p + lane], S[row.p_exponent + lane]
+        Q, over = S[row.log_q + lane], S[row.q_exponent + lane]
+        sums = (log_open, n, P, up, Q, over, S[row.log_first + lane], S[row.log_last + lane])
+        inside, sums = measure.logged(size, grown, S[row.log_cap + lane], is_open, sums)
+        S[row.log_open + lane], S[row.log_samples + lane] = sums[:2]
+        S[row.log_p + lane], S[row.p_exponent + lane], S[row.log_q + lane], S[row.q_exponent + lane] = sums[2:6]
+        S[row.log_first + lane], S[row.log_last + lane] = sums[6:]
         going |= 1 if inside else 0
     return going > 0
 
@@ -486,7 +506,7 @@ def have_grown(S):
     whole_vectors()
     grown = 0
     for lane in range(min(W, S.size)):  # so many that LLVM does not know: it would unroll so short a loop, not pack it
-        grown |= 1 if S[LARGEST + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[START + lane] else 0
+        grown |= 1 if S[row.max_size2 + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane] else 0
     return grown > 0
 
 
@@ -496,7 +516,7 @@ def were_logged(S):
     whole_vectors()
     logged = 0
     for lane in range(min(W, S.size)):  # as in :func:`have_grown`
-        logged |= 1 if S[LN + lane] > 0.0 else 0
+        logged |= 1 if S[row.log_samples + lane] > 0.0 else 0
     return logged > 0
 
 
@@ -515,7 +535,7 @@ def follow(S, step, steps, intervals, work, reduced):
     """Follow every lane through the run, or until the last window of the block has closed.
 
     Args:
-        S (numpy.ndarray, shape (ROWS * W,)): Scratch, with the rows MA ... STEPS filled.
+        S (numpy.ndarray, shape (ROWS * W,)): Scratch, with the first nine rows filled, Ia to steps.
         step, steps (int): Step of :mod:`kernels.near_axis.propagators` for the whole block, RECURRENCE if and only if
             ``reduced`` is not WHOLE in place of EXACT; and how many of them a sample interval takes.
         intervals (int): Number of sample intervals.

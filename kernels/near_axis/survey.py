@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernels.compile import columns
 from kernels.compile.blocks import W, cut, scratch
 from kernels.compile.jit import OPTIONS, njit, whole_vectors
 from kernels.estimator import measure, reduction
@@ -25,7 +26,8 @@ from kernels.free import collapse, direct, linear, rigid_body
 from kernels.free.elliptic_constants import unit_of
 from kernels.free.sincos import FAR, cosine_sine, within
 from kernels.near_axis import estimates, near_axis_block, propagators
-from kernels.near_axis.estimates import COLUMNS, MEASURED
+from kernels.near_axis.estimates import COLUMNS, MEASURED, aux
+from kernels.near_axis.near_axis_block import row
 from kernels.near_axis.propagators import PROPAGATORS
 
 TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
@@ -33,8 +35,9 @@ LEVELS = 16  # of growth, by which points of one kind are sorted
 # A tile's rows, so far apart (multiples of a page would share few lines of the cache): first what blocks gather, in the
 # order of the rows of lanes that it fills, but for |omega0| or NaN in the cosine's place and the phase in the sine's.
 PITCH, GATHERED = TILE + 72, 8
-_A, _B, _C, _SPIN, _EPSILON, _RATE, _PHASE, _SPACING, _BOUND = (PITCH * row for row in range(GATHERED + 1))
-LAID_OUT = (_A, _B, _C, _RATE, _EPSILON, _PHASE)  # I1, I2, I3, omega0, epsilon, phase as they are given
+_NAMES = ("Ia", "Ib", "Ic", "spin", "epsilon", "rate", "phase", "spacing", "bound")
+tile = columns.numbers(_NAMES, width=PITCH)
+LAID_OUT = (tile.Ia, tile.Ib, tile.Ic, tile.rate, tile.epsilon, tile.phase)  # I1, I2, I3, omega0, epsilon, phase
 
 TYPES = (np.float64, np.int32, np.int8)
 POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
@@ -63,15 +66,15 @@ class RunSettings(NamedTuple):
 def _lay_out(T, values):
     """Write points of a tile side by side into its rows, phases that are far off brought back."""
     for k in range(len(LAID_OUT)):
-        row, column = LAID_OUT[k], values[k]
+        begin, column = LAID_OUT[k], values[k]
         for i in range(column.size):
-            T[row + i] = column[i]
+            T[begin + i] = column[i]
     phase, far = values[5], 0
     for i in range(phase.size):
         far |= 0 if abs(phase[i]) <= FAR else 1
     if far > 0:
         for i in range(phase.size):
-            T[_PHASE + i] = within(phase[i])
+            T[tile.phase + i] = within(phase[i])
 
 
 @njit(nogil=True, **OPTIONS)
@@ -82,20 +85,20 @@ def _plan(T, axis, spacing, intervals, plan):
     """
     growth, depth, step, steps = plan
     for i in range(axis.size):
-        Ia, Ib, Ic = rigid_body.relabel(T[_A + i], T[_B + i], T[_C + i], axis[i])
+        Ia, Ib, Ic = rigid_body.relabel(T[tile.Ia + i], T[tile.Ib + i], T[tile.Ic + i], axis[i])
         ca, cb, cc = rigid_body.euler_coefficients(Ia, Ib, Ic)
         bound = max(abs(ca), abs(cb), abs(cc))
         point_spacing = min(spacing, 0.5 / max(1.0, bound))
-        T[_BOUND + i], T[_SPACING + i] = bound, point_spacing
+        T[tile.bound + i], T[tile.spacing + i] = bound, point_spacing
         square = cb * cc if cb * cc > 0.0 else 0.0
         growth[i] = int(min(math.sqrt(square), 1.0) * (LEVELS - 1)) if square == square else 0
-        is_small = reduction.is_small(ca, T[_EPSILON + i], point_spacing * intervals)
+        is_small = reduction.is_small(ca, T[tile.epsilon + i], point_spacing * intervals)
         depth[i] = near_axis_block.FIRST_ORDER if is_small else near_axis_block.WHOLE
         step[i], steps[i] = propagators.RECURRENCE if is_small else propagators.EXACT, 1
-        scale, omega0 = 1.0 / unit_of(Ia, Ib, Ic), T[_RATE + i]  # the scale a power of two
-        T[_A + i], T[_B + i], T[_C + i] = Ia * scale, Ib * scale, Ic * scale
-        T[_SPIN + i] = 1.0 if omega0 > 0.0 else -1.0
-        T[_RATE + i] = abs(omega0) if (omega0 - omega0 == 0.0) & (omega0 != 0.0) else math.nan
+        scale, omega0 = 1.0 / unit_of(Ia, Ib, Ic), T[tile.rate + i]  # the scale a power of two
+        T[tile.Ia + i], T[tile.Ib + i], T[tile.Ic + i] = Ia * scale, Ib * scale, Ic * scale
+        T[tile.spin + i] = 1.0 if omega0 > 0.0 else -1.0
+        T[tile.rate + i] = abs(omega0) if (omega0 - omega0 == 0.0) & (omega0 != 0.0) else math.nan
 
 
 @njit(nogil=True, **OPTIONS)
@@ -104,7 +107,7 @@ def _choose(T, intervals, tolerance, plan):
     _, _, step, steps = plan
     latest, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(steps.size):
-        epsilon = T[_EPSILON + i]
+        epsilon = T[tile.epsilon + i]
         if epsilon != latest:
             latest = epsilon
             size = min(1.0, measure.WINDOW * latest * math.exp(0.5))  # the sample after the window's end included
@@ -114,7 +117,7 @@ def _choose(T, intervals, tolerance, plan):
                 direct.truncation(size, direct.ORDERS[1]),
                 direct.truncation(size, direct.ORDERS[2]),
             )
-        x = T[_BOUND + i] * T[_SPACING + i] * whole
+        x = T[tile.bound + i] * T[tile.spacing + i] * whole
         step[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
 
 
@@ -135,11 +138,11 @@ def _gather(S, T, points, steps):
     whole_vectors()
     for lane in range(W):
         i = np.uint64(points[min(lane, points.size - 1)])
-        for row in range(GATHERED):
-            S[row * W + lane] = T[np.uint64(row * PITCH) + i]
+        for r in range(GATHERED):
+            S[r * W + lane] = T[np.uint64(r * PITCH) + i]
     for lane in range(W):
-        S[estimates.MORE.spin_rate + lane], S[near_axis_block.STEPS + lane] = S[near_axis_block.COSINE + lane], steps
-        S[near_axis_block.COSINE + lane], S[near_axis_block.SINE + lane] = cosine_sine(S[near_axis_block.SINE + lane])
+        S[aux.spin_rate + lane], S[row.steps + lane] = S[row.cosine + lane], steps
+        S[row.cosine + lane], S[row.sine + lane] = cosine_sine(S[row.sine + lane])
 
 
 @njit(nogil=True, **OPTIONS)
@@ -148,9 +151,9 @@ def _keep(S, rows, out):
     whole_vectors()
     for k in range(rows.size):
         first = (estimates.FIRST + rows[k]) * W
-        row, out_row = S[first : first + W], out[k]
+        in_row, out_row = S[first : first + W], out[k]
         for lane in range(W):
-            out_row[lane] = row[lane]
+            out_row[lane] = in_row[lane]
 
 
 @njit(nogil=True, **OPTIONS)

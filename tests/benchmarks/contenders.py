@@ -106,7 +106,7 @@ def _sampled(row, order, steps, samples):
     for k in range(samples.shape[0]):
         if k > 0:
             near_axis_block.advance(S, order, steps)
-        samples[k, 0], samples[k, 1] = S[near_axis_block.B], S[near_axis_block.C]
+        samples[k, 0], samples[k, 1] = S[near_axis_block.row.b], S[near_axis_block.row.c]
 
 
 class Direct(Polhode):

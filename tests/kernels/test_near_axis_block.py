@@ -12,7 +12,9 @@ from numba import config
 from kernels.compile.blocks import W
 from kernels.estimator import measure, statuses
 from kernels.free import direct, exact, linear, rigid_body, taylor
-from kernels.near_axis import estimates, near_axis_block, survey
+from kernels.near_axis import estimates, survey
+from kernels.near_axis.estimates import aux
+from kernels.near_axis.near_axis_block import row
 
 FEWER = 40 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 STEPS = taylor.STEPS
@@ -156,27 +158,18 @@ def test_work_that_nobody_asked_for_changes_no_other_column():
 def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
     """Every other lane turns more than a motion may between two samples; each has its own square and slope."""
     rng, S = np.random.default_rng(7), np.full(estimates.ROWS * W, math.nan)
-    for row in (
-        near_axis_block.GUESS,
-        near_axis_block.RX,
-        near_axis_block.XX,
-        near_axis_block.SX,
-        near_axis_block.SW,
-        near_axis_block.SPACING,
-    ):
-        S[row : row + W] = rng.uniform(0.5, 1.0, W)
+    for start in (row.guess, row.rx, row.xx, row.sx, row.sw, row.spacing):
+        S[start : start + W] = rng.uniform(0.5, 1.0, W)
     wanted = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
-    S[near_axis_block.GUESS : near_axis_block.GUESS + W] = (
-        wanted + 0.5 * S[near_axis_block.RX : near_axis_block.RX + W] / S[near_axis_block.XX : near_axis_block.XX + W]
-    )
+    S[row.guess : row.guess + W] = wanted + 0.5 * S[row.rx : row.rx + W] / S[row.xx : row.xx + W]
     assert estimates._squares(S, True)
     estimates._squares_beyond(S)
     for lane in range(W):
         turns = estimates._turn(S, lane), estimates._reduced_turn(S, lane)
-        rows = (estimates.MORE.rate2, estimates.MORE.slope), (estimates.MORE.reduced, estimates.MORE.reduced_slope)
-        for D, row in zip(turns, rows, strict=True):
-            told = S[row[0] + lane], S[row[1] + lane]
-            assert told == pytest.approx(measure.rate_squared(D, S[near_axis_block.SPACING + lane]), rel=1e-13)
+        rows = (aux.rate2, aux.slope), (aux.reduced, aux.reduced_slope)
+        for D, (square, slope) in zip(turns, rows, strict=True):
+            told = S[square + lane], S[slope + lane]
+            assert told == pytest.approx(measure.rate_squared(D, S[row.spacing + lane]), rel=1e-13)
 
 
 ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
