@@ -119,7 +119,7 @@ def rate_squared_of(D, spacing):
 
 
 def estimate(guess, sums, triples, spacing):
-    """The signed rate² and its standard error from the sums of ``measure.leftover`` over so many triples."""
+    """The signed rate² and its standard error from the sums of ``measure.residual_sums`` over so many triples."""
     sum_rx, sum_rr, sum_xx = sums
     value, slope = measure.rate_squared(guess - 0.5 * sum_rx / sum_xx, spacing)
     scatter = max(sum_rr - sum_rx * sum_rx / sum_xx, 0.0)
@@ -132,5 +132,5 @@ def signed_rate(samples, spacing):
     triples = list(zip(x[2:], x[1:], x, strict=False))
     guess = measure.first_guess(*triples[0])
     return estimate(
-        guess, np.sum([measure.leftover(*triple, guess) for triple in triples], axis=0), len(triples), spacing
+        guess, np.sum([measure.residual_sums(*triple, guess) for triple in triples], axis=0), len(triples), spacing
     )

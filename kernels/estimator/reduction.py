@@ -1,4 +1,4 @@
-r"""Reduction to zero amplitude: the rate² of an infinitesimal nudge, from the samples of a finite one, blind.
+r"""Reduction to zero amplitude: the rate² of an infinitesimal perturbation from the samples of a finite one.
 
 *Where the bias sits.* In the units of :mod:`kernels.near_axis.near_axis_block`, with the clock
 :math:`d\theta = |\alpha|\,d\tau`, Euler's equations of the transverse part are linear at every amplitude,
@@ -6,8 +6,8 @@ r"""Reduction to zero amplitude: the rate² of an infinitesimal nudge, from the 
 .. math:: \frac{d\beta}{d\theta} = \pm c_b\,\gamma, \qquad \frac{d\gamma}{d\theta} = \pm c_c\,\beta
           \;\Rightarrow\; \frac{d^2\beta}{d\theta^2} = \kappa\,\beta, \quad \kappa = c_bc_c = -\Omega^2/\omega_0^2
 
-so a finite nudge shifts the measured rate² only because samples that are equally spaced in time are not so in theta. Of
-any solution of that linear equation three samples, :math:`d_\pm = m \pm \delta` apart after and before,
+so a finite perturbation shifts the measured rate² only because samples that are equally spaced in time are not so in
+theta. Of any solution of that linear equation three samples, :math:`d_\pm = m \pm \delta` apart after and before,
 obey *exactly*, with :math:`C_x = \cosh\sqrt\kappa x`, :math:`S_x = \sinh\sqrt\kappa x`,
 
 .. math:: \beta_+ - 2\beta + \beta_- = 2\left(\frac{C_m}{C_\delta} - 1\right)\beta
@@ -30,10 +30,10 @@ its end correction is exact,
 
 .. math:: \frac1h\int_0^h a\,d\tau = \tfrac12(a_0 + a_1) - \frac{x\coth x - 1}{4x^2}\,h\,(a_1' - a_0')
 
-*Small nudges.* Where no spin of a run can wander by more than :math:`w = 10^{-8}` of itself, p is its part of the first
-order, :math:`2xS\mu\beta + \eta x\coth x(\beta_+ - \beta_-)`: what is left out is the part w of p, and of Ω² below w²
-= 10⁻¹⁶, a rounding. The clock is not summed up then. The integrals of :math:`a = \bar a + y,\ y'' = 4\kappa y`, over
-the interval before and after the triple's middle are
+*Small perturbations.* If no spin of a run can deviate by more than :math:`w = 10^{-8}` of itself, p is its part of the
+first order, :math:`2xS\mu\beta + \eta x\coth x(\beta_+ - \beta_-)`: what is left out is the part w of p, and of Ω²
+below w² = 10⁻¹⁶, a rounding. The clock is not summed up then. The integrals of
+:math:`a = \bar a + y,\ y'' = 4\kappa y`, over the interval before and after the triple's middle are
 
 .. math:: \mu = \bar a + zy = za + (1 - z)\bar a, \qquad \eta = \frac{S^2}{2x^2}ha', \qquad
           z = \frac{\sinh 2x}{2x} = \frac{SC}x
@@ -57,16 +57,22 @@ from kernels.compile.jit import INLINE, njit
 from kernels.compile.llvm_formulas import formula
 from kernels.estimator import measure
 
-ROUNDS = 2  # by which the first guess is corrected for the amplitude of its own three samples
-WANDER = 1.0 / 32.0  # the window ends where the spin has wandered by more than this part of itself …
-LEAST_FOLLOWED = 7  # … but not before so many samples
-SMALL_WANDER = 1e-8  # of which the first order is enough
+GUESS_ROUNDS = 2  # number of corrections of the first guess for the amplitude of its own three samples
+MAX_WANDER = 1.0 / 32.0  # the window ends when the spin has changed by more than this fraction of its initial value,
+MIN_FOLLOWED_SAMPLES = 7  # but not before this number of samples
+SMALL_WANDER = 1e-8  # relative change of the spin up to which the reduction's first order suffices
 
 
 @njit(**INLINE)
 def is_small(ca, epsilon, span):
-    """Return True if the first order suffices: no spin wanders by more than SMALL_WANDER in these radians."""
-    return 0.5 * abs(ca) * (epsilon * epsilon) * (measure.WINDOW * measure.WINDOW) * span <= SMALL_WANDER
+    """Return True if the first order suffices: no spin changes by more than SMALL_WANDER.
+
+    Args:
+        ca (float): Euler coefficient of the spin axis.
+        epsilon (float): Relative size of the perturbation.
+        span (float): Length of the run, radians of spin.
+    """
+    return 0.5 * abs(ca) * (epsilon * epsilon) * (measure.MAX_GROWTH * measure.MAX_GROWTH) * span <= SMALL_WANDER
 
 
 @formula
@@ -96,20 +102,24 @@ def constants(guess, drive):
 def first_order(guess, drive, a1, products):
     """Return constants of a lane for small ε: z, (1 - z) times the mean excess, and the factor of βγ in ηx coth x.
 
-    ``a1`` is the spin's excess in the middle of the first triple, ``products`` what βγ is more at its end than at its
-    start.
+    Args:
+        guess, drive (float): As in :func:`constants`.
+        a1 (float): Excess of the spin at the middle of the first triple.
+        products (float): βγ at the end of the first triple less that at its start.
     """
     x2 = 4.0 * square(guess)
-    part = 1 / 6 + x2 * (1 / 120 + x2 * (1 / 5040 + x2 * (1 / 362880 + x2 * (1 / 39916800))))
-    z = 1.0 + x2 * part
-    return z, part * (0.5 * drive / z * products - x2 * a1), 0.5 * z * drive
+    mean_factor = 1 / 6 + x2 * (1 / 120 + x2 * (1 / 5040 + x2 * (1 / 362880 + x2 * (1 / 39916800))))
+    z = 1.0 + x2 * mean_factor
+    return z, mean_factor * (0.5 * drive / z * products - x2 * a1), 0.5 * z * drive
 
 
 @formula
 def amplitude_part(u, u1, lane):
-    """Return factors of (β, γ) and (β_+ - β_-, γ_+ - γ_-) in p, and μ; u1 and u are η's ∓: a over two intervals.
+    """Return the factors of (β, γ) and of (β_+ - β_-, γ_+ - γ_-) in p, and μ.
 
-    ``lane`` holds :func:`constants` but for the quadrature.
+    Args:
+        u, u1 (float): Integral of a over the interval after the triple's middle, and before it, over h: μ ± η.
+        lane (tuple of 5 float): The lane's :func:`constants` without the quadrature.
     """
     first, second, third, along, slope = lane
     mu, eta = 0.5 * (u + u1), 0.5 * (u - u1)
@@ -121,16 +131,19 @@ def amplitude_part(u, u1, lane):
 
 @njit(**INLINE)
 def corrected_guess(excess, now, before, earlier, drive):
-    """Return D_0 of the first three samples without the effect of its amplitude (dimensionless).
+    """Return D_0 of the first three samples without the effect of their amplitude (dimensionless).
 
-    ``excess`` is the spin's at the second and third sample (0 at the first).
+    Args:
+        excess (tuple of 2 float): Excess of the spin at the second and at the third sample (0 at the first).
+        now, before, earlier (tuple of 2 float): The third, the second and the first sample, each (β, γ).
+        drive (float): As in :func:`constants`.
     """
     (a1, a), (b, c), (b1, c1), (b2, c2) = excess, now, before, earlier
     raw = measure.first_guess(now, before, earlier)
     guess = raw
     size = b1 * b1 + c1 * c1
     along1 = ((b - b2) * b1 + (c - c2) * c1) / size
-    for _ in range(ROUNDS):
+    for _ in range(GUESS_ROUNDS):
         quadrature, first, second, third, along, slope = constants(guess, drive)
         u1 = 0.5 * a1 - quadrature * (b1 * c1 - b2 * c2)
         u = 0.5 * (a + a1) - quadrature * (b * c - b1 * c1)
@@ -141,5 +154,11 @@ def corrected_guess(excess, now, before, earlier, drive):
 
 @formula
 def rms_part(sum_rr, sum_ss, inverse, samples):
-    """Return the root mean square of p relative to the motion, as a rate²; 1/Σxx and 1/h are given."""
+    """Return the root mean square of p relative to the motion, as a rate².
+
+    Args:
+        sum_rr, sum_ss (float): Sums of the squares of the residuals before and after the reduction.
+        inverse (float): 1/Σxx.
+        samples (float): 1/h.
+    """
     return math.sqrt(max(sum_rr - sum_ss, 0.0) * inverse) * samples * samples

@@ -1,7 +1,7 @@
-"""Whether a measurement can be trusted: what the codes in the column ``status`` mean, for all batches.
+"""Codes of the column ``status``, which says if a point's measurement is valid, for all systems.
 
-A batch raises nothing; it gives each point one of these numbers. They are stored in maps and never change: a new one is
-added at the end. Nothing is imported here, so that the names can be read before any compiler is.
+Kernels raise no errors; they give each point one of these numbers. Maps store the numbers, so they never change: a new
+one is added at the end. Nothing is imported here, so that the names can be read before any compiler is.
 """
 
 STATUSES = (

@@ -139,7 +139,7 @@ def _compare(S):
         w = q0 * ec - e0 * qc - (qa * eb - qb * ea)
         apart = u * u + v * v + w * w
         across = b * b + c * c
-        limit = measure.WINDOW * measure.WINDOW * S[row.initial_size + lane]
+        limit = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.initial_size + lane]
         inside = (S[row.in_window + lane] > 0.0) & (across <= limit)
         S[row.in_window + lane] = 1.0 if inside else 0.0
         fresh = S[row.samples + lane] == 0.0
@@ -189,7 +189,7 @@ def fill(points, run, out):
         bound = max(1.0, abs(ca), abs(cb), abs(cc))
         spacings[i] = min(spacing, 0.5 / bound)
         x = bound * spacings[i] * math.sqrt(1.0 + epsilon[i] * epsilon[i])
-        size = min(1.0, measure.WINDOW * epsilon[i] * math.exp(0.5))
+        size = min(1.0, measure.MAX_GROWTH * epsilon[i] * math.exp(0.5))
         steps[i] = steps_of(x, size, intervals, tolerance)
     order, starts = cut(steps, 1)
     S = scratch(len(_NAMES))

@@ -98,7 +98,7 @@ def take_sample(D, P, Q, numbers, direction, k):
         size, distance, start, largest = Q[SIZE, lane], Q[DISTANCE, lane], Q[START, lane], Q[LARGEST, lane]
         start = size if k == 0 else start
         is_near = (k < MIN_SAMPLES) | (distance <= (MAX_REMAINDER * size) * (MAX_REMAINDER * size))
-        is_inside = ((k == 0) | (Q[OPEN, lane] > 0.0)) & (size <= measure.WINDOW * start) & is_near
+        is_inside = ((k == 0) | (Q[OPEN, lane] > 0.0)) & (size <= measure.MAX_GROWTH * start) & is_near
         is_larger = is_inside & (size > largest)
         Q[START, lane], Q[OPEN, lane] = start, 1.0 if is_inside else 0.0
         Q[LARGER, lane], Q[LARGEST, lane] = 1.0 if is_larger else 0.0, size if is_larger else largest

@@ -104,22 +104,22 @@ def _add_sample(X, half, quarter, P, Q, states, triple):
         x, x1, x2 = X[lane], Q[XI1, lane], Q[XI2, lane]
         size = abs(x)
         largest = max(Q[LARGEST, lane], size)
-        is_near = (size <= Q[LIMIT, lane]) | (Q[COUNT, lane] < reduction.LEAST_FOLLOWED)
-        is_inside = (Q[OPEN, lane] > 0.0) & (size <= measure.WINDOW * Q[START, lane]) & is_near
+        is_near = (size <= Q[LIMIT, lane]) | (Q[COUNT, lane] < reduction.MIN_FOLLOWED_SAMPLES)
+        is_inside = (Q[OPEN, lane] > 0.0) & (size <= measure.MAX_GROWTH * Q[START, lane]) & is_near
         is_inside = is_inside & (Q[OTHER_SIZE, lane] <= max(MAX_OTHER_MODE * largest, Q[OTHER_LIMIT, lane]))
         weight = 1.0 if is_inside else 0.0
         Q[OPEN, lane] = weight
         Q[COUNT, lane] += weight
-        rx, rr, xx = measure.leftover((x, 0.0), (x1, 0.0), (x2, 0.0), Q[GUESS, lane])
+        rx, rr, xx = measure.residual_sums((x, 0.0), (x1, 0.0), (x2, 0.0), Q[GUESS, lane])
         Q[RX, lane] += rx if is_inside & triple else 0.0
         Q[RR, lane] += rr if is_inside & triple else 0.0
         Q[XX, lane] += xx if is_inside & triple else 0.0
         y, y1, y2 = half[lane], Q[HALF1, lane], Q[HALF2, lane]
-        hx, _, hh = measure.leftover((y, 0.0), (y1, 0.0), (y2, 0.0), Q[GUESS, lane])
+        hx, _, hh = measure.residual_sums((y, 0.0), (y1, 0.0), (y2, 0.0), Q[GUESS, lane])
         u, u1, u2 = quarter[lane], Q[QUARTER1, lane], Q[QUARTER2, lane]
-        qx, _, qq = measure.leftover((u, 0.0), (u1, 0.0), (u2, 0.0), Q[GUESS, lane])
+        qx, _, qq = measure.residual_sums((u, 0.0), (u1, 0.0), (u2, 0.0), Q[GUESS, lane])
         z, z1, z2 = zero_limit(x, y, u), zero_limit(x1, y1, u1), zero_limit(x2, y2, u2)
-        zx, zr, zz = measure.leftover((z, 0.0), (z1, 0.0), (z2, 0.0), Q[GUESS, lane])
+        zx, zr, zz = measure.residual_sums((z, 0.0), (z1, 0.0), (z2, 0.0), Q[GUESS, lane])
         Q[HRX, lane] += hx if is_inside & triple else 0.0
         Q[HXX, lane] += hh if is_inside & triple else 0.0
         Q[QRX, lane] += qx if is_inside & triple else 0.0
@@ -149,7 +149,7 @@ def _add_to_log(X, Q):
         maximum = Q[LCAP, lane] if Q[OTHER_SIZE, lane] <= max(MAX_OTHER_MODE * size, Q[OTHER_LIMIT, lane]) else -1.0
         P, up, PP, over = Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane]
         sums = (Q[LOPEN, lane], Q[LN, lane], P, up, PP, over, Q[LFIRST, lane], Q[LLAST, lane])
-        _, sums = measure.logged(size, measure.LOG_FROM * Q[START, lane], maximum, Q[OPEN, lane] > 0.0, sums)
+        _, sums = measure.add_log_sample(size, measure.LOG_FROM * Q[START, lane], maximum, Q[OPEN, lane] > 0.0, sums)
         Q[LOPEN, lane], Q[LN, lane], Q[LP, lane], Q[LPE, lane], Q[LQ, lane], Q[LQE, lane] = sums[:6]
         Q[LFIRST, lane], Q[LLAST, lane] = sums[6:]
 
@@ -271,7 +271,7 @@ def row_status(raw, intervals, tolerance, spacing):
         spacing (float): Spacing of the samples, in 1/S.
     """
     n = raw[:, RAW.samples]
-    is_short = (n < measure.LEAST_SAMPLES) | ((n - 1.0) * spacing < MIN_SPAN)
+    is_short = (n < measure.MIN_SAMPLES) | ((n - 1.0) * spacing < MIN_SPAN)
     has_no_rate = ~np.isfinite(raw[:, RAW.rate2]) & ~is_short | ~np.isfinite(raw[:, RAW.halving])
     cases = [has_no_rate, is_short, ~has_converged(raw, intervals, tolerance)]
     return np.select(cases, [NON_FINITE, SHORT_WINDOW, NOT_CONVERGED], OK).astype(np.int8)

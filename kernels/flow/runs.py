@@ -109,7 +109,7 @@ def steps_per_sample(epsilon, sampling):
         epsilon (numpy.ndarray, shape (points,)): Relative size of the perturbation.
         sampling (Sampling): Its spacing, number of intervals and tolerance.
     """
-    sizes, index = np.unique(np.minimum(1.0, measure.WINDOW * epsilon), return_inverse=True)
+    sizes, index = np.unique(np.minimum(1.0, measure.MAX_GROWTH * epsilon), return_inverse=True)
     truncation = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[index]
     excess = sampling.intervals * sampling.spacing ** (ORDER + 1) * truncation / sampling.tolerance
     min_steps = math.ceil(sampling.spacing / MAX_STEP)

@@ -85,13 +85,13 @@ def _squares(S, followed):
         spacing, D = S[row.spacing + lane], _turn(S, lane)
         value, slope = measure.rate_squared_of_turn(D)
         S[aux.rate2 + lane], S[aux.slope + lane] = value / spacing / spacing, slope / spacing / spacing
-        beyond |= 0 if abs(D) <= measure.TURN else 1
+        beyond |= 0 if abs(D) <= measure.MAX_SERIES_D else 1
     if followed:
         for lane in range(W):
             spacing, D = S[row.spacing + lane], _reduced_turn(S, lane)
             value, slope = measure.rate_squared_of_turn(D)
             S[aux.reduced + lane], S[aux.reduced_slope + lane] = value / spacing / spacing, slope / spacing / spacing
-            beyond |= 0 if abs(D) <= measure.TURN else 1
+            beyond |= 0 if abs(D) <= measure.MAX_SERIES_D else 1
     return beyond > 0
 
 
@@ -101,9 +101,9 @@ def _squares_beyond(S):
     whole_vectors()
     for lane in range(W):
         spacing, D, reduced = S[row.spacing + lane], _turn(S, lane), _reduced_turn(S, lane)
-        if not abs(D) <= measure.TURN:
+        if not abs(D) <= measure.MAX_SERIES_D:
             S[aux.rate2 + lane], S[aux.slope + lane] = measure.rate_squared(D, spacing)
-        if not abs(reduced) <= measure.TURN:
+        if not abs(reduced) <= measure.MAX_SERIES_D:
             S[aux.reduced + lane], S[aux.reduced_slope + lane] = measure.rate_squared(reduced, spacing)
 
 
@@ -140,8 +140,8 @@ def _fill_square(S, certified, tolerance):
         apart = math.sqrt(S[row.distance2 + lane] / S[row.distance_size2 + lane])
         S[column.propagation_error + lane] = apart
         state = S[row.a + lane] + S[row.b + lane] + S[row.c + lane]
-        short = used < measure.LEAST_SAMPLES
-        lost = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (used >= measure.LEAST_SAMPLES))
+        short = used < measure.MIN_SAMPLES
+        lost = (rate2 - rate2 != 0.0) & ((state - state != 0.0) | (used >= measure.MIN_SAMPLES))
         near = apart <= tolerance + 2e-15 + 1e-16 * used * math.sqrt(used)
         status = OK if near | (not certified) else NOT_CONVERGED
         status = SHORT_WINDOW if short else status
@@ -190,15 +190,15 @@ def _fill_errors(S, step, rounded, whole):
         size, x = (epsilon * math.sqrt(S[row.max_size2 + lane]), bound * spacing * math.sqrt(1.0 + epsilon * epsilon))
         cubic = direct.left_by_nearest(x, size, used) if is_nearest else math.inf
         cubic = direct.left_by_near(x, size, used) if is_near else cubic
-        hidden = uncertainty.left_out(rate * spacing / steps, (used - 1.0) * steps, order)
-        end = uncertainty.at_the_end(apart, growth, 0.0 if exactly else min(hidden, cubic))
+        hidden = uncertainty.truncation_error(rate * spacing / steps, (used - 1.0) * steps, order)
+        end = uncertainty.end_error(apart, growth, 0.0 if exactly else min(hidden, cubic))
         integration = uncertainty.integration(reduced, rate, apart, end, per, spacing)
         integration += apart * abs(reduced) if exactly else 0.0
         part = reduction.rms_part(S[row.rr + lane], ss, inverse, samples)
         left = part * reduction.SMALL_WANDER
         if whole:
             left = uncertainty.amplitude(reduced, part, S[row.wander + lane], spacing, per, bound)
-        moved = uncertainty.of_moments(reduced, Ia, Ib, Ic, rounded)
+        moved = uncertainty.moment_rounding(reduced, Ia, Ib, Ic, rounded)
         S[aux.rate + lane] = rate
         rounding = uncertainty.rounding(rate, samples, used, bend) + moved
         shift = rate2 - reduced
@@ -225,7 +225,7 @@ def _widen_within_a_turn(S):
     """Widen errors and regimes if the axis wanders far within few samples (:mod:`kernels.estimator.uncertainty`)."""
     for lane in range(W):
         spin, reduced = S[aux.spin_rate + lane], S[aux.reduced + lane]
-        more = uncertainty.well_within_a_turn(reduced, S[row.wander + lane], S[row.samples + lane] - 1.0)
+        more = uncertainty.clock_correction_error(reduced, S[row.wander + lane], S[row.samples + lane] - 1.0)
         if more > 0.0:
             S[aux.error + lane] += more
             S[aux.left + lane] += more
@@ -256,7 +256,7 @@ def _rates_of(reduced):
             # the square's interval, which holds 0 where it is marginal: roots of its upper end and of the other's size
             high, end = math.sqrt(max(signed + error, 0.0)), math.sqrt(abs(signed - error))
             low, beyond = (end, 0.0) if signed > error else (0.0, end)
-            rate_error = uncertainty.farther(max(signed, 0.0), error, rate, low, high)
+            rate_error = uncertainty.interval_distance(max(signed, 0.0), error, rate, low, high)
             none = 0.0 if regime >= 0.0 else math.nan
             S[growth + lane] = rate * spin if unstable else none
             S[turning + lane] = rate * spin if stable else none
@@ -296,7 +296,7 @@ def _fill_log_slope(S):
             n, S[row.log_p + lane], S[row.p_exponent + lane], S[row.log_q + lane], S[row.q_exponent + lane]
         )
         rate = 0.5 * slope / S[row.spacing + lane]
-        rate = rate if held & (e_folds >= measure.LEAST_EFOLDS) else math.nan
+        rate = rate if held & (e_folds >= measure.MIN_E_FOLDS) else math.nan
         S[column.e_folds + lane] = e_folds if held else math.nan
         S[column.growth_rate_logslope + lane] = rate * spin
         error = abs(rate - S[aux.rate + lane]) + S[aux.rate_error + lane]

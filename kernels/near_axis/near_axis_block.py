@@ -235,10 +235,10 @@ def guess(S):
         S[row.guess + lane] = reduction.corrected_guess(excess, (b, c), (b1, c1), (b2, c2), S[row.drive + lane])
         middle, first = b1 * c1, b2 * c2
         S[row.half + lane], S[row.own + lane], S[row.across + lane] = middle, middle - first, b * c - first
-        turns = S[row.guess + lane] > measure.SURELY_TURNS
+        turns = S[row.guess + lane] > measure.MIN_ROTATING_D
         S[row.log_open + lane] = 0.0 if turns else S[row.log_open + lane]
     for lane in range(W):  # by itself: in the loop above it would keep that from being packed
-        growing |= 0 if S[row.guess + lane] > measure.SURELY_TURNS else 1
+        growing |= 0 if S[row.guess + lane] > measure.MIN_ROTATING_D else 1
     return growing > 0
 
 
@@ -304,12 +304,13 @@ def _sample_of(reduced):
             b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
             size = measure.dot(b, c, b, c)
             start = S[row.start_size2 + lane]
-            inside = (S[row.is_open + lane] > 0.0) & (size <= measure.WINDOW * measure.WINDOW * start)
-            inside = inside & (size >= measure.DECAYED * measure.DECAYED * start)
+            inside = (S[row.is_open + lane] > 0.0) & (size <= measure.MAX_GROWTH * measure.MAX_GROWTH * start)
+            inside = inside & (size >= measure.MIN_SIZE * measure.MIN_SIZE * start)
             if whole:
                 excess = S[row.a + lane] * S[row.spin + lane] - 1.0
                 wander = abs(excess)
-                inside = inside & ((wander <= reduction.WANDER) | (S[row.samples + lane] < reduction.LEAST_FOLLOWED))
+                is_early = S[row.samples + lane] < reduction.MIN_FOLLOWED_SAMPLES
+                inside = inside & ((wander <= reduction.MAX_WANDER) | is_early)
                 S[row.wander + lane] = wander if inside & (wander > S[row.wander + lane]) else S[row.wander + lane]
             weight = 1.0 if inside else 0.0
             S[row.is_open + lane] = weight
@@ -385,8 +386,8 @@ def _exact_samples_of(count):
             b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
             state = (b1, c1, b1 - b2, c1 - c2, measure.dot(b1, c1, b1, c1), S[row.db + lane], S[row.dc + lane])
             sums = (S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane])
-            least = measure.DECAYED * measure.DECAYED * S[row.start_size2 + lane]
-            most = measure.WINDOW * measure.WINDOW * S[row.start_size2 + lane]
+            least = measure.MIN_SIZE * measure.MIN_SIZE * S[row.start_size2 + lane]
+            most = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.start_size2 + lane]
             constants = (S[row.gb + lane], S[row.gc + lane], S[row.bend + lane], 2.0 * S[row.guess + lane], least, most)
             if count == 4:
                 state, sums = _exact_sample(state, sums, constants)
@@ -492,7 +493,7 @@ def log_sample(S):
         P, up = S[row.log_p + lane], S[row.p_exponent + lane]
         Q, over = S[row.log_q + lane], S[row.q_exponent + lane]
         sums = (log_open, n, P, up, Q, over, S[row.log_first + lane], S[row.log_last + lane])
-        inside, sums = measure.logged(size, grown, S[row.log_cap + lane], is_open, sums)
+        inside, sums = measure.add_log_sample(size, grown, S[row.log_cap + lane], is_open, sums)
         S[row.log_open + lane], S[row.log_samples + lane] = sums[:2]
         S[row.log_p + lane], S[row.p_exponent + lane], S[row.log_q + lane], S[row.q_exponent + lane] = sums[2:6]
         S[row.log_first + lane], S[row.log_last + lane] = sums[6:]

@@ -110,7 +110,7 @@ def _choose(T, intervals, tolerance, plan):
         epsilon = T[tile.epsilon + i]
         if epsilon != latest:
             latest = epsilon
-            size = min(1.0, measure.WINDOW * latest * math.exp(0.5))  # the sample after the window's end included
+            size = min(1.0, measure.MAX_GROWTH * latest * math.exp(0.5))  # the sample after the window's end included
             whole = math.sqrt(1.0 + latest * latest)  # the rates go with all of |omega|, not with the spin alone
             coefficients = (
                 direct.truncation(size, direct.ORDERS[0]),

@@ -161,7 +161,7 @@ def _perturbation(points, theory, rows, direction):
     norm = np.sqrt(np.einsum("pi,pij,pj->p", along, a, along))
     projection = np.einsum("pjk,pji->pki", vectors, a) / norm[:, None, None]
     share = np.einsum("pi,pi->p", projection[:, 0], along)
-    allowed = np.full(rows.size, measure.WINDOW)
+    allowed = np.full(rows.size, measure.MAX_GROWTH)
     reach = share * norm / unit
     return {"along": along, "projection": projection, "start": np.abs(share), "reach": reach, "allowed": allowed}
 
@@ -300,7 +300,7 @@ def _rates(suffix, squares, regime, error=None):
 def _log_slope(raw, regime):
     """Return the log-slope estimate of the growth rate; NaN if its window has less than LEAST_EFOLDS e-folds."""
     e_folds = np.where(regime == kernel.UNSTABLE, raw[:, kernel.RAW.e_folds], np.nan)
-    is_long_enough = e_folds >= measure.LEAST_EFOLDS
+    is_long_enough = e_folds >= measure.MIN_E_FOLDS
     return {"growth_rate_logslope": np.where(is_long_enough, raw[:, kernel.RAW.log_slope], np.nan), "e_folds": e_folds}
 
 

@@ -44,7 +44,7 @@ def draw(count, seed=4):
     found, held = [], 0
     while held < count:
         drawn = scaled(_candidates(random, 2 * count + 64))
-        drawn = drawn[np.flatnonzero(_growth(drawn) < 0.99 * measure.WINDOW)]
+        drawn = drawn[np.flatnonzero(_growth(drawn) < 0.99 * measure.MAX_GROWTH)]
         found.append(drawn.points)
         held += len(drawn)
     bodies = scaled({name: np.concatenate([points[name] for points in found])[:count] for name in found[0]})
@@ -92,7 +92,7 @@ def rate_of(b, c):
     guess = measure.first_guess((b[2], c[2]), (b[1], c[1]), (b[0], c[0]))
     rx, rr, xx = 0.0, 0.0, 0.0
     for i in range(2, b.size):
-        x, r, s = measure.leftover((b[i], c[i]), (b[i - 1], c[i - 1]), (b[i - 2], c[i - 2]), guess)
+        x, r, s = measure.residual_sums((b[i], c[i]), (b[i - 1], c[i - 1]), (b[i - 2], c[i - 2]), guess)
         rx, rr, xx = rx + x, rr + r, xx + s
     value, slope = measure.rate_squared(guess - 0.5 * rx / xx, SPACING)
     return value, slope * math.sqrt(max(rr - rx * rx / xx, 0.0) / ((2.0 * b.size - 5.0) * 4.0 * xx))

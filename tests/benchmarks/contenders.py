@@ -118,7 +118,7 @@ class Direct(Polhode):
     @staticmethod
     def step(body, tolerance):
         """Order and steps a sample of one body, as the survey chooses them."""
-        size = min(1.0, measure.WINDOW * body.points["epsilon"][0] * np.exp(0.5))
+        size = min(1.0, measure.MAX_GROWTH * body.points["epsilon"][0] * np.exp(0.5))
         coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
         points = {name: x[0] for name, x in body.points.items()}
         moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])

@@ -56,7 +56,7 @@ def test_leftover_against_fractions(samples, guess):
     b, c, b1, c1, b2, c2 = fractions(*samples)
     (D,) = fractions(guess)
     rb, rc = second(b, b1, b2) + 2 * D * b1, second(c, c1, c2) + 2 * D * c1
-    ours = measure.leftover(*pairs(samples), guess)
+    ours = measure.residual_sums(*pairs(samples), guess)
     size = 4 * max(abs(x) for x in samples)
     # each leftover is a sum of four terms of that size
     for value, exact in zip(ours, (rb * b1 + rc * c1, rb * rb + rc * rc, b1 * b1 + c1 * c1), strict=True):
@@ -82,7 +82,7 @@ def test_rate_squared_and_its_slope_against_mpmath(spacing):
 
 
 def test_the_series_of_small_turns_against_mpmath():
-    for D in (*D_VALUES[D_VALUES <= measure.TURN], *-D_VALUES[D_VALUES <= measure.TURN], 0.0):
+    for D in (*D_VALUES[D_VALUES <= measure.MAX_SERIES_D], *-D_VALUES[D_VALUES <= measure.MAX_SERIES_D], 0.0):
         value, slope = measure.rate_squared_of_turn(float(D))
         exact, exact_slope = rate_squared_of(D, 1.0) if D else (0.0, 2.0)
         # the last multiplication and addition, and what is cut off
@@ -100,7 +100,8 @@ def test_rate_squared_at_the_ends_of_its_range():
 
 def sums(x, guess):
     x = [tuple(sample) for sample in x.tolist()]
-    return np.sum([measure.leftover(*triple, guess) for triple in zip(x[2:], x[1:], x, strict=False)], axis=0).tolist()
+    triples = zip(x[2:], x[1:], x, strict=False)
+    return np.sum([measure.residual_sums(*triple, guess) for triple in triples], axis=0).tolist()
 
 
 @pytest.mark.parametrize("guess", [0.0, 0.05, -0.2])

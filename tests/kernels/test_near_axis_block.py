@@ -182,7 +182,7 @@ from pathlib import Path
 from kernels.near_axis import examples, near_axis_block
 from kernels.compile.cache import CHECKSUM
 examples.follow_block()
-for part in vars(lanes).values():
+for part in vars(near_axis_block).values():
     if getattr(part, "signatures", ()) and "whole_vectors" in part.py_func.__code__.co_names:
         # what lies in the cache, for Numba shows no assembly of what it has loaded
         path, _ = part._cache._place(part.signatures[0], part.targetctx.codegen())

@@ -106,7 +106,7 @@ def test_the_terms_add_up(propagator):
 def error_of_rate(square, error):
     """The error of sqrt(max(square, 0)) where the square is off by at most ``error``."""
     high, square = math.sqrt(max(square + error, 0.0)), max(square, 0.0)
-    return uncertainty.farther(square, error, math.sqrt(square), math.sqrt(max(square - error, 0.0)), high)
+    return uncertainty.interval_distance(square, error, math.sqrt(square), math.sqrt(max(square - error, 0.0)), high)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0.0, 1e3), st.floats(-1.0, 1.0))
@@ -142,7 +142,7 @@ def test_an_error_at_the_start_of_a_decay_is_held_from_what_is_seen_of_it(x):
     motion = np.exp(-t) + d0 * (np.exp(-3 * t) - np.exp(-t))
     rate2, _ = signed_rate(np.stack([motion, 0 * t], axis=1), x)
     seen = d0 * np.abs(np.exp(-3 * t) - np.exp(-t)).max()
-    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.at_the_end(seen, 1.0, 0.0), 1 / t[-1], x)
+    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.end_error(seen, 1.0, 0.0), 1 / t[-1], x)
     assert 0.3 * told < abs(rate2 + 1) < told  # what grows is steeper over wide spacings, and holds both
 
 
@@ -155,7 +155,7 @@ def test_two_errors_that_hide_each_other_are_held_both(x, share):
     off = late - behind * t / t[-1] * np.exp(t)
     rate2, _ = signed_rate(np.stack([np.exp(t) + off, 0 * t], axis=1), x)
     seen = np.abs(off / np.exp(t)).max()
-    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.at_the_end(seen, 49.0, behind), 1 / t[-1], x)
+    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.end_error(seen, 49.0, behind), 1 / t[-1], x)
     assert abs(rate2 + 1) < told
 
 
@@ -163,7 +163,7 @@ def test_two_errors_that_hide_each_other_are_held_both(x, share):
 def test_what_a_series_leaves_out_is_its_next_term(order):
     x = mpmath.mpf("0.1")
     rest = 3 * (mpmath.exp(x) - sum(x**n / mpmath.factorial(n) for n in range(order + 1)))
-    assert uncertainty.left_out(0.1, 3.0, float(order)) == pytest.approx(float(rest), rel=0.02)
+    assert uncertainty.truncation_error(0.1, 3.0, float(order)) == pytest.approx(float(rest), rel=0.02)
 
 
 @pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 3 / 2000, 3 / 500)])
