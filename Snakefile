@@ -12,11 +12,11 @@ from sweeps.points import catalogue
 from sweeps.pipeline import claims, up_to_date
 from sweeps.schema.refusals import DefinitionError
 from sweeps.pipeline.targets import (
+    command_line_targets,
+    compile_notices,
     is_to_run,
-    on_command_line,
-    refuse_unmade,
+    refuse_unknown,
     threads_of_shard,
-    what_is_compiled,
 )
 
 # the interpreter that runs this workflow also runs its jobs; one that Ctrl-C ends says nothing more
@@ -25,7 +25,7 @@ shell.prefix(
 )
 
 try:
-    DEFAULT, PLANS = catalogue.plan_targets(config, on_command_line())
+    DEFAULT, PLANS = catalogue.plan_targets(config, command_line_targets())
 except DefinitionError as refused:
     print(refused, file=sys.stderr)
     sys.exit(2)
@@ -189,15 +189,15 @@ onsuccess:
 
 
 try:
-    refuse_unmade(on_command_line(), workflow.rules, PLANS)
+    refuse_unknown(command_line_targets(), workflow.rules, PLANS)
     if workflow.is_main_process and is_to_run():
         claims.claim(PLANS)
         for name, plan in PLANS.items():
             claims.assign_to_definition(Path("results") / name, plan.path)
             up_to_date.remove_damaged(Path("results") / name)
         claims.replace_locks(workflow)
-        for told in what_is_compiled(PLANS.values()):
-            print(told, file=sys.stderr)
+        for notice in compile_notices(PLANS.values()):
+            print(notice, file=sys.stderr)
 except DefinitionError as refused:
     print(refused, file=sys.stderr)
     sys.exit(2)

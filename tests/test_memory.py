@@ -8,7 +8,7 @@ import resource, sys
 import numpy as np
 from sweeps.process import machine
 if sys.argv[1] == "kept":
-    machine.keep_freed()
+    machine.keep_freed_memory()
 def block():
     for column in [np.empty(2**17) for _ in range(16)]:
         column.fill(1.0)
@@ -18,7 +18,7 @@ for _ in range(20):
     block()
 print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 held = int(open("/proc/self/statm").read().split()[1])
-machine.give_back()
+machine.return_freed_memory()
 print(held - int(open("/proc/self/statm").read().split()[1]))
 """
 
@@ -38,5 +38,5 @@ def test_another_c_library_is_left_alone(monkeypatch):
     from sweeps.process import machine
 
     monkeypatch.setattr(machine.ctypes, "CDLL", lambda _: object())
-    machine.keep_freed()
-    machine.give_back()
+    machine.keep_freed_memory()
+    machine.return_freed_memory()

@@ -13,7 +13,7 @@ from sweeps.process import files, process_identity
 
 def of(number=None, **parts):
     """This process's mark, with other parts."""
-    host, boot, space, own, begun = process_identity.mark().split("-")
+    host, boot, space, own, begun = process_identity.process_mark().split("-")
     named = {
         "host": host,
         "boot": boot,
@@ -33,7 +33,7 @@ def ended():
 
 
 def test_this_process_lives_and_an_ended_one_does_not(ended):
-    assert not process_identity.is_over(process_identity.mark(), silence=1e9)
+    assert not process_identity.is_over(process_identity.process_mark(), silence=1e9)
     assert process_identity.is_over(of(ended), silence=0.0)
 
 
@@ -46,7 +46,7 @@ def test_a_process_that_nobody_waited_for_has_ended():
 
 
 def test_a_number_that_another_program_has_now_is_over():
-    assert process_identity.is_over(of(begun=int(process_identity.mark().rpartition("-")[2]) - 1), silence=0.0)
+    assert process_identity.is_over(of(begun=int(process_identity.process_mark().rpartition("-")[2]) - 1), silence=0.0)
 
 
 @pytest.mark.parametrize("elsewhere", [{"boot": "0" * 12}, {"space": 1}, {"boot": "0" * 12, "host": "other"}])
@@ -59,7 +59,8 @@ def test_processes_elsewhere_are_given_a_day(elsewhere, ended):
 
 def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, ended):
     parts = [
-        tmp_path / f".figures.{mark}.abc.part" for mark in (of(ended), process_identity.mark(), of(ended, space=1))
+        tmp_path / f".figures.{mark}.abc.part"
+        for mark in (of(ended), process_identity.process_mark(), of(ended, space=1))
     ]
     for part in parts:
         part.mkdir()
@@ -68,7 +69,7 @@ def test_leftovers_of_dead_processes_go_and_those_of_living_ones_stay(tmp_path, 
     single = tmp_path / f".map.nc.{of(ended)}.abc.part"
     single.write_bytes(b"half")
     with files.replace_output(tmp_path / "figures", is_folder=True) as folder:
-        assert re.search(re.escape(process_identity.mark()), str(folder))
+        assert re.search(re.escape(process_identity.process_mark()), str(folder))
     assert [part.exists() for part in parts] == [False, True, True]
     assert single.exists()  # another's file, whose own next writer removes it
     files.remove_all_leftovers(tmp_path)

@@ -52,7 +52,7 @@ def add_body(commands) -> None:
 
 def _body(args):
     if args.uncertainty is None:
-        startup.leave_out_the_compiler()  # loading it takes longer than a few formulas
+        startup.leave_out_compiler()  # loading it takes longer than a few formulas
     from sweeps.systems.rigid_body import spin_outcomes
     from sweeps.systems.uncertain_bodies import body_answer
 
@@ -135,7 +135,7 @@ def _of_body(args, _):
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
     chosen_body, spun = spin_outcomes.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
-    with progress.waiting(WAIT):
+    with progress.announce(WAIT):
         return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film
 
 
@@ -159,7 +159,7 @@ def _of_system(args, is_film: bool):
     motion.check_length(duration, args.samples)
     times = np.linspace(0.0, duration, args.samples or MIN_SAMPLES + 1)
     times = animation.frame_times(duration)[0] if is_film else times
-    with progress.waiting(WAIT):
+    with progress.announce(WAIT):
         trajectory = trajectories.integrate_motions(args.name, dict(args.start), times, dict(args.parameter), 1e-12)
     if status := int(trajectory["status"]):
         name = motions.STATUSES[status]

@@ -75,7 +75,7 @@ def _certify(args):
     names = ("definition", "tolerance", "fit_start", "frame", "frame_rate", "frame_axis", *UNCLEAR)
     options = {name: value for name in names if (value := getattr(args, name)) is not None}
     columns = {role: str(names).split(",") for role, names in args.columns}
-    with progress.waiting("comparing; the first time on a machine its kernels are compiled"):
+    with progress.announce("comparing; the first time on a machine its kernels are compiled"):
         ds = sweeps.certify(args.run_file, body, columns=columns, **options)
     if args.json:
         printing.print_json(dict.fromkeys(KEYS) | ds.attrs)

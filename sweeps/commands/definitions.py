@@ -40,7 +40,7 @@ def _check(args):
         _list(catalogue.shipped_contents(), args.json)
         return
     path = catalogue.find_definition(args.definition or catalogue.DEFAULT)
-    with progress.waiting(f"{path}: deriving its equations and checking its points"):
+    with progress.announce(f"{path}: deriving its equations and checking its points"):
         plan = catalogue.plan_sweep(path, anywhere=True)
     if args.json:
         print(json.dumps(_facts(plan), indent=1))
@@ -179,7 +179,7 @@ def _shard(args):
         raise DefinitionError(f"--threads: {args.threads} is out of range; allowed: 1 or more")
     start, stop = sweep.grid.shard_bounds(args.count)[args.number - 1]
     each = math.prod(sweep.each.values())
-    with progress.points(stop - start, f"shard {args.number} of {args.count}", each) as advance:
+    with progress.count_points(stop - start, f"shard {args.number} of {args.count}", each) as advance:
         shards.write_shard(sweep, args.number, args.count, args.output, args.threads, advance)
 
 
@@ -198,7 +198,7 @@ def _merge(args):
     from sweeps.shards import merging
 
     plan = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "")
-    content_hash = merging.merge(plan.sweep, args.shards, args.output, args.threads, args.renew)
+    content_hash = merging.merge_shards(plan.sweep, args.shards, args.output, args.threads, args.renew)
     print(f"content_hash {content_hash}")
 
 

@@ -89,7 +89,7 @@ def _point(args):
         motion.check_format(args.trajectory)
     row, places = selection.select_point(args.map, args.coordinates, "--")
     if args.trajectory:
-        with progress.waiting("computing the motion; the first time on a machine its kernels are compiled"):
+        with progress.announce("computing the motion; the first time on a machine its kernels are compiled"):
             trajectory = motion.point_motion(row, args.duration, motion.map_tolerance(row), args.samples)
         motion.write_motion(trajectory, args.trajectory)
     _print(row, places, args.json)

@@ -12,7 +12,7 @@ import xarray as xr
 from sweeps import systems
 from sweeps.maps import validation
 from sweeps.process.files import replace_output
-from sweeps.process.machine import cores
+from sweeps.process.machine import num_processors
 from sweeps.schema.refusals import MapError
 from sweeps.schema.variables import DEFLATED, Variable
 from sweeps.shards import contract
@@ -74,7 +74,7 @@ def _num_processors() -> int:
         from distributed import default_client
 
         return max(sum(default_client().nthreads().values()), 1)
-    return cores()
+    return num_processors()
 
 
 def _seal(path: Path, digest: ContentHash) -> str:

@@ -39,7 +39,7 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
     Temporary files of ended runs in the folders are removed.
 
     Raises:
-        DefinitionError: if a living process has claimed one of them, or the folder cannot be written.
+        DefinitionError: if a living process has claimed a folder, or a folder cannot be written.
     """
     handles = []
     for name in sweeps:
@@ -50,9 +50,9 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
         except OSError as error:
             if error.errno == errno.ELOOP:
                 raise DefinitionError(f"{path}: is a link; allowed: a plain file (remove the link)") from None
-            what = f"cannot be written ({error.strerror}); allowed: a folder that can be written"
-            raise DefinitionError(f"{path.parent}: {what}") from None
-        _claim(handle, path.parent)
+            problem = f"cannot be written ({error.strerror}); allowed: a folder that can be written"
+            raise DefinitionError(f"{path.parent}: {problem}") from None
+        _lock(handle, path.parent)
         _correct_future_times(path.parent)
         files.remove_all_leftovers(path.parent)
         handles.append(handle)
@@ -62,6 +62,11 @@ def claim(sweeps: Iterable[str], results: str | Path = "results") -> list[int]:
 def assign_to_definition(folder: Path, definition: Path, replace: bool = False) -> None:
     """Store the path of the definition to which a sweep's folder belongs; call it while the folder is claimed.
 
+    Args:
+        folder: of the sweep.
+        definition: path of its definition.
+        replace: True to replace the results of another definition.
+
     Raises:
         DefinitionError: if the folder belongs to another definition of the same file name that still exists and has
             another text, unless it is to be replaced.
@@ -70,7 +75,7 @@ def assign_to_definition(folder: Path, definition: Path, replace: bool = False) 
     try:
         owner = Path(note.read_text())
         is_same = owner.resolve() == definition.resolve() or owner.read_bytes() == definition.read_bytes()
-    except (OSError, ValueError):  # no owner, or one that was removed or renamed
+    except (OSError, ValueError):  # no owner, or its file was removed or renamed
         is_same = True
     if not is_same and not replace:
         allowed = "another file name, or polhode run with -o FOLDER or --replace"
@@ -89,45 +94,45 @@ def is_claimed(folder: Path) -> bool:
     return False
 
 
-def _claim(handle: int, folder: Path) -> None:
+def _lock(handle: int, folder: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        _refuse(handle, folder)
+        _refuse_claimed(handle, folder)
     except OSError as error:
         if error.errno not in files.NO_LOCKS:
             raise
         _claim_by_text(handle, folder)
     os.ftruncate(handle, 0)
-    os.pwrite(handle, f"{process_identity.mark()}\n".encode(), 0)
+    os.pwrite(handle, f"{process_identity.process_mark()}\n".encode(), 0)
 
 
-def _refuse(handle: int, folder: Path) -> None:
-    holder = process_identity.in_words(_holder(handle))
+def _refuse_claimed(handle: int, folder: Path) -> None:
+    holder = process_identity.process_text(_read_holder(handle))
     os.close(handle)
     raise DefinitionError(f"{folder}: another run is active there ({holder}); allowed: one at a time")
 
 
-def _holder(handle: int) -> str:
+def _read_holder(handle: int) -> str:
     return os.pread(handle, 200, 0).decode("ascii", "replace").strip()
 
 
 def _claim_by_text(handle: int, folder: Path) -> None:
     """Claim on a file system without locks: by the text of the claim, and by its time, which a thread renews."""
     silence = time.time() - os.fstat(handle).st_mtime
-    if (holder := _holder(handle)) and not process_identity.is_over(holder, silence, MAX_SILENCE):
-        _refuse(handle, folder)
-    threading.Thread(target=_renew, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
+    if (holder := _read_holder(handle)) and not process_identity.is_over(holder, silence, MAX_SILENCE):
+        _refuse_claimed(handle, folder)
+    threading.Thread(target=_renew_claim, args=(handle, os.fstat(handle).st_ino), daemon=True).start()
 
 
-def _renew(handle: int, number: int) -> None:
+def _renew_claim(handle: int, number: int) -> None:
     while True:
         time.sleep(MAX_SILENCE / 10)
         try:
             if os.fstat(handle).st_ino != number:
                 return
             os.utime(handle)
-        except OSError:  # the claim is given back
+        except OSError:  # the claim has ended
             return
 
 
@@ -143,10 +148,10 @@ def _correct_future_times(folder: Path) -> None:
 
 
 def replace_locks(workflow) -> None:
-    """Let a Snakemake workflow resume after a kill without unlocking; call it where its sweeps are claimed.
+    """Let a Snakemake workflow resume after a kill without unlocking; call it after its sweeps are claimed.
 
-    Snakemake's own lock, and its marks at files whose jobs were running, wait for a person once it is killed, and no
-    setting that a Snakefile can reach changes that. Here files are finished or not there.
+    After a kill, a user must remove Snakemake's own lock and its marks at files of running jobs, and no setting in a
+    Snakefile changes that. Neither is needed here: a file exists only if it is complete.
     """
     prepare = workflow._prepare_dag
 

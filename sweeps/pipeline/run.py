@@ -1,4 +1,4 @@
-"""From a definition to its finished files: what `polhode run` and `sweeps.run` do."""
+"""The function of `polhode run` and `sweeps.run`, from a definition to its files."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
@@ -24,11 +24,11 @@ def run(
     Args:
         definition: the file of a definition.
         cores: number of processors; all by default.
-        again: whether to make everything again.
+        again: True to make everything again.
         results: the folder for results; the sweep's own is below it.
-        drawing_worker: `sweeps.views.drawing.start_worker` to draw in another process, too, which a program of ours may
-            start: in a user's it would run the script again.
-        replace: whether to replace the results of another definition with the same file name.
+        drawing_worker: `sweeps.views.drawing.start_worker` to draw in a further process as well. Only Polhode's own
+            commands can start it: in a user's program, it would run the script again.
+        replace: True to replace the results of another definition with the same file name.
     """
     if cores is not None and cores < 1:
         raise DefinitionError(f"cores: {cores} is out of range; allowed: 1 or more")
@@ -39,4 +39,6 @@ def run(
         return
     from sweeps.pipeline import steps
 
-    yield from steps.make(definition, inputs, Path(results), cores or machine.cores(), again, drawing_worker, replace)
+    yield from steps.make_outputs(
+        definition, inputs, Path(results), cores or machine.num_processors(), again, drawing_worker, replace
+    )

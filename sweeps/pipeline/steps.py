@@ -1,7 +1,7 @@
-"""From a definition to its map, pictures and report without a workflow engine: the same files as the Snakefile makes.
+"""Steps from a definition to its map, pictures and report without a workflow engine: the same files as the Snakefile.
 
-What is finished stays and is not made again: a shard or a map of the same definition, files and kernels, and pictures
-and a report that are younger than their map.
+Finished files are kept: a shard or a map of the same definition, files and kernels, and pictures and a report that are
+younger than their map.
 """
 
 import math
@@ -24,7 +24,7 @@ from sweeps.shards.shard import holds_shard, write_shard
 from sweeps.views import drawing
 
 
-def make(
+def make_outputs(
     definition: Path,
     inputs: str,
     results: Path,
@@ -33,46 +33,56 @@ def make(
     drawing_worker: Callable[[], AbstractContextManager] = nullcontext,
     replace: bool = False,
 ) -> Iterator[Path]:
-    """Make the map of a sweep, its figures and its report, and yield each; for the arguments see `run.run`."""
-    with progress.waiting(f"{definition}: deriving its equations"):
+    """Make the map of a sweep, its figures and its report, and yield each.
+
+    Args:
+        definition: the file of a definition.
+        inputs: hash of the inputs, of `up_to_date.inputs_hash`.
+        results: the folder for results.
+        workers: number of processors.
+        again: as of `run.run`.
+        drawing_worker: as of `run.run`.
+        replace: as of `run.run`.
+    """
+    with progress.announce(f"{definition}: deriving its equations"):
         plan = catalogue.plan_sweep(definition, results, check=False)
     sweep, folder = plan.sweep, results / plan.sweep.name
-    progress.say(plan.intention(folder))
+    progress.print_line(plan.intention(folder))
     with claims.claim_folders([sweep.name], results):
         claims.assign_to_definition(folder, definition, replace)
         is_new = again or not storage.holds_map(folder / MAP, sweep)
-        old_outputs = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
+        outdated = {FIGURES, REPORT} if is_new else up_to_date.find_outdated(folder)
         if is_new:
             compile_kernels.ensure_compiled(sweep)  # the search for equilibria in the check is compiled, too
             sweep.system.check(sweep.definition, sweep.grid)
-        draws = workers > 1 and FIGURES in old_outputs
-        with drawing_worker() if draws else nullcontext() as worker:  # It loads Matplotlib while this process measures.
+        draws = workers > 1 and FIGURES in outdated
+        with drawing_worker() if draws else nullcontext() as worker:  # It imports Matplotlib meanwhile.
             if is_new:
-                measure(sweep, folder / MAP, workers, again)
-                machine.give_back()
+                measure_map(sweep, folder / MAP, workers, again)
+                machine.return_freed_memory()
             shutil.rmtree(folder / "shards", ignore_errors=True)
             yield folder / MAP
-            _show(folder, old_outputs, worker)
-        is_covered = up_to_date.covers_text(inputs, sweep.definition.text) and not sweep.has_other_inputs
-        up_to_date.record(folder, inputs if is_covered else "")
+            _write_views(folder, outdated, worker)
+        covers_inputs = up_to_date.covers_text(inputs, sweep.definition.text) and not sweep.has_other_inputs
+        up_to_date.record(folder, inputs if covers_inputs else "")
         yield from (folder / FIGURES, folder / REPORT)
 
 
-def _show(folder: Path, old_outputs: set[str], worker: Executor | None) -> None:
-    """Make those of the pictures and the report of a map that are outdated, side by side if there is a worker."""
-    write_report = partial(_report, folder) if REPORT in old_outputs else lambda: None
-    if FIGURES in old_outputs:
-        _draw(folder, worker, write_report)
+def _write_views(folder: Path, outdated: set[str], worker: Executor | None) -> None:
+    """Write the outdated ones of a map's pictures and report, in parallel if there is a worker."""
+    write_report = partial(_write_report, folder) if REPORT in outdated else lambda: None
+    if FIGURES in outdated:
+        _draw_pictures(folder, worker, write_report)
     else:
         write_report()
 
 
-def _draw(folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
-    """Draw the pictures of a map, and call `meanwhile` once the worker, if there is one, has begun."""
+def _draw_pictures(folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) -> None:
+    """Draw the pictures of a map, and call `meanwhile` when the worker (if there is one) has begun."""
     from sweeps.views import figures
 
     path, pictures = folder / MAP, folder / FIGURES
-    progress.say(f"writing {pictures}")
+    progress.print_line(f"writing {pictures}")
     shutil.rmtree(pictures, ignore_errors=True)
     with figures.open_to_draw(path) as ds:
         submit = partial(worker.submit, drawing.draw_picture, path, {}) if worker else None
@@ -80,10 +90,10 @@ def _draw(folder: Path, worker: Executor | None, meanwhile: Callable[[], None]) 
     os.utime(pictures)
 
 
-def _report(folder: Path) -> None:
+def _write_report(folder: Path) -> None:
     from sweeps.views import figures, report
 
-    progress.say(f"writing {folder / REPORT}")
+    progress.print_line(f"writing {folder / REPORT}")
     with figures.open_to_draw(folder / MAP) as ds:
         report.write_report(ds, folder / REPORT)
 
@@ -91,31 +101,38 @@ def _report(folder: Path) -> None:
 # -- the map
 
 
-def measure(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
-    """Write the map, at once or from shards; those that an interrupted run has finished are kept."""
+def measure_map(sweep: Sweep, path: Path, workers: int, again: bool) -> None:
+    """Write the map, at once or from shards; shards that an interrupted run has finished are kept.
+
+    Args:
+        sweep: the sweep.
+        path: the map to write.
+        workers: number of threads.
+        again: True to measure finished shards again.
+    """
     count = sweep.shards
-    shards = merging.files(path.with_name("shards"), count)
+    shards = merging.shard_files(path.with_name("shards"), count)
     missing = [k for k in range(1, count + 1) if again or not holds_shard(shards[k - 1], sweep, k, count)]
     if count == len(missing) == 1:
-        with progress.points(sweep.grid.size, sweep.name, math.prod(sweep.each.values())) as advance:
+        with progress.count_points(sweep.grid.size, sweep.name, math.prod(sweep.each.values())) as advance:
             merging.measure_whole(sweep, path, workers, advance)
     else:
-        _write(sweep, shards, missing, workers)
-        progress.say(f"merging {count} shards")
-        merging.merge(sweep, shards, path, workers)
+        _write_shards(sweep, shards, missing, workers)
+        progress.print_line(f"merging {count} shards")
+        merging.merge_shards(sweep, shards, path, workers)
 
 
-def _write(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
-    """Write the shards that are not there yet, one after the other: finished ones are kept."""
+def _write_shards(sweep: Sweep, shards: list[Path], missing: list[int], workers: int) -> None:
+    """Write the missing shards (numbers from 1) in order."""
     count, bounds = len(shards), sweep.grid.shard_bounds(len(shards))
-    if done := count - len(missing):
-        progress.say(f"{done} of {count} shards exist already")
+    if num_finished := count - len(missing):
+        progress.print_line(f"{num_finished} of {count} shards exist already")
     points = sum(stop - start for start, stop in (bounds[k - 1] for k in missing))
     try:
-        with progress.points(points, sweep.name, math.prod(sweep.each.values())) as advance:
+        with progress.count_points(points, sweep.name, math.prod(sweep.each.values())) as advance:
             for k in missing:
                 write_shard(sweep, k, count, shards[k - 1], workers, advance)
-                done += 1
+                num_finished += 1
     except BaseException as error:
-        error.add_note(f"{done:,} of {count:,} shards finished")
+        error.add_note(f"{num_finished:,} of {count:,} shards finished")
         raise

@@ -17,8 +17,8 @@ from sweeps.points import compile_kernels
 from sweeps.points.catalogue import Plan
 from sweeps.schema.refusals import DefinitionError, cut_text
 
-# options of Snakemake that make none of the workflow's files
-LOOKING = (
+# options with which Snakemake makes none of the workflow's files
+SHOWING_OPTIONS = (
     *("dryrun", "lint", "list_rules", "list_target_rules", "summary", "detailed_summary", "print_compilation"),
     *("dag", "rulegraph", "filegraph", "d3dag", "report", "unlock", "cleanup_metadata", "cleanup_shadow", "archive"),
     *("containerize", "export_cwl", "generate_unit_tests", "list_changes", "list_input_changes", "list_params_changes"),
@@ -31,11 +31,11 @@ def _arguments() -> Namespace | None:
         return None
     try:
         return get_argument_parser().parse_known_args(sys.argv[1:])[0]
-    except SystemExit:  # Snakemake itself has accepted these arguments, or will say what is wrong
+    except SystemExit:  # Snakemake itself has accepted these arguments, or will report the error
         return Namespace(targets=(), dryrun=True)
 
 
-def on_command_line() -> list[str]:
+def command_line_targets() -> list[str]:
     """Return the targets of the running `snakemake` command; none outside of a command line."""
     arguments = _arguments()
     return [str(target) for target in arguments.targets or ()] if arguments else []
@@ -44,13 +44,13 @@ def on_command_line() -> list[str]:
 def is_to_run() -> bool:
     """Return True if the running `snakemake` command makes files, rather than showing or planning."""
     arguments = _arguments()
-    return arguments is None or not any(getattr(arguments, name, None) for name in LOOKING)
+    return arguments is None or not any(getattr(arguments, name, None) for name in SHOWING_OPTIONS)
 
 
-def need_slurm() -> None:
-    """End the program with a message and status 2 where Snakemake's plugin for Slurm is missing.
+def require_slurm() -> None:
+    """End the program with a message and status 2 if Snakemake's plugin for Slurm is missing.
 
-    Called from the profile: Snakemake itself would only list the executors it knows.
+    Called from the profile: Snakemake itself would only list its installed executors.
     """
     if find_spec("snakemake_executor_plugin_slurm") is None:
         print("--profile: .slurm needs a plugin that is not here; allowed: pip install -e '.[slurm]'", file=sys.stderr)
@@ -58,12 +58,12 @@ def need_slurm() -> None:
 
 
 def threads_of_shard(workflow, count: int) -> int:
-    """Return the threads for each of `count` shards: their part of this machine, or one each on a cluster."""
+    """Return the threads for each of `count` shards: a share of this machine's processors, or 1 on a cluster."""
     return max(1, workflow.cores // count) if workflow.local_exec else 1
 
 
-def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
-    """Yield a line for each sweep without a map whose kernels the first of its shards will compile."""
+def compile_notices(plans: Iterable[Plan]) -> Iterator[str]:
+    """Yield a notice for each sweep without a map if its first shard will compile kernels."""
     for sweep in (plan.sweep for plan in plans):
         if not Path(f"results/{sweep.name}/stability_map.nc").exists() and (
             line := compile_kernels.compile_notice(sweep)
@@ -71,27 +71,32 @@ def what_is_compiled(plans: Iterable[Plan]) -> Iterator[str]:
             yield line
 
 
-def refuse_unmade(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
+def refuse_unknown(targets: Iterable[str], rules: Iterable, sweeps: Iterable[str]) -> None:
     """Refuse files below results/ that no rule makes.
 
+    Args:
+        targets: the files.
+        rules: of the workflow.
+        sweeps: names of the sweeps.
+
     Raises:
-        DefinitionError: naming the first such file and what can be made in its place.
+        DefinitionError: naming the first such file and the allowed files.
     """
     rules, sweeps = list(rules), list(sweeps)
     for target in (str(target).removeprefix("./") for target in targets):
-        folder, _, rest = target.partition("/")
+        folder, _, inner_path = target.partition("/")
         if folder != "results" or any(rule.is_producer(target) for rule in rules):
             continue
-        name, _, file = rest.partition("/")
-        files = _files(rules)
-        near = difflib.get_close_matches(file, files, n=1)
-        meant = f" (did you mean results/{name}/{near[0]}?)" if near else ""
-        made = [f"results/{sweep}/{file}" for sweep in ([name] if name in sweeps else sweeps) for file in files]
-        what = f"target: {cut_text(repr(target))} is made by no rule{meant}"
-        raise DefinitionError(f"{what}; allowed: {', '.join(made)}")
+        name, _, file = inner_path.partition("/")
+        files = _rule_outputs(rules)
+        similar = difflib.get_close_matches(file, files, n=1)
+        suggestion = f" (did you mean results/{name}/{similar[0]}?)" if similar else ""
+        allowed = [f"results/{sweep}/{file}" for sweep in ([name] if name in sweeps else sweeps) for file in files]
+        problem = f"target: {cut_text(repr(target))} is made by no rule{suggestion}"
+        raise DefinitionError(f"{problem}; allowed: {', '.join(allowed)}")
 
 
-def _files(rules: list) -> list[str]:
+def _rule_outputs(rules: list) -> list[str]:
     """Return the files that rules make of any sweep, below results/<sweep>/."""
     outputs = [re.match(r"results/\{sweep(?:,[^}]*)?\}/([^{]*)$", str(output)) for r in rules for output in r.output]
     return [output[1] for output in outputs if output]

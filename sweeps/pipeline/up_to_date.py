@@ -26,7 +26,7 @@ NOTE = ".finished"
 MAP, FIGURES, REPORT = "stability_map.nc", "figures", "report.html"
 OUTPUTS = (MAP, FIGURES, REPORT)  # A run yields them in this order.
 PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "sympy")  # Their versions determine bits.
-SETTINGS = ".numba_config.yaml"  # Numba reads it in the folder where a process starts.
+SETTINGS = ".numba_config.yaml"  # Numba reads it in the folder in which a process starts.
 CACHE = "NUMBA_CACHE_DIR"
 
 
@@ -61,9 +61,9 @@ def _hash(text: bytes) -> str:
 
 
 def record(folder: Path, inputs: str = "") -> None:
-    """Write the note of a sweep whose outputs are made.
+    """Write the note of a sweep after its outputs are made.
 
-    Without a hash of inputs the note of unchanged outputs stays, and the next run after any other checks the outputs.
+    Without a hash of inputs, the note is kept if the outputs are unchanged; the next run then checks the outputs.
     """
     files = [file for name in OUTPUTS for file in ((folder / name), *(folder / name).glob("*")) if file.is_file()]
     states = {str(file.relative_to(folder)): [*_file_state(file)[2:]] for file in files}
@@ -74,7 +74,7 @@ def record(folder: Path, inputs: str = "") -> None:
 
 
 def remove_damaged(folder: Path) -> None:
-    """Remove the figures, or the report, of which a file is missing or was cut short, so that they are made again.
+    """Remove figures, or a report, with a file that is missing or was cut short, so that they are made again.
 
     A note of another map is ignored: a later run, cut short, may have drawn files again.
     """

@@ -33,7 +33,7 @@ def ensure_compiled(sweep: Sweep) -> None:
     if names <= _compiled or jit.is_plain():
         return
     if line := compile_notice(sweep):
-        progress.say(line)
+        progress.print_line(line)
         compile_examples(examples)
     _compiled.update(names)
 
@@ -47,7 +47,7 @@ def compile_seconds(sweep: Sweep) -> float:
     """Return how long it takes to compile the kernels of a sweep that are not compiled yet, s, about."""
     examples = sweep.system.examples(sweep.definition)
     share = len(missing_examples(examples)) / len(examples) if examples else 0.0
-    alone = share and (machine.cores() == 1 or why_unkept())
+    alone = share and (machine.num_processors() == 1 or why_unkept())
     return sweep.system.compile_seconds * share * (SERIAL_FACTOR if alone else 1.0)
 
 
@@ -108,7 +108,7 @@ def _run_compiler(examples: list[Example]) -> None:
         command = [sys.executable, "-P", "-m", "sweeps.points.compile_worker"]
         program = subprocess.Popen(command, stderr=messages, **options)
         try:
-            with progress.pieces(len(examples), "compiling") as advance:
+            with progress.count_pieces(len(examples), "compiling") as advance:
                 program.stdin.write(pickle.dumps(examples))
                 program.stdin.close()
                 import numba  # noqa: F401  (settings that it cannot read are refused here, and not in the program)

@@ -20,19 +20,19 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     examples = pickle.load(sys.stdin.buffer)
     side_by_side = [example for example in examples if not example.is_last]
-    pool = ProcessPoolExecutor(machine.cores(), get_context("spawn"), _start_worker)
+    pool = ProcessPoolExecutor(machine.num_processors(), get_context("spawn"), _start_worker)
     try:
         for group in (side_by_side, *([example] for example in examples if example.is_last)):
             for future in as_completed([pool.submit(call_example, example) for example in group]):
                 future.result()
                 print(flush=True)
     finally:
-        interrupts.abandon(pool)  # all is stored; a regular end of the compiler would last 0.6 s
+        interrupts.end_processes(pool)  # all is stored; a regular end of the compiler would last 0.6 s
 
 
 def _start_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    interrupts.end_with_the_parent()
+    interrupts.exit_with_parent()
     startup.configure()
     gc.set_threshold(100_000)  # most objects of a compiler stay: at 700, collection takes a seventh of the time
 

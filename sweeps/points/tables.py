@@ -162,7 +162,7 @@ def _match_columns(
 
 def _write_rows(cache_file: Path, source: tables.Source, columns: Sequence[ColumnOf], place: int | None) -> None:
     """Read, check and store all rows, and the names in the column at `place`; store nothing if a row is refused."""
-    machine.keep_freed()
+    machine.keep_freed_memory()
     names, ends = [column.parameter.name for column in columns], []
     with replace_output(cache_file, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}

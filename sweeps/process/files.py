@@ -17,8 +17,8 @@ NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # errors of flock on 
 def replace_output(path: str | Path, is_folder: bool = False, flush: bool = True) -> Iterator[Path]:
     """Yield a temporary path next to `path`, and rename it to `path` when the block has ended without error.
 
-    If the block fails, the temporary file is removed, and `path` is as it was. What a killed process left of the same
-    file is removed first. No link is followed.
+    If the block fails, the temporary file is removed, and `path` is as it was. Temporary files that a killed process
+    left of the same file are removed first. No link is followed.
 
     Args:
         path: the file or folder to write.
@@ -48,7 +48,7 @@ def replace_output(path: str | Path, is_folder: bool = False, flush: bool = True
 
 
 def remove_leftovers(path: Path) -> None:
-    """Remove the temporary files and folders of `path` whose process has ended."""
+    """Remove the temporary files and folders of `path` of ended processes."""
     _remove_ended(path.parent.glob(f".{glob.escape(path.name)}.*.part"))
 
 
@@ -59,17 +59,17 @@ def remove_all_leftovers(folder: Path) -> None:
 
 def _remove_ended(leftovers: Iterable[Path]) -> None:
     for leftover in list(leftovers):
-        if process_identity.is_over(leftover.name, process_identity.age(leftover)):
+        if process_identity.is_over(leftover.name, process_identity.seconds_since_change(leftover)):
             _remove(leftover)
 
 
 def _temporary_path(path: Path) -> Path:
     """Return a temporary name for the file `path`: it exists before the file does, so that no Ctrl-C comes between."""
-    return path.with_name(f".{path.name}.{process_identity.mark()}.{os.urandom(8).hex()}.part")
+    return path.with_name(f".{path.name}.{process_identity.process_mark()}.{os.urandom(8).hex()}.part")
 
 
 def _rename(temporary: Path, path: Path) -> None:
-    """Give a file or a new folder its name; move the files of a folder one by one into a folder that exists."""
+    """Rename a file or a new folder; move the files of a folder into a folder that exists."""
     if temporary.is_dir() and path.is_dir():
         for file in temporary.iterdir():
             file.replace(path / file.name)
@@ -85,7 +85,7 @@ def _remove(path: Path) -> None:
 
 
 def _flush(path: Path) -> None:
-    """Force a file's (or a folder's) content to the disk, where the system can."""
+    """Force the content of a file or a folder to the disk, if the system can."""
     try:
         handle = os.open(path, os.O_RDONLY)
     except OSError:  # folders cannot be opened on every system

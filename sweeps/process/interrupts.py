@@ -9,13 +9,13 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 
-PATIENCE = 2.0  # s for a process to end that was told to
+MAX_EXIT_SECONDS = 2.0  # s that a terminated process has for its end, before the pool is closed without it
 
 
 @contextmanager
-def left_to_the_parent() -> Iterator[None]:
-    """Let processes started in this block ignore Ctrl-C, which a terminal sends to all, from the first instruction."""
-    resource_tracker.ensure_running()  # which unblocks it where it is started later
+def ignore_interrupts() -> Iterator[None]:
+    """Let processes started in this block ignore Ctrl-C from their first instruction; a terminal sends it to all."""
+    resource_tracker.ensure_running()  # if it started later, it would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -23,7 +23,7 @@ def left_to_the_parent() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def end_with_the_parent() -> None:
+def exit_with_parent() -> None:
     """Let this child process end when its parent has ended, for whatever reason."""
 
     def wait():
@@ -33,14 +33,14 @@ def end_with_the_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-def abandon(pool: Executor) -> None:
+def end_processes(pool: Executor) -> None:
     """End the processes that this process has started by `multiprocessing`, then their pool.
 
-    One that is only starting would miss what it shares with the pool, and say so.
+    If the pool were closed first, a process that is just starting would report that its connection is missing.
     """
     children = multiprocessing.active_children()
     for child in children:
         child.terminate()
     for child in children:
-        child.join(PATIENCE)
+        child.join(MAX_EXIT_SECONDS)
     pool.shutdown(cancel_futures=True)  # waits: its thread, with no process left, ends at once

@@ -1,6 +1,6 @@
 """Identify a process by host, boot, PID namespace, PID and start time, and report whether it still runs.
 
-Process numbers alone are given again, and mean other processes on another machine or in another container.
+A PID alone is not sufficient: it is used again later, and by different processes on each machine and in each container.
 """
 
 import os
@@ -12,27 +12,27 @@ from pathlib import Path
 
 import psutil
 
-DAY = 86_400.0
-_FORM = re.compile(r"([A-Za-z0-9]{1,32})-([0-9a-f]{1,12})-([0-9]+)-([0-9]+)-([0-9]+)")
+DAY = 86_400.0  # s
+_MARK_PATTERN = re.compile(r"([A-Za-z0-9]{1,32})-([0-9a-f]{1,12})-([0-9]+)-([0-9]+)-([0-9]+)")
 
 
-def mark() -> str:
+def process_mark() -> str:
     """Return a mark that identifies this process: host, boot, container, number, start time."""
-    return f"{host()}-{_namespace()}-{os.getpid()}-{_start_time(os.getpid())}"
+    return f"{host_name()}-{_namespace()}-{os.getpid()}-{_start_time(os.getpid())}"
 
 
-def host() -> str:
+def host_name() -> str:
     """Return the name of the machine, in letters and digits."""
     return re.sub(r"[^A-Za-z0-9]", "", platform.node())[:32] or "host"
 
 
 @cache
 def _namespace() -> str:
-    """Return what process numbers are valid in: this start of this machine, and this container."""
+    """Return the scope of PIDs as text: boot of this machine and PID namespace (container)."""
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text().replace("-", "")[:12]
         container = re.sub(r"\D", "", os.readlink("/proc/self/ns/pid"))
-    except OSError:  # without /proc the host's name must do
+    except OSError:  # without /proc, the host's name is used
         boot, container = f"{sum(map(ord, platform.node())):x}", "0"
     return f"{boot}-{container or 0}"
 
@@ -51,22 +51,22 @@ def _start_time(number: int) -> int | None:
         return None
 
 
-def is_over(made_by: str, silence: float, max_silence: float = DAY) -> bool:
-    """Return True if the process of a mark, in the text `made_by`, has ended.
+def is_over(mark_text: str, silence: float, max_silence: float = DAY) -> bool:
+    """Return True if the process of the mark in `mark_text` has ended; `silence` is the age of its file, s.
 
     A process of another machine or container, or of no mark, counts as ended if its file has not changed for more
     than `max_silence` seconds.
     """
-    match = _FORM.search(made_by)
+    match = _MARK_PATTERN.search(mark_text)
     if match is None or f"{match[2]}-{match[3]}" != _namespace():
         return silence > max_silence
     try:
         return _start_time(int(match[4])) != int(match[5])
-    except psutil.AccessDenied:  # it is another user's
+    except psutil.AccessDenied:  # a living process of another user
         return False
 
 
-def age(path: Path) -> float:
+def seconds_since_change(path: Path) -> float:
     """Return the seconds since a file, or the contents of a folder, last changed; 0 if it does not exist."""
     try:
         return time.time() - max(p.lstat().st_mtime for p in (path, *path.rglob("*")))
@@ -74,9 +74,9 @@ def age(path: Path) -> float:
         return 0.0
 
 
-def in_words(made_by: str) -> str:
+def process_text(mark_text: str) -> str:
     """Return the process of a mark in words: "process 123", of another machine or container "process 123 on HOST"."""
-    match = _FORM.search(made_by)
+    match = _MARK_PATTERN.search(mark_text)
     if match is None:
         return "process unknown"
     return f"process {match[4]}" + ("" if f"{match[2]}-{match[3]}" == _namespace() else f" on {match[1]}")

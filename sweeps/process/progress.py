@@ -19,13 +19,13 @@ from rich.progress import (
 )
 
 SECONDS_BETWEEN_LINES = 10.0
-SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0  # before `waiting` says anything
+SECONDS_ON_A_TERMINAL, SECONDS_IN_A_LOG = 2.0, 10.0  # a block that takes longer is announced
 _is_silent: contextvars.ContextVar[bool] = contextvars.ContextVar("is_silent", default=False)
 
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """Report nothing within the block."""
+    """Print no progress within the block."""
     token = _is_silent.set(True)
     try:
         yield
@@ -33,17 +33,17 @@ def silence() -> Iterator[None]:
         _is_silent.reset(token)
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """Print a line on the error stream."""
     if not _is_silent.get():
         print(text, file=sys.stderr, flush=True)
 
 
 @contextmanager
-def waiting(what: str) -> Iterator[None]:
+def announce(text: str) -> Iterator[None]:
     """Print a line on the error stream if the block takes more than two seconds; in a log, more than ten."""
     seconds = SECONDS_ON_A_TERMINAL if sys.stderr.isatty() else SECONDS_IN_A_LOG
-    timer = threading.Timer(seconds, contextvars.copy_context().run, (say, f"{what} …"))
+    timer = threading.Timer(seconds, contextvars.copy_context().run, (print_line, f"{text} …"))
     timer.daemon = True
     timer.start()
     try:
@@ -61,17 +61,23 @@ class _Speed(ProgressColumn):
 
 
 @contextmanager
-def points(total: int, label: str, each: int = 1) -> Iterator[Callable[[int], None]]:
-    """Yield a function that takes the number of values just done, `each` a point, and report progress in points."""
+def count_points(total: int, label: str, each: int = 1) -> Iterator[Callable[[int], None]]:
+    """Yield a function that takes the number of values just finished, and print the progress in points.
+
+    Args:
+        total: number of all values.
+        label: text before the bar or at the beginning of each line.
+        each: values per point.
+    """
     console = Console(stderr=True)
     if console.is_terminal and not _is_silent.get():
-        with _bar(console, total / each, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
+        with _show_bar(console, total / each, label, TaskProgressColumn(), _Speed(), TimeRemainingColumn()) as advance:
             yield lambda values: advance(values / each)
     else:
-        yield _lines(total, label, each)
+        yield _line_counter(total, label, each)
 
 
-def _lines(total: int, label: str, each: int) -> Callable[[int], None]:
+def _line_counter(total: int, label: str, each: int) -> Callable[[int], None]:
     start = last_line = time.monotonic()
     values = 0
 
@@ -81,26 +87,28 @@ def _lines(total: int, label: str, each: int) -> Callable[[int], None]:
         now = time.monotonic()
         if values >= total or now - last_line >= SECONDS_BETWEEN_LINES:
             last_line, speed = now, values / each / max(now - start, 1e-9)
-            points, seconds = f"{values // each:,} of {total // each:,} points", (total - values) / each / speed
-            say(f"{label}: {points}, {speed:,.0f} points/s, {seconds:,.0f} s left")
+            share, seconds = f"{values // each:,} of {total // each:,} points", (total - values) / each / speed
+            print_line(f"{label}: {share}, {speed:,.0f} points/s, {seconds:,.0f} s left")
 
     return advance
 
 
 @contextmanager
-def pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
-    """Yield a function to be called after each piece of work, which moves a bar on a terminal or in a notebook."""
+def count_pieces(total: int, label: str) -> Iterator[Callable[[], None]]:
+    """Yield a function to call after each piece of work, which moves a bar on a terminal or in a notebook."""
     console = Console(stderr=True)
     if _is_silent.get() or not (console.is_terminal or console.is_jupyter):
         yield lambda: None
         return
     columns = TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn()
-    with _bar(console, total, label, *columns) as advance:
+    with _show_bar(console, total, label, *columns) as advance:
         yield lambda: advance(1)
 
 
 @contextmanager
-def _bar(console: Console, total: float, label: str, *columns: ProgressColumn) -> Iterator[Callable[[float], None]]:
+def _show_bar(
+    console: Console, total: float, label: str, *columns: ProgressColumn
+) -> Iterator[Callable[[float], None]]:
     with Progress(TextColumn(label), BarColumn(), *columns, console=console) as bar:
         task = bar.add_task(label, total=total)
         yield lambda done: bar.advance(task, done)

@@ -20,11 +20,11 @@ def configure() -> None:
         os.environ.setdefault(name, value)
     import logging
 
-    # Matplotlib warns where the user has no folder for its list of fonts: pictures are the same
+    # Matplotlib warns if the user has no folder for its list of fonts: pictures are the same
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
-def leave_out_the_compiler() -> bool:
+def leave_out_compiler() -> bool:
     """Run kernels as plain Python in a command that calls few of them; return whether this process does so."""
     from kernels.compile import jit
 

@@ -1,4 +1,4 @@
-"""The content of a map, as one hash: equal content, equal hash, however it is stored."""
+"""The content hash of a map: equal for equal content, independently of how it is stored."""
 
 import hashlib
 import math
@@ -13,35 +13,42 @@ if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
 
-CHUNK_POINTS = 2**16
+CHUNK_POINTS = 2**16  # values of a chunk; changing it would change every content hash
 
 
 def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
-    """Return the shape of the chunks of an array: runs of at most `CHUNK_POINTS` values, stored, and hashed, as one.
+    """Return the shape of the chunks of an array: at most `CHUNK_POINTS` values, stored and hashed together.
 
-    Its last dimensions are whole, the next is cut into even parts, and each before into single indices.
+    Its last dimensions are whole, the next dimension is cut into even parts, and all dimensions before have length 1.
     """
-    room, chunk = CHUNK_POINTS, []
+    points_left, chunk = CHUNK_POINTS, []
     for size in reversed(shape):
-        parts = -(-size // max(room, 1))
-        chunk.append(-(-size // parts))
-        room //= chunk[-1]
+        num_runs = -(-size // max(points_left, 1))
+        chunk.append(-(-size // num_runs))
+        points_left //= chunk[-1]
     return tuple(reversed(chunk))
 
 
 class ContentHash:
-    """SHA-256 of what a Dataset holds: names, dimensions, types and values; no attribute, no encoding.
+    """SHA-256 of names, dimensions, types and values of a Dataset; attributes and encoding have no effect.
 
-    Each variable has a hash of its own: over the SHA-256 of each of its runs of values in C order, where the runs are
-    those of `chunk_shape` and the values are little-endian bytes (text: UTF-8, each item ended by a zero byte). The
-    content hash runs over name, dimensions, type and that hash of each variable and coordinate, in the order of names.
+    The hash of a variable is that of the SHA-256 digests of its chunks (`chunk_shape`) in C order. Values are hashed
+    as little-endian bytes (text as UTF-8, each item ended by a zero byte). The content hash is that of name,
+    dimensions, type and hash of each variable and coordinate, in the order of names.
     """
 
     def __init__(self):
         self._heads, self._bodies = {}, {}
 
     def declare(self, name: str, dims: Sequence[str], shape: Sequence[int], dtype) -> None:
-        """Announce a variable before its values."""
+        """Declare a variable before its values.
+
+        Args:
+            name: of the variable.
+            dims: names of its dimensions.
+            shape: their lengths.
+            dtype: type of its values.
+        """
         kind = "str" if np.dtype(dtype).kind in "UOST" else np.dtype(dtype).newbyteorder("<").str
         self._heads[name] = f"{name}\0{','.join(f'{d}={n}' for d, n in zip(dims, shape, strict=True))}\0{kind}\0"
         self._bodies[name] = _VariableHash(tuple(shape))
@@ -52,7 +59,7 @@ class ContentHash:
             pass
 
     def runs(self, name: str, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
-        """Add the next values of a variable, in C order; yield the box and the values of each run that is whole now."""
+        """Add the next values of a variable, in C order; yield (box, values) of each chunk that is complete now."""
         return self._bodies[name].runs(np.asarray(values).reshape(-1))
 
     def digests(self) -> dict[str, str]:
@@ -74,23 +81,23 @@ class ContentHash:
 
 
 class _VariableHash:
-    """The hash of one variable, whose values come in pieces of any length and are hashed in whole runs."""
+    """The hash of a variable: values are added in pieces of any length and hashed in whole chunks."""
 
     def __init__(self, shape: tuple[int, ...]):
         self._boxes = tiles(shape, chunk_shape(shape))
-        self._box, self._parts, self.total = next(self._boxes, ()), [], hashlib.sha256()
+        self._box, self._pieces, self.total = next(self._boxes, ()), [], hashlib.sha256()
 
     def runs(self, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
         while values.size:
-            size = math.prod(part.stop - part.start for part in self._box)
-            left = size - sum(part.size for part in self._parts)
-            self._parts.append(values[:left])
-            if values.size >= left:
-                run = np.concatenate(self._parts)
+            size = math.prod(piece.stop - piece.start for piece in self._box)
+            missing = size - sum(piece.size for piece in self._pieces)
+            self._pieces.append(values[:missing])
+            if values.size >= missing:
+                run = np.concatenate(self._pieces)
                 self.total.update(hashlib.sha256(as_bytes(run)).digest())
                 yield self._box, run
-                self._box, self._parts = next(self._boxes, ()), []
-            values = values[left:]
+                self._box, self._pieces = next(self._boxes, ()), []
+            values = values[missing:]
 
 
 def as_bytes(values: np.ndarray) -> bytes | memoryview:
@@ -107,11 +114,11 @@ def content_hash(ds: "xr.Dataset") -> str:
     return hash_content(ds).hexdigest()
 
 
-def hash_content(ds: "xr.Dataset", room: int | None = None) -> ContentHash:
-    """Return the hashes of a Dataset's content, with at most `room` values of a variable in memory, or all of them."""
+def hash_content(ds: "xr.Dataset", max_values: int | None = None) -> ContentHash:
+    """Return the hashes of a Dataset, with at most `max_values` values of a variable in memory (None: all values)."""
     digest = ContentHash()
     for name, variable in ds.variables.items():
         digest.declare(name, variable.dims, variable.shape, variable.dtype)
-        for box in runs(variable.shape, room or max(variable.size, 1)):
+        for box in runs(variable.shape, max_values or max(variable.size, 1)):
             digest.update(name, variable[box].values)
     return digest

@@ -21,12 +21,12 @@ def coordinates(sweep: "Sweep") -> "dict[str, tuple[tuple[str, ...], np.ndarray 
         sweep.grid,
         {POINT.name: POINT, POINT_NAME.name: POINT_NAME} | sweep.system.coordinates(sweep.definition),
     )
-    held = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
+    variables = {dim: ((dim,), values) for dim, values in grid.coordinates.items()}
     for name, (dims, values) in grid.auxiliary.items():
         is_right = values.dtype.kind == "U" or values.dtype == np.dtype(table[name].dtype)
-        held[name] = dims, values if is_right else values.astype(table[name].dtype)
-    held |= {dim: ((dim,), values) for dim, values in grid.extra_dimensions.items()}
-    return {name: (*one, table[name].attributes) for name, one in held.items()}
+        variables[name] = dims, values if is_right else values.astype(table[name].dtype)
+    variables |= {dim: ((dim,), values) for dim, values in grid.extra_dimensions.items()}
+    return {name: (*variable, table[name].attributes) for name, variable in variables.items()}
 
 
 def provenance(sweep: "Sweep") -> dict[str, str]:

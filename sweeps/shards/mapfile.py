@@ -1,4 +1,4 @@
-"""netCDF-4 files of maps, their parts and shards: written a run of points at a time, and hashed meanwhile."""
+"""netCDF-4 files of maps, slices and shards, which are written and hashed a run of points at a time."""
 
 import errno
 import fcntl
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WITHOUT_LOCKS = "the file system has no locks (to write without: set HDF5_USE_FILE_LOCKING=FALSE)"
-PART_VALUES = 2**21  # values of a variable in memory at a time, when a part of a map is written
+PART_VALUES = 2**21  # values of a variable that are in memory at a time when a slice is written, 16 MiB of doubles
 
 
 @contextmanager
@@ -63,23 +63,23 @@ def _has_locks(path: Path) -> bool:
 
 
 def _write_error(temporary: Path, path: str | Path, error: RuntimeError) -> OSError:
-    """Return why netCDF could not write: what the system says to a further mebibyte."""
+    """Return the reason of a failed write: the system's error if the file grows by a mebibyte."""
     try:
         handle = os.open(temporary, os.O_WRONLY)
         try:
             os.posix_fallocate(handle, temporary.stat().st_size, 2**20)
         finally:
             os.close(handle)
-    except OSError as said:
-        return OSError(said.errno, said.strerror, str(path))
+    except OSError as failure:
+        return OSError(failure.errno, failure.strerror, str(path))
     return OSError(errno.EIO, f"cannot be written ({error})", str(path))
 
 
 class MapFile:
     """A file that is being written, and the hash of its content.
 
-    netCDF makes the file, its dimensions, variables and attributes. The chunks of columns go past the filters of HDF5,
-    whose deflate takes ten times as long as that of ISA-L; what lies in the file is what these filters would have made.
+    netCDF makes the file, its dimensions, variables and attributes. Chunks of columns are compressed by ISA-L, ten
+    times as fast as by HDF5's own filter, and written directly; the file is the same as if HDF5 had filtered them.
     """
 
     def __init__(self, path: Path, sizes: Mapping[str, int]):
@@ -91,19 +91,31 @@ class MapFile:
     def add(
         self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, length: int = 0, **options: Any
     ) -> None:
-        """Add a variable over some dimensions; `options` are those of `netCDF4.Dataset.createVariable`.
+        """Add a variable over some dimensions.
 
-        Text with a length becomes characters of UTF-8, along one more dimension `string{length}`.
+        Args:
+            name: of the variable.
+            dims: names of its dimensions.
+            dtype: type of its values.
+            attributes: name → value.
+            length: if it is not 0, text becomes characters of UTF-8 along a further dimension `string{length}`.
+            options: of `netCDF4.Dataset.createVariable`.
         """
-        kind, own, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), (), dict(attributes)
+        kind, text_dims, attributes = (str if np.dtype(dtype).kind in "OU" else dtype), (), dict(attributes)
         if length:
-            kind, own, attributes["_Encoding"] = "S1", (f"string{length}",), "utf-8"
-        variable = self._file.createVariable(name, kind, (*dims, *own), **{"fill_value": False} | options)
+            kind, text_dims, attributes["_Encoding"] = "S1", (f"string{length}",), "utf-8"
+        variable = self._file.createVariable(name, kind, (*dims, *text_dims), **{"fill_value": False} | options)
         variable.setncatts(attributes)
         self.digest.declare(name, dims, variable.shape[: len(dims)], dtype)
 
     def add_columns(self, dims: Sequence[str], variables: Mapping[str, Variable], attributes: Mapping = {}) -> None:
-        """Add variables that have a value at every point, in dimensions `dims`, and `attributes` beside their own."""
+        """Add variables with values at all points (dimensions `dims`).
+
+        Args:
+            dims: dimensions of the points.
+            variables: name → description.
+            attributes: further attributes of each variable.
+        """
         self._deflated = {name for name, spec in variables.items() if spec.deflated}
         for name, spec in variables.items():
             shape = [len(self._file.dimensions[dim]) for dim in (*dims, *spec.over)]
@@ -115,13 +127,13 @@ class MapFile:
         """Write the next values of a variable, in C order."""
         variable = self._file[name]
         for box, run in self.digest.runs(name, values):
-            part = run.reshape([one.stop - one.start for one in box])
+            block = run.reshape([extent.stop - extent.start for extent in box])
             if run.dtype.kind in "OU":
-                part = part.astype(object) if variable.dtype is str else _encode_texts(part, variable.shape[-1])
-            variable[box] = part
+                block = block.astype(object) if variable.dtype is str else _encode_texts(block, variable.shape[-1])
+            variable[box] = block
 
     def put_columns(self, columns: Mapping[str, np.ndarray]) -> None:
-        """Write the values of the next points, once all other variables are written."""
+        """Write the values of the next points; call it after all variables that are no columns are written."""
         if not isinstance(self._file, h5py.File):
             self._reopen(partial(h5py.File, locking=False), "r+")
         for name, values in columns.items():
@@ -129,7 +141,7 @@ class MapFile:
             for box, run in self.digest.runs(name, values):
                 content = as_bytes(_fill_chunk(run, box, self._file[name].chunks))
                 content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
-                chunks.write_direct_chunk(tuple(one.start for one in box), content)
+                chunks.write_direct_chunk(tuple(extent.start for extent in box), content)
 
     def seal(self, attributes: Mapping[str, str]) -> str:
         """Write the global attributes and the hashes of all that has been written; return the content hash."""
@@ -150,16 +162,23 @@ class MapFile:
 
 
 def write_part(ds: "xr.Dataset", path: str | Path, command: str) -> str:
-    """Write a part of a map made by `command`, and return its content hash.
+    """Write a slice of a map or a motion, and return its content hash.
 
-    What is no dimension any more stays as a scalar coordinate; text becomes characters, which CDO and ncview can read.
+    Dimensions that were removed stay as scalar coordinates; text becomes characters, which CDO and ncview can read.
+
+    Args:
+        ds: the Dataset.
+        path: the file to write.
+        command: the command of `polhode`, for the attribute `history`.
     """
-    lengths = {name: _longest_text(one.values) for name, one in ds.variables.items() if one.dtype.kind in "OU"}
+    lengths = {
+        name: _longest_text(variable.values) for name, variable in ds.variables.items() if variable.dtype.kind in "OU"
+    }
     with new_file(path, {**ds.sizes, **{f"string{length}": length for length in lengths.values()}}) as file:
         for name in (*ds.data_vars, *ds.coords):
             variable, attributes = ds.variables[name], dict(ds.variables[name].attrs)
-            if name in ds.data_vars and (beside := _coordinate_names(ds, variable.dims)):
-                attributes["coordinates"] = beside
+            if name in ds.data_vars and (coordinate_names := _coordinate_names(ds, variable.dims)):
+                attributes["coordinates"] = coordinate_names
             missing = np.nan if name in ds.data_vars and variable.dtype.kind == "f" else False
             file.add(name, variable.dims, variable.dtype, attributes, lengths.get(name, 0), fill_value=missing)
             for box in runs(variable.shape, PART_VALUES):
@@ -175,17 +194,19 @@ def _longest_text(texts: np.ndarray) -> int:
 
 def _coordinate_names(ds: "xr.Dataset", dims: tuple[str, ...]) -> str:
     """Return names of the coordinates, other than the dimensions' own, that a variable over some dimensions has."""
-    names = (str(name) for name, one in ds.coords.items() if name not in ds.sizes and {*one.dims} <= {*dims})
+    names = (
+        str(name) for name, coordinate in ds.coords.items() if name not in ds.sizes and {*coordinate.dims} <= {*dims}
+    )
     return " ".join(sorted(names))
 
 
 def _fill_chunk(run: np.ndarray, box: tuple[slice, ...], chunk: tuple[int, ...]) -> np.ndarray:
     """Return a run as a whole chunk: at the end of a dimension with zeros beyond it."""
-    lengths = [one.stop - one.start for one in box]
-    return np.pad(run.reshape(lengths), [(0, whole - n) for whole, n in zip(chunk, lengths, strict=True)])
+    lengths = [extent.stop - extent.start for extent in box]
+    return np.pad(run.reshape(lengths), [(0, chunk_length - n) for chunk_length, n in zip(chunk, lengths, strict=True)])
 
 
 def _encode_texts(texts: np.ndarray, length: int) -> np.ndarray:
     """Return texts as characters of UTF-8, along one more dimension."""
-    encoded = np.array([str(text).encode() for text in texts.reshape(-1)], f"S{length}")
-    return encoded.view("S1").reshape(*texts.shape, length)
+    characters = np.array([str(text).encode() for text in texts.reshape(-1)], f"S{length}")
+    return characters.view("S1").reshape(*texts.shape, length)

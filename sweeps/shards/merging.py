@@ -1,4 +1,4 @@
-"""Shards → map, a block of points at a time. A map that is not cut into shards is written as it is measured."""
+"""Merging of shards into a map, a block of points at a time. A map without shards is written as it is measured."""
 
 import re
 import sys
@@ -19,31 +19,30 @@ from sweeps.shards.shard import (
     MapError,
     Progress,
     extra_sizes,
-    measure,
+    measure_blocks,
     open_shard,
     write_shard,
 )
 
 
-def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew: bool = False) -> str:
+def merge_shards(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads: int = 1, renew=False) -> str:
     """Write the map of a sweep from its shards, a block at a time, and return its content hash.
 
-    A shard that was cut short or changed on the disk is measured again, where its name says which it is
-    (`2-of-7.nc`).
+    A shard that was cut short or changed on the disk is measured again if its name contains its number (`2-of-7.nc`).
 
     Args:
         sweep: the sweep.
-        shards: the files of `sweeps.shards.shard.write_shard`, in any order; together they hold each point once. A
-            folder stands for all files in it.
+        shards: the files of `sweeps.shards.shard.write_shard`, in any order, or their folders; together they contain
+            each point once.
         path: the map to write.
-        threads: threads for what is measured again.
-        renew: whether shards of another definition or other kernels, left by a run before, are measured again as well.
+        threads: number of threads that measure damaged shards again.
+        renew: True to measure shards of another definition or other kernels, left by an earlier run, again as well.
 
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.
     """
-    given = map(Path, shards)
-    shards = [file for one in given for file in (files(one, sweep.shards) if one.is_dir() else [one])]
+    sources = map(Path, shards)
+    shards = [file for s in sources for file in (shard_files(s, sweep.shards) if s.is_dir() else [s])]
     for _ in range(len(shards) + 1):
         try:
             content_hash = _merge_once(sweep, shards, path)
@@ -61,12 +60,20 @@ def merge(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, threads:
 
 
 def measure_whole(sweep: Sweep, path: str | Path, threads: int = 1, progress: Progress = lambda points: None) -> str:
-    """Measure all points of a sweep, write its map without shards, and return its content hash."""
+    """Measure all points of a sweep, write its map without shards, and return its content hash.
+
+    Args:
+        sweep: the sweep.
+        path: the map to write.
+        threads: number of threads.
+        progress: called with the number of points of each finished block.
+    """
     with _new_map(sweep, path) as file:
-        return _seal_map(file, sweep, measure(sweep, range(sweep.grid.size), file.put_columns, threads, progress))
+        motions = measure_blocks(sweep, range(sweep.grid.size), file.put_columns, threads, progress)
+        return _seal_map(file, sweep, motions)
 
 
-def files(folder: Path, count: int) -> list[Path]:
+def shard_files(folder: Path, count: int) -> list[Path]:
     """Return the files of `count` shards in a folder."""
     return [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
 
@@ -91,28 +98,28 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
-    covered = 0
+    next_point = 0
     for first, after, _ in shards:
-        if first != covered:
-            what = "missing" if first > covered else "given twice"
-            low, high = sorted((first, covered))
-            raise MapError(f"shards: points {low} to {high - 1} are {what}; allowed: each point once")
-        covered = after
-    if covered != grid.size:
-        raise MapError(f"shards: points {covered} to {grid.size - 1} are missing; allowed: each point once")
+        if first != next_point:
+            problem = "missing" if first > next_point else "given twice"
+            low, high = sorted((first, next_point))
+            raise MapError(f"shards: points {low} to {high - 1} are {problem}; allowed: each point once")
+        next_point = after
+    if next_point != grid.size:
+        raise MapError(f"shards: points {next_point} to {grid.size - 1} are missing; allowed: each point once")
 
 
 @contextmanager
 def _new_map(sweep: Sweep, path: str | Path) -> Iterator[MapFile]:
-    """Yield the file of a map with its coordinates; its columns are still to be written."""
-    grid, beside = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
+    """Yield the file of a map with its coordinates and empty columns."""
+    grid, names = sweep.grid, " ".join(sorted(sweep.grid.auxiliary))
     with new_file(path, dict(zip(grid.dims, grid.shape, strict=True)) | extra_sizes(sweep)) as file:
-        file.add_columns(grid.dims, sweep.variables, {"coordinates": beside} if beside else {})
+        file.add_columns(grid.dims, sweep.variables, {"coordinates": names} if names else {})
         coordinates = contract.coordinates(sweep)
         for name, (dims, values, attributes) in coordinates.items():
             file.add(name, dims, values.dtype, attributes)
-        parts = zip_longest(*(runs(values.shape, PART_POINTS) for _, values, _ in coordinates.values()))
-        for boxes in parts:  # of a part of the points all of their own coordinates, which come together
+        box_groups = zip_longest(*(runs(values.shape, PART_POINTS) for _, values, _ in coordinates.values()))
+        for boxes in box_groups:  # coordinates of sampled points are drawn together, a group of points at a time
             for (name, (_, values, _)), box in zip(coordinates.items(), boxes, strict=True):
                 if box is not None:
                     file.put(name, values[box])

@@ -14,11 +14,11 @@ def start_worker() -> Iterator[Executor]:
     """Start a worker process, which imports Matplotlib at once; at the end of the block, wait for it and end it."""
     pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _prepare_worker)
     try:
-        with interrupts.left_to_the_parent():
+        with interrupts.ignore_interrupts():
             pool.submit(int)  # starts the process
         yield pool
     finally:
-        interrupts.abandon(pool)
+        interrupts.end_processes(pool)
 
 
 def draw_picture(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]:
@@ -30,6 +30,6 @@ def draw_picture(path: str | Path, cut: Mapping[str, slice], *what) -> list[str]
 
 
 def _prepare_worker() -> None:
-    interrupts.end_with_the_parent()
+    interrupts.exit_with_parent()
     startup.configure()
     from sweeps.views import figures  # noqa: F401

@@ -40,7 +40,7 @@ def open_to_draw(path: str | Path) -> "xr.Dataset":
     ds = storage.open_map(path)
     is_slice = not all(coordinate.ndim for coordinate in ds.coords.values())
     if not is_slice and not systems.presentation_of(ds).needs_compiler(ds):
-        startup.leave_out_the_compiler()
+        startup.leave_out_compiler()
     return ds
 
 

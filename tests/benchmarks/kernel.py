@@ -109,7 +109,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tiny", action="store_true", help="a few points and two rounds: does it run")
     tiny = parser.parse_args(arguments).tiny
-    machine.keep_freed()  # as for a shard
+    machine.keep_freed_memory()  # as for a shard
     sweep = read_sweep(catalogue.shipped_files()[catalogue.DEFAULT])
     grid, run = sweep.grid, sweep.definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)

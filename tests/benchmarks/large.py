@@ -145,11 +145,11 @@ from sweeps.pipeline import steps as pipeline
 
 small, large, cores, rounds = *map(read_sweep, sys.argv[1:3]), *map(int, sys.argv[3:])
 path = Path(sys.argv[1]).with_name("made") / "map.nc"
-pipeline.measure(small, path, cores, True)  # kernels into memory
+pipeline.measure_map(small, path, cores, True)  # kernels into memory
 for _ in range(rounds):
     path.unlink()
     begun, busy = time.perf_counter(), time.process_time()
-    pipeline.measure(large, path, cores, True)
+    pipeline.measure_map(large, path, cores, True)
     print(time.perf_counter() - begun, time.process_time() - busy, large.grid.size)
 """
 
@@ -182,7 +182,7 @@ def whole(points, columns, folder):
     definition, points = written(points, columns, folder)
     sweep, shard, begun = read_sweep(definition), folder / "1-of-1.nc", time.process_time()
     shards.write_shard(sweep, 1, 1, shard)
-    merging.merge(sweep, [shard], folder / "map.nc")
+    merging.merge_shards(sweep, [shard], folder / "map.nc")
     return time.process_time() - begun, points
 
 

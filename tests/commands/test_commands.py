@@ -149,7 +149,7 @@ def test_list_check_and_run_count_the_same_points(name, capsys):
     number, each = COUNTED[name].split()[0], math.prod(planned.sweep.each.values())
     assert f"points      {COUNTED[name].replace(' points', '')} = " in said(capsys, "check", name)
     total = planned.sweep.grid.size
-    with progress.points(total, name, each) as advance:
+    with progress.count_points(total, name, each) as advance:
         advance(total)
     assert capsys.readouterr().err.startswith(f"{name}: {number} of {number} points, ")
 

@@ -166,7 +166,7 @@ def shapes(tmp_path_factory):
     sweep = read_sweep(SHAPES, "shapes_here")
     for number in (1, 2):
         write_shard(sweep, number, 2, folder / f"{number}-of-2.nc")
-    merging.merge(sweep, [folder], folder / "map.nc")
+    merging.merge_shards(sweep, [folder], folder / "map.nc")
     return folder / "map.nc"
 
 

@@ -62,7 +62,7 @@ def shards(tmp_path_factory):
 @pytest.fixture(scope="module")
 def tiny_map(shards, tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "tiny.nc"
-    merging.merge(TINY, shards, path)
+    merging.merge_shards(TINY, shards, path)
     return path
 
 
@@ -93,7 +93,7 @@ def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, 
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
     whole = dataset.survey_grid(definition)
     path = tmp_path / "map.nc"
-    told = merging.merge(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
+    told = merging.merge_shards(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
     with storage.open_map(path) as ds:
         assert_same_bits(ds, whole)
         assert ds.attrs["content_hash"] == told == content_hash.content_hash(whole) == content_hash.content_hash(ds)
@@ -142,7 +142,7 @@ def merge_is_refused(paths, tmp_path, *words, definition=TINY):
     target = tmp_path / "map.nc"
     target.write_bytes(b"old")
     with pytest.raises(MapError) as refused:
-        merging.merge(definition, paths, target)
+        merging.merge_shards(definition, paths, target)
     for word in words:
         assert word in str(refused.value)
     assert target.read_bytes() == b"old"
@@ -221,7 +221,7 @@ def test_a_failing_write_leaves_what_was_there(shards, tiny, tmp_path, monkeypat
         monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
     write = {
         "shard": lambda: sharding.write_shard(TINY, 1, 9, path, 1, full_disk if where == "while writing" else len_of),
-        "merge": lambda: merging.merge(TINY, shards, path),
+        "merge": lambda: merging.merge_shards(TINY, shards, path),
         "write_map": lambda: storage.write_map(tiny, path),
     }[what]
     with pytest.raises(OSError, match="No space left"):
@@ -451,7 +451,7 @@ def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
         total.update(hashlib.sha256(struct.pack("<4d", *range(4 * k, 4 * k + 4))).digest())
     ds = xr.Dataset({"value": (("x", "y"), values)})
     assert content_hash.hash_content(ds).digests() == {"value": total.hexdigest()}
-    assert content_hash.hash_content(ds, room=7).digests() == {"value": total.hexdigest()}
+    assert content_hash.hash_content(ds, max_values=7).digests() == {"value": total.hexdigest()}
     text = hashlib.sha256(hashlib.sha256("a\0é\0".encode()).digest())
     whole = b"value\0x=2,y=12\0<f8\0" + total.digest() + b"word\0k=2\0str\0" + text.digest()
     assert content_hash.content_hash(ds.assign(word=("k", ["a", "é"]))) == hashlib.sha256(whole).hexdigest()
@@ -487,11 +487,11 @@ def empty(path):
 def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
     copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
     damage(copies[1])
-    told = merging.merge(TINY, copies, tmp_path / "map.nc")
+    told = merging.merge_shards(TINY, copies, tmp_path / "map.nc")
     assert told == tiny.attrs["content_hash"]
     assert "2-of-3.nc" in capsys.readouterr().err
     # and the shard is whole again
-    assert merging.merge(TINY, copies, tmp_path / "map.nc") == told
+    assert merging.merge_shards(TINY, copies, tmp_path / "map.nc") == told
     assert capsys.readouterr().err == ""
 
 
@@ -505,7 +505,7 @@ def test_a_map_says_how_many_motions_were_integrated(tmp_path):
     mapping = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0, 5.0, -1.0]}}
     for collapse, motions in ((False, 24), (True, 12)):
         definition = read_sweep(mapping | {"integration": {"collapse": collapse}})
-        merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+        merging.merge_shards(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
         with storage.open_map(tmp_path / "map.nc") as ds:
             assert ds.attrs["motions_integrated"] == str(motions)
 
@@ -516,7 +516,7 @@ def test_a_map_of_chosen_variables_opens(tmp_path):
         "integration": {"variables": ["omega_squared"]},
     }
     definition = read_sweep(mapping)
-    merging.merge(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
+    merging.merge_shards(definition, write_shards(tmp_path, definition, 1), tmp_path / "map.nc")
     with storage.open_map(tmp_path / "map.nc") as ds:
         assert list(ds.data_vars) == ["omega_squared"]
 
@@ -530,13 +530,13 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/dev/fd"))) + 20, hard))
     try:
-        told = merging.merge(definition, [folder], tmp_path / "map.nc")
+        told = merging.merge_shards(definition, [folder], tmp_path / "map.nc")
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     assert told == tiny.attrs["content_hash"]
     (folder / "7-of-24.nc").unlink()
     with pytest.raises(MapError, match="7-of-24"):
-        merging.merge(definition, [folder], tmp_path / "map.nc")
+        merging.merge_shards(definition, [folder], tmp_path / "map.nc")
 
 
 def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):
@@ -545,7 +545,7 @@ def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):
         done = []
         told = merging.measure_whole(sweep, whole, 2, done.append)
         assert sum(done) == sweep.grid.size
-        assert told == merging.merge(sweep, write_shards(tmp_path, sweep, 1), merged)
+        assert told == merging.merge_shards(sweep, write_shards(tmp_path, sweep, 1), merged)
         with h5py.File(whole) as one, h5py.File(merged) as other:
             assert set(one) == set(other)
             for key in set(one.attrs) - {"history"}:

@@ -40,7 +40,7 @@ DAMAGES = {
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(pipeline, "_show", lambda *_: None)
+    monkeypatch.setattr(pipeline, "_write_views", lambda *_: None)
 
 
 @cache
@@ -76,12 +76,12 @@ def damaged(function, moment, rng):
 STEPS = [
     (up_to_date, "inputs_hash"),
     (up_to_date, "unchanged_outputs"),
-    (catalogue, "plan"),
-    (pipeline, "make"),
+    (catalogue, "plan_sweep"),
+    (pipeline, "make_outputs"),
     (storage, "holds_map"),
-    (pipeline, "measure"),
+    (pipeline, "measure_map"),
     (pipeline, "write_shard"),
-    (merging, "merge"),
+    (merging, "merge_shards"),
     (merging, "_merge_once"),
     (up_to_date, "record"),
 ]

@@ -87,7 +87,7 @@ def without_locks(folder, monkeypatch):
 
 def mark(**parts):
     names = ("host", "boot", "space", "number", "begun")
-    return "-".join((dict(zip(names, process_identity.mark().split("-"), strict=True)) | parts).values())
+    return "-".join((dict(zip(names, process_identity.process_mark().split("-"), strict=True)) | parts).values())
 
 
 CLAIMS = {
@@ -112,7 +112,7 @@ def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_loc
         return
     for handle in claims.claim(["a"]):
         os.close(handle)
-    assert without_locks.read_text().strip() == process_identity.mark()
+    assert without_locks.read_text().strip() == process_identity.process_mark()
 
 
 def without_flock(code):

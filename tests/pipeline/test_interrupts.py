@@ -26,14 +26,14 @@ import multiprocessing, os, time
 from sweeps.process import interrupts
 
 def work(pipe):
-    interrupts.end_with_the_parent()
+    interrupts.exit_with_parent()
     pipe.send(os.getpid())
     time.sleep(600)
 
 if __name__ == "__main__":
     spawn = multiprocessing.get_context("spawn")
     ours, theirs = spawn.Pipe()
-    with interrupts.left_to_the_parent():
+    with interrupts.ignore_interrupts():
         child = spawn.Process(target=work, args=(theirs,))
         child.start()
     print(ours.recv(), flush=True)
@@ -175,7 +175,7 @@ def test_a_pool_that_is_abandoned_leaves_no_thread():
     before = threading.enumerate()
     pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
     pool.submit(int)
-    interrupts.abandon(pool)
+    interrupts.end_processes(pool)
     assert threading.enumerate() == before
 
 

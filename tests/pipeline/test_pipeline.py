@@ -28,7 +28,7 @@ def mine(tmp_path, monkeypatch):
 
 
 def made(path, results="results", **options):
-    return list(pipeline.make(Path(path), "", Path(results), **options))
+    return list(pipeline.make_outputs(Path(path), "", Path(results), **options))
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def measured(monkeypatch):
         write(definition, number, *rest)
 
     monkeypatch.setattr(pipeline, "write_shard", counting)
-    monkeypatch.setattr(pipeline, "_show", lambda folder, outdated, worker: None)  # pictures take seconds
+    monkeypatch.setattr(pipeline, "_write_views", lambda folder, outdated, worker: None)  # pictures take seconds
     return numbers
 
 

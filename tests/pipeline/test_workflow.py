@@ -174,9 +174,9 @@ class Rule:
 @pytest.mark.parametrize("file", ["nonsense.nc", "stability_map", "figures/axis.png", "shards/0", ""])
 def test_files_that_rules_do_not_make_are_refused(file):
     rules = [Rule(*re.findall(r'"(results/\{sweep\}/[^"]*)"', (ROOT / "Snakefile").read_text()))]
-    targets.refuse_unmade(["results/tiny/stability_map.nc", "results/tiny/shards/1-of-2.nc"], rules, ["tiny"])
+    targets.refuse_unknown(["results/tiny/stability_map.nc", "results/tiny/shards/1-of-2.nc"], rules, ["tiny"])
     with pytest.raises(DefinitionError) as refused:
-        targets.refuse_unmade([f"results/tiny/{file}"], rules, ["tiny"])
+        targets.refuse_unknown([f"results/tiny/{file}"], rules, ["tiny"])
     what, _, allowed = str(refused.value).partition("; allowed: ")
     assert what.startswith(f"target: 'results/tiny/{file}' is made by no rule")
     assert ("did you mean results/tiny/stability_map.nc?" in what) == ("stability" in file)

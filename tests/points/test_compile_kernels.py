@@ -51,7 +51,7 @@ def test_what_is_missing_is_compiled_once(compiled):
 @pytest.mark.parametrize("definition", ["tiny", "symmetric", "rackets", "pendulum", "mathieu"])
 def test_what_cannot_be_kept_is_said_and_is_not_compiled_for_nobody(compiled, definition, monkeypatch, capsys):
     sweep = read_sweep(catalogue.find_definition(definition))
-    monkeypatch.setattr(compile_kernels.machine, "cores", lambda: 2)
+    monkeypatch.setattr(compile_kernels.machine, "num_processors", lambda: 2)
     both = compile_kernels.compile_seconds(sweep)
     assert both == pytest.approx(sweep.system.compile_seconds)
     assert "once per machine" in compile_kernels.compile_notice(sweep)
@@ -198,12 +198,12 @@ def test_a_bar_on_a_terminal_or_in_a_notebook_counts_pieces(monkeypatch):
     shown = io.StringIO()
     terminal = functools.partial(rich.console.Console, file=shown, force_terminal=True, width=80)
     monkeypatch.setattr(progress, "Console", lambda stderr: terminal())
-    with progress.pieces(3, "compiling") as advance:
+    with progress.count_pieces(3, "compiling") as advance:
         advance()
         advance()
     assert "2 of 3" in shown.getvalue()
     quiet = io.StringIO()
     monkeypatch.setattr(progress, "Console", lambda stderr: rich.console.Console(file=quiet))
-    with progress.pieces(3, "compiling") as advance:
+    with progress.count_pieces(3, "compiling") as advance:
         advance()
     assert quiet.getvalue() == ""

@@ -184,7 +184,7 @@ def test_what_a_killed_conversion_left_is_removed_by_the_next_reading(tmp_path, 
     (tmp_path / "my.json").write_text(json.dumps({"table": "a.csv", "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
     folder = tmp_path / "cache" / "tables"
     folder.mkdir(parents=True)
-    mark = process_identity.mark().rsplit("-", 2)[0]
+    mark = process_identity.process_mark().rsplit("-", 2)[0]
     for number, name in enumerate(("another", "seen-another", "third", "seen-third", "a" * 40)):
         (folder / f".{name}.{mark}-{2**22 + 1 + number}-1.0123456789abcdef.part").write_bytes(b"x")
     read_sweep(tmp_path / "my.json")

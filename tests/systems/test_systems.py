@@ -105,7 +105,7 @@ def test_shards_threads_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path)
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
         shards.write_shard(sweep, number, 3, path, threads=2)
-    assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
+    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
     with sweeps.open_map(tmp_path / "map.nc") as ds:
         assert content_hash.content_hash(ds) == whole
         assert ds.attrs["kernel_fingerprint"] == sweep.system.fingerprint()

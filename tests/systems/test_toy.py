@@ -35,7 +35,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
     assert "damped_top" in systems.system_names()
-    made = list(pipeline.make(Path("honey.yaml"), "", Path("results")))
+    made = list(pipeline.make_outputs(Path("honey.yaml"), "", Path("results")))
     assert [path.name for path in made] == ["stability_map.nc", "figures", "report.html"]
     path = str(made[0])
     with sweeps.open_map(path) as ds:

@@ -325,11 +325,11 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
         paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
         for number, path in enumerate(paths, 1):
             shards.write_shard(sweep, number, count, path, threads=number % 3)
-        assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
+        assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
     os.truncate(paths[2], paths[2].stat().st_size // 2)  # at the worst, what a kill leaves; it is measured again
     paths[5].unlink()
     shards.write_shard(sweep, 6, 7, paths[5])
-    assert merging.merge(sweep, paths, tmp_path / "map.nc") == whole
+    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
     assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import BeforeValidator
 
-from sweeps.process.machine import cores
+from sweeps.process.machine import num_processors
 from sweeps.schema.definition import Definition, Integration
 from sweeps.schema.parameters import key, mapping
 from sweeps.schema.values import Positive, Tolerance, integer
@@ -158,7 +158,7 @@ class RelativeEquilibrium(Described):
 
         runs, samples = self._runs(definition.integration), definition.integration.samples
         block = SAMPLE_BYTES * runs * samples * (self.mechanism.n + 1)
-        return Cost(samples, cores() * max(block, min(CHUNK_BYTES, MAX_CHUNK_POINTS // W * block)))
+        return Cost(samples, num_processors() * max(block, min(CHUNK_BYTES, MAX_CHUNK_POINTS // W * block)))
 
     def reference(self) -> Reference:
         """Return the eigenvalues found again: theory by LAPACK, measured values by SciPy from motions."""

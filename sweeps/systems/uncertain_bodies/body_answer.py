@@ -86,8 +86,8 @@ def answer(
 
     entry = sampled_body.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
     read = sampled_body.make_definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
-    machine.keep_freed()
-    sampled = sampled_body.measure_body(read, machine.cores())
+    machine.keep_freed_memory()
+    sampled = sampled_body.measure_body(read, machine.num_processors())
     drawn = sampled_body.collect_facts(sampled)
     measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
     rows = [*sampled_body.outcome_rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
