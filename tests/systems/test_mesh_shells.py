@@ -63,7 +63,7 @@ def test_bricks_that_touch_are_apart(tmp_path):
 
 
 def test_surfaces_too_fine_to_be_compared_are_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh_shells, "MOST_PAIRS", 100)
+    monkeypatch.setattr(mesh_shells, "MAX_PAIRS", 100)
     found = solid(tmp_path, box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5)))
     assert "1 pairs of its surfaces are too fine to be compared" in found.principal.notes[0]
 

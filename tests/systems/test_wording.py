@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from sweeps.systems.bodies.inertia import Principal, axis_in_words, principal_axes
+from sweeps.systems.bodies.inertia import Principal, axis_lines, describe_axis
 from sweeps.systems.motion import format_span
 
 
@@ -25,11 +25,11 @@ def test_durations_come_in_the_unit_that_fits(seconds, words):
 
 
 def test_axes_are_named_where_they_are_the_coordinates():
-    assert axis_in_words((0.0, 1.0, 0.0)) == "y"
-    assert axis_in_words((0.0, 0.0, -1.0)) == "−z"
-    assert axis_in_words((0.6, -0.8, 0.0)) == "(0.600000, −0.800000, 0.000000)"
+    assert describe_axis((0.0, 1.0, 0.0)) == "y"
+    assert describe_axis((0.0, 0.0, -1.0)) == "−z"
+    assert describe_axis((0.6, -0.8, 0.0)) == "(0.600000, −0.800000, 0.000000)"
 
 
 def test_principal_axes_take_a_line_each_and_a_note():
-    lines = list(principal_axes(Principal((1.0, 2.0, 2.5), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), ("so it is",))))
+    lines = list(axis_lines(Principal((1.0, 2.0, 2.5), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), ("so it is",))))
     assert lines == ["I1 = 1 kg m²  about x", "I2 = 2 kg m²  about y", "I3 = 2.5 kg m²  about z", "note: so it is"]

@@ -1,1 +1,1 @@
-"""Rigid bodies: the one model of a body, its shapes and parameters, and what systems of free bodies share."""
+"""Rigid bodies: the model of a body, its shapes and parameters, and common parts of systems of free bodies."""

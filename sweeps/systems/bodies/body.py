@@ -1,4 +1,4 @@
-"""The one model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
+"""Model of a rigid body in definitions: its moments or their ratios, its tensor of inertia or its mesh."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -18,13 +18,13 @@ from sweeps.systems.bodies import inertia, outline
 from sweeps.systems.bodies.variables import MOMENTS, Moment
 
 AXES = "spin axes to survey: a list of 1, 2, 3, each once"
-MOST_PRINTED = 10  # bodies of which `check` prints the axes
+MAX_PRINTED = 10  # bodies; `check` prints the axes of the first ones
 BODIES = "a list of bodies, names unique, in place of I1, I2 and I3 in grid"
 FORMS = "three moments, a tensor of 3 rows of 3, a body's mapping as in a definition, or a body's name"
 
 
 class Ratios(Strict):
-    """Moments of a body of which only the ratios are known."""
+    """Ratios of the moments of a body of unknown mass."""
 
     I1: Moment = key("I1 in any one unit (I3, M R2, …): finite, > 0", ...)
     I2: Moment = key("I2 in the same unit: finite, > 0", ...)
@@ -42,13 +42,13 @@ def _tensor(value: object) -> tuple[tuple[float, ...], ...]:
 
 
 def _mesh_name(name: str) -> str:
-    if wrong := inertia.unsupported(name):
-        raise refusal(*wrong)
+    if problem := inertia.unsupported_format(name):
+        raise refusal(*problem)
     return name
 
 
 class Mesh(Strict):
-    """A body as the closed surface that bounds it, evenly filled."""
+    """A body of uniform density inside a closed surface."""
 
     file: Annotated[str, line_of_text(1000), AfterValidator(_mesh_name)] = key(
         "an STL, OBJ, PLY or OFF file, its path relative to the definition's", ...
@@ -62,14 +62,14 @@ class Mesh(Strict):
     @model_validator(mode="after")
     def _check_density(self) -> "Mesh":
         if (self.density is None) == (self.mass is None):
-            wrong = "is missing" if self.density is None else "is given beside mass"
+            reason = "is missing" if self.density is None else "is given beside mass"
             value = "" if self.density is None else display(self.density)
-            raise refusals([Problem(("density",), value, wrong, "density (kg m-3) or mass (kg), one of them")])
+            raise refusals([Problem(("density",), value, reason, "density (kg m-3) or mass (kg), one of them")])
         return self
 
 
 class Body(Strict):
-    """One real body: its moments, their ratios, its tensor or its mesh; a system adds what else a body may give."""
+    """A real body: its moments, their ratios, its tensor or its mesh; systems add further keys."""
 
     name: Annotated[str, line_of_text(100)] = key(
         "the body's name, unique in the sweep: one line of text, at most 100 characters", ...
@@ -93,23 +93,25 @@ class Body(Strict):
 
     @property
     def moments(self) -> tuple[float, float, float]:
-        """(I1, I2, I3): kg m2, or in the unit of `ratios` where only those are known; ascending from tensor or mesh."""
+        """(I1, I2, I3), kg m2, or in the unit of `ratios` if only those are known; ascending from a tensor or mesh."""
         if self._principal is not None:
             return self._principal.moments
-        given = self if self.ratios is None else self.ratios
-        return given.I1, given.I2, given.I3
+        source = self if self.ratios is None else self.ratios
+        return source.I1, source.I2, source.I3
 
     @model_validator(mode="after")
     def _check_moments(self, info: ValidationInfo) -> "Body":
-        either = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
-        given = [name for name in MOMENTS if getattr(self, name) is not None]
-        others = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
-        if others:
-            wrong = [(n, display(getattr(self, n)), f"is given beside {others[0]}") for n in given + others[1:]]
+        allowed = "I1, I2 and I3 in kg m2, or ratios: {I1, I2, I3}, or tensor, or mesh: {file, …}, one of these"
+        moments = [name for name in MOMENTS if getattr(self, name) is not None]
+        alternatives = [name for name in ("ratios", "tensor", "mesh") if getattr(self, name) is not None]
+        if alternatives:
+            conflicts = [
+                (n, display(getattr(self, n)), f"is given beside {alternatives[0]}") for n in moments + alternatives[1:]
+            ]
         else:
-            wrong = [(name, "", "is missing") for name in MOMENTS if name not in given]
-        if wrong:
-            raise refusals([Problem((name,), value, what, either) for name, value, what in wrong])
+            conflicts = [(name, "", "is missing") for name in MOMENTS if name not in moments]
+        if conflicts:
+            raise refusals([Problem((name,), value, reason, allowed) for name, value, reason in conflicts])
         self._find_principal((info.context or {}).get("folder", ""))
         return self
 
@@ -127,34 +129,34 @@ class Body(Strict):
             raise refusals([Problem(where, value, error.wrong, error.allowed)]) from None
 
 
-def _named_once(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+def _check_unique_names(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     names = [body.name for body in bodies]
     words = "is an earlier body's name", "names that all differ"
-    if again := [number for number, name in enumerate(names) if name in names[:number]]:
-        raise refusals([Problem((number, "name"), display(names[number]), *words) for number in again])
+    if repeated := [number for number, name in enumerate(names) if name in names[:number]]:
+        raise refusals([Problem((number, "name"), display(names[number]), *words) for number in repeated])
     return bodies
 
 
 def list_of(model: type[Body]) -> object:
     """Return the type of a definition's `bodies`: a list with unique names."""
-    return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(_named_once)]
+    return Annotated[tuple[model, ...], AfterValidator(not_empty), AfterValidator(_check_unique_names)]
 
 
 class BodiesDefinition(Definition):
     """A sweep of rigid bodies, over moments in its grid or over a list."""
 
-    #: names of the values that a body may give itself besides its moments; the grid gives them otherwise.
+    #: names of the parameters that a body may have in addition to its moments; the grid has them otherwise.
     shareable: ClassVar[tuple[str, ...]] = ()
     bodies: list_of(Body) = key(BODIES, ())
 
     @cached_property
     def inputs(self) -> str:
-        """The meshes of the bodies, or the table of points, one a line with the SHA-256 of its content."""
+        """The bodies' mesh files, or the table of points, one per line with the SHA-256 of its content."""
         return super().inputs or "\n".join(f"{body.mesh.file} {body.solid.digest}" for body in self.bodies if body.mesh)
 
     @property
     def outlines(self) -> str:
-        """The surfaces of the bodies that are meshes, with few faces (see `sweeps.systems.bodies.outline`)."""
+        """The simplified surfaces of bodies from meshes (see `sweeps.systems.bodies.outline`)."""
         return outline.format_outlines(
             {body.name: body.solid.surface for body in self.bodies if body.solid is not None}
         )
@@ -167,7 +169,7 @@ class BodiesDefinition(Definition):
 
     @classmethod
     def needs_files(cls, values: Mapping) -> str:
-        """Return why mesh files are needed, "" where no body is a mesh."""
+        """Return why mesh files are needed; "" if no body is a mesh."""
         bodies = values.get("bodies")
         if isinstance(bodies, tuple) and any(isinstance(body, dict) and "mesh" in body for body in bodies):
             return "its bodies are mesh files, read only where --definition names them"
@@ -177,11 +179,11 @@ class BodiesDefinition(Definition):
     def remarks(self) -> list[tuple[str, str]]:
         """Principal moments and axes of the first bodies given by a tensor or a mesh."""
         bodies, rows = [body for body in self.bodies if body.principal], []
-        for body in bodies[:MOST_PRINTED]:
+        for body in bodies[:MAX_PRINTED]:
             rows.append(("body", f"{body.name}: principal moments and axes, in the coordinates of the input"))
-            rows += [("", line) for line in inertia.principal_axes(body.principal)]
-        if len(bodies) > MOST_PRINTED:
-            rows.append(("body", f"and {len(bodies) - MOST_PRINTED:,} more (--json has all of them)"))
+            rows += [("", line) for line in inertia.axis_lines(body.principal)]
+        if len(bodies) > MAX_PRINTED:
+            rows.append(("body", f"and {len(bodies) - MAX_PRINTED:,} more (--json has all of them)"))
         return rows
 
     @property
@@ -197,10 +199,10 @@ class BodiesDefinition(Definition):
             raise refusals(problems)
         return self
 
-    def _grid_problem(self, name: str, wrong: str, allowed: str = "") -> Problem:
+    def _grid_problem(self, name: str, reason: str, allowed: str = "") -> Problem:
         entry = getattr(self.grid, name)
         value = "" if entry is None else display(entry)
-        return Problem(("grid", name), value, wrong, allowed or description_of(type(self.grid), name))
+        return Problem(("grid", name), value, reason, allowed or description_of(type(self.grid), name))
 
     def _moment_problems(self, name: str) -> Iterator[Problem]:
         entry = getattr(self.grid, name)
@@ -211,17 +213,17 @@ class BodiesDefinition(Definition):
 
     def _shared_problems(self, name: str) -> Iterator[Problem]:
         entry = getattr(self.grid, name)
-        giving = [body for body in self.bodies if getattr(body, name) is not None]
-        if giving and len(giving) == len(self.bodies):
+        own_values = [body for body in self.bodies if getattr(body, name) is not None]
+        if own_values and len(own_values) == len(self.bodies):
             if name in self.grid.model_fields_set:
-                wrong = "is given although every body has its own"
-                yield self._grid_problem(name, wrong, f"{name} in grid or in every body, not both")
+                reason = "is given although every body has its own"
+                yield self._grid_problem(name, reason, f"{name} in grid or in every body, not both")
         elif entry is None:
             yield self._grid_problem(name, "is missing")
-        elif giving and not isinstance(entry, float):
-            wrong = f"is a dimension, but {len(giving)} of {len(self.bodies)} bodies have their own {name}"
+        elif own_values and not isinstance(entry, float):
+            reason = f"is a dimension, but {len(own_values)} of {len(self.bodies)} bodies have their own {name}"
             allowed = f"a single number here, or {name} in no body, or in every body and not here"
-            yield self._grid_problem(name, wrong, allowed)
+            yield self._grid_problem(name, reason, allowed)
 
 
 def body_entry(body: object) -> dict:
@@ -244,7 +246,7 @@ def _plain(value: object) -> object:
 
 
 class Once(Strict):
-    """How each motion is followed."""
+    """Method of following each motion."""
 
     propagator: Annotated[str, choice(("direct", "exact"))] = key(
         "direct (integrated and measured, with the closed form beside it) or exact (the closed form alone)", "direct"
@@ -263,7 +265,7 @@ class Once(Strict):
 
 
 class FollowedDefinition(BodiesDefinition):
-    """A sweep of bodies that are followed once round."""
+    """A sweep of bodies that are followed through one revolution."""
 
     integration: Once = mapping("how each motion is integrated", Once)
 

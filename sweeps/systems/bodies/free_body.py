@@ -24,12 +24,12 @@ class FreeBody(Dynamics):
     existence = MOMENTS
 
     def dimensions(self, definition: "BodiesDefinition") -> dict[str, Range | np.ndarray]:
-        """Return (body, axis, …): listed bodies, spin axes, and the values that bodies do not give themselves."""
+        """Return (body, axis, …): listed bodies, spin axes, and the parameters that the grid has."""
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
         arguments = self.arguments(definition)
         axes = {"axis": np.array(definition.axes, np.int8)} if "axis" in arguments else {}
-        shared = [name for name in arguments if name not in ("body", "axis") and not definition.is_per_body(name)]
-        return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in shared}
+        grid_names = [name for name in arguments if name not in ("body", "axis") and not definition.is_per_body(name)]
+        return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in grid_names}
 
     def auxiliary(self, definition: "BodiesDefinition") -> dict[str, tuple[str, np.ndarray]]:
         """Return the coordinates along `body`: I1 … I3, other values of bodies, `moments_are_ratios`."""
@@ -38,33 +38,39 @@ class FreeBody(Dynamics):
             return {}
         columns = dict(zip(MOMENTS, zip(*(body.moments for body in bodies), strict=True), strict=True))
         for name in filter(definition.is_per_body, definition.shareable):
-            shared, of_bodies = getattr(definition.grid, name), [getattr(body, name) for body in bodies]
-            columns[name] = [shared if value is None else value for value in of_bodies]
+            grid_value, body_values = getattr(definition.grid, name), [getattr(body, name) for body in bodies]
+            columns[name] = [grid_value if value is None else value for value in body_values]
         columns["moments_are_ratios"] = [body.ratios is not None for body in bodies]
         return {name: ("body", np.array(values)) for name, values in columns.items()}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where one moment exceeds the sum of the others."""
+        """Return True for points at which one moment exceeds the sum of the two remaining ones."""
         return triangle_margin(*(points[name] for name in MOMENTS)) < 0
 
 
 class MeasuredOnce(FreeBody):
-    """A free body that is followed once round, or whose closed form alone is computed: EXACT of its `tables`.
+    """A free body that is integrated through one revolution, or only computed in closed form (EXACT of its `tables`).
 
-    A subclass has three methods: `survey(points, integration)` returns the columns of the closed form and, where the
-    motion is followed, the measured ones; `agrees(points, columns)`, where these are the closed form's within their
-    errors; `start(point)`, moments (ascending, kg m2) and angular velocity at time 0 (rad s-1), shape (3,) each.
+    A subclass has three methods: `survey(points, integration)` returns the columns of the closed form and, if the
+    motion is integrated, the measured ones; `agrees(points, columns)`, True for points at which these agree within
+    their errors; `start(point)`, moments (ascending, kg m2) and initial angular velocity (rad s-1), shape (3,) each.
     """
 
-    closed: str  #: what the closed form is of, for a map's `source`
+    closed_quantities: str  #: the quantities in closed form, for a map's `source`
 
     def variables(self, definition: "BodiesDefinition | None" = None) -> dict[str, Variable]:
-        """Return name → variable: the closed form alone where nothing is integrated."""
-        followed = definition is not None and definition.integration.measured
-        return self.tables.VARIABLES if followed else self.tables.EXACT
+        """Return name → variable: only those of the closed form if nothing is integrated."""
+        is_integrated = definition is not None and definition.integration.measured
+        return self.tables.VARIABLES if is_integrated else self.tables.EXACT
 
-    def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
-        """Return the duration, s, that shows a motion best, from the time of one rotation."""
+    def shown_duration(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+        """Return the duration, s, that shows a motion best.
+
+        Args:
+            moments: principal moments, kg m2, shape (3,).
+            omega: initial angular velocity, rad s-1, shape (3,).
+            rotation: time of one rotation, s.
+        """
         return 2 * rotation
 
     def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
@@ -75,7 +81,7 @@ class MeasuredOnce(FreeBody):
 
         moments, omega = self.start(point)
         rotation = 2 * math.pi / float(point["omega0"])
-        times = sample_times(duration or self.shown(moments, omega, rotation), samples, rotation)
+        times = sample_times(duration or self.shown_duration(moments, omega, rotation), samples, rotation)
         return xr.Dataset(attitude_columns(moments, omega, times, tolerance), {"time": time_axis(times, "the start")})
 
     def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:

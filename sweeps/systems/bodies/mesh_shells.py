@@ -1,8 +1,8 @@
-r"""How the closed surfaces of one mesh lie to each other: side by side, a hollow in a solid, or through one another.
+r"""Arrangement of the closed surfaces of a mesh: side by side, a cavity in a solid, or intersecting.
 
-Volume integrals over a mesh add what every surface encloses, with the sign of its sense. That is the body's mass only
-where no place is enclosed twice: solids that overlap would count twice, and a solid turned inside out would be taken
-off. A point p is enclosed w(p) times,
+Volume integrals over a mesh add the volume inside every surface, with the sign of its orientation. They give the body's
+mass only if no point is enclosed twice: overlapping solids would count twice, and a solid with inward normals would be
+subtracted. A point p is enclosed w(p) times,
 
 .. math:: w(p) = \frac{1}{4\pi} \sum_\mathrm{faces} \Omega(p), \qquad
     \tan\frac{\Omega}{2} = \frac{a\cdot(b\times c)}{abc + (a\cdot b)c + (b\cdot c)a + (c\cdot a)b}
@@ -10,7 +10,7 @@ off. A point p is enclosed w(p) times,
 with a, b, c from p to a triangle's corners.
 
 Source: van Oosterom and Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125; Jacobson et al. (2013), ACM Trans. Graph.
-32(4), 33. Not seen: a surface that runs through itself.
+32(4), 33. Surfaces that intersect themselves are not detected.
 """
 
 from collections.abc import Iterator
@@ -18,113 +18,113 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MOST_PAIRS = 1e8  # of an edge or a point and a triangle, over all surfaces: some ten seconds
-MOST_SURFACES = 10_000
-LEAST_PAIRS = 2e4  # that a comparison of two surfaces counts for, however small they are
-_BLOCK = 2**21  # of them at once: some 200 MB
-_TOUCH = 1e-6  # of an edge: coordinates may be of single precision
-_INWARDS = 1e-6  # of the mesh: how far inside its surface a face's middle is looked at
+MAX_PAIRS = 1e8  # tests of an edge or a point against a triangle, over all surfaces; they take some ten seconds
+MAX_SURFACES = 10_000  # surfaces, whose pairs of boxes are compared
+MIN_PAIRS = 2e4  # tests that a comparison of two surfaces counts for at least, by its overhead
+_BLOCK_PAIRS = 2**21  # tests at a time, some 200 MB
+_TOUCH = 1e-6  # relative to an edge; closer points touch, as coordinates may be of single precision
+_DEPTH = 1e-6  # depth of a face's test point below the surface, relative to the mesh
 
 
 @dataclass(frozen=True)
 class Arrangement:
-    """How closed surfaces lie to each other."""
+    """Arrangement of closed surfaces."""
 
-    turned: tuple[bool, ...]  #: for each surface, whether it looks inwards and is no hollow: to be turned
-    twice: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some place twice
-    unseen: int  #: pairs that were too large to be compared
+    inverted: tuple[bool, ...]  #: True for a surface with inward normals that is no cavity and must be inverted
+    overlapping: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some point twice
+    uncompared: int  #: number of pairs that were too large to be compared
 
 
-def arrangement(surfaces: list[np.ndarray]) -> Arrangement:
-    """Compare closed surfaces pair by pair: of each its triangles, shape (faces, 3, 3), of one sense throughout."""
-    size = float(np.ptp(np.concatenate([one.reshape(-1, 3) for one in surfaces]), axis=0).max())
-    around = [[] for _ in surfaces]  # which others enclose it
-    twice, unseen, left = [], 0, MOST_PAIRS
-    for one, other in _whose_boxes_meet(surfaces):
-        pair = surfaces[one], surfaces[other]
-        work = max(8.0 * len(pair[0]) * len(pair[1]), LEAST_PAIRS)
-        if work > left:
-            unseen += 1
+def arrange(surfaces: list[np.ndarray]) -> Arrangement:
+    """Compare closed surfaces pair by pair; each is an array of triangles of one orientation, shape (faces, 3, 3)."""
+    size = float(np.ptp(np.concatenate([surface.reshape(-1, 3) for surface in surfaces]), axis=0).max())
+    enclosing = [[] for _ in surfaces]  # numbers of the surfaces that enclose each one
+    overlapping, uncompared, remaining_pairs = [], 0, MAX_PAIRS
+    for first, second in _overlapping_boxes(surfaces):
+        pair = surfaces[first], surfaces[second]
+        num_pairs = max(8.0 * len(pair[0]) * len(pair[1]), MIN_PAIRS)
+        if num_pairs > remaining_pairs:
+            uncompared += 1
             continue
-        left -= work
+        remaining_pairs -= num_pairs
         if _pierces(*pair) or _pierces(*reversed(pair)):
-            twice.append((one, other))
-        elif (inner := _inside(*pair, size)).all():
-            around[one].append(other)
-        elif (outer := _inside(*reversed(pair), size)).all():
-            around[other].append(one)
-        elif inner.any() or outer.any():
-            twice.append((one, other))
-    inwards = [_volume(one) < 0 for one in surfaces]
-    hollow = [len(outer) % 2 == 1 for outer in around]
-    twice += [(k, around[k][0]) for k in range(len(surfaces)) if hollow[k] and not inwards[k]]
-    turned = tuple(looks and not is_hollow for looks, is_hollow in zip(inwards, hollow, strict=True))
-    return Arrangement(turned, tuple(twice), unseen)
+            overlapping.append((first, second))
+        elif (first_inside := _faces_inside(*pair, size)).all():
+            enclosing[first].append(second)
+        elif (second_inside := _faces_inside(*reversed(pair), size)).all():
+            enclosing[second].append(first)
+        elif first_inside.any() or second_inside.any():
+            overlapping.append((first, second))
+    has_inward_normals = [_volume(surface) < 0 for surface in surfaces]
+    is_cavity = [len(outer) % 2 == 1 for outer in enclosing]
+    overlapping += [(k, enclosing[k][0]) for k in range(len(surfaces)) if is_cavity[k] and not has_inward_normals[k]]
+    inverted = tuple(inward and not cavity for inward, cavity in zip(has_inward_normals, is_cavity, strict=True))
+    return Arrangement(inverted, tuple(overlapping), uncompared)
 
 
 def _volume(triangles: np.ndarray) -> float:
-    """Return volume that a closed surface encloses, negative where its faces look inwards."""
+    """Return the volume that a closed surface encloses, negative for inward normals."""
     first, second, third = np.moveaxis(triangles - triangles.reshape(-1, 3).mean(axis=0), 1, 0)
     return float(np.einsum("ij,ij->", first, np.cross(second, third)) / 6)
 
 
-def _whose_boxes_meet(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
-    """Yield the numbers of each two surfaces whose boxes share a volume."""
-    low, high = (np.array([end(one, axis=(0, 1)) for one in surfaces]) for end in (np.min, np.max))
-    for one in range(len(surfaces)):
-        meet = ((low[one] < high) & (low < high[one])).all(axis=1)
-        yield from ((one, other) for other in np.flatnonzero(meet).tolist() if other > one)
+def _overlapping_boxes(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
+    """Yield the numbers of each two surfaces with overlapping bounding boxes."""
+    low, high = (np.array([extremum(surface, axis=(0, 1)) for surface in surfaces]) for extremum in (np.min, np.max))
+    for first in range(len(surfaces)):
+        meet = ((low[first] < high) & (low < high[first])).all(axis=1)
+        yield from ((first, second) for second in np.flatnonzero(meet).tolist() if second > first)
 
 
-def _inside(one: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
-    """Return for each face of the one surface whether its middle, a little inside it, is enclosed by the other."""
-    normals = np.cross(one[:, 1] - one[:, 0], one[:, 2] - one[:, 0])
+def _faces_inside(surface: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
+    """Return for each face of `surface` whether its centre, moved slightly inwards, is enclosed by `other`."""
+    normals = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    sense = 1.0 if _volume(one) >= 0 else -1.0
-    inwards = -sense * np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    points = one.mean(axis=1) + _INWARDS * size * inwards
-    near = ((points > other.min(axis=(0, 1))) & (points < other.max(axis=(0, 1)))).all(axis=1)
+    orientation = 1.0 if _volume(surface) >= 0 else -1.0
+    inwards = -orientation * np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+    points = surface.mean(axis=1) + _DEPTH * size * inwards
+    in_box = ((points > other.min(axis=(0, 1))) & (points < other.max(axis=(0, 1)))).all(axis=1)
     inside = np.zeros(len(points), bool)
-    inside[near] = np.abs(_windings(points[near], other)) > 0.5
+    inside[in_box] = np.abs(_winding_numbers(points[in_box], other)) > 0.5
     return inside
 
 
-def _windings(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return how often each point is enclosed, w(p)."""
+def _winding_numbers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the winding number w(p) of each point."""
     windings = np.empty(len(points))
-    for part in _parts(len(points), len(triangles)):
-        a, b, c = np.moveaxis(triangles[None] - points[part, None, None], 2, 0)
+    for block in _row_blocks(len(points), len(triangles)):
+        a, b, c = np.moveaxis(triangles[None] - points[block, None, None], 2, 0)
         la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
-        above = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
-        below = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
-        windings[part] = np.arctan2(above, below).sum(axis=1) / (2 * np.pi)
+        numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+        denominator = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
+        windings[block] = np.arctan2(numerator, denominator).sum(axis=1) / (2 * np.pi)
     return windings
 
 
-def _pierces(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether an edge of the one surface runs through the inside of a triangle of the other.
+def _pierces(surface: np.ndarray, other: np.ndarray) -> bool:
+    """Return True if an edge of `surface` crosses the interior of a triangle of `other`, and does not only touch it.
 
-    After Moeller and Trumbore (1997), J. Graphics Tools 2, 21. What only touches does not pierce.
+    After Moeller and Trumbore (1997), J. Graphics Tools 2, 21.
     """
-    starts, ends = one.reshape(-1, 3), np.roll(one, -1, axis=1).reshape(-1, 3)
+    starts, ends = surface.reshape(-1, 3), np.roll(surface, -1, axis=1).reshape(-1, 3)
     low, high = other.min(axis=(0, 1)), other.max(axis=(0, 1))
-    near = ((np.maximum(starts, ends) >= low) & (np.minimum(starts, ends) <= high)).all(axis=1)
-    starts, ways = starts[near], (ends - starts)[near]
-    for part in _parts(len(starts), len(other)):
-        p, d = starts[part, None], ways[part, None]
+    in_box = ((np.maximum(starts, ends) >= low) & (np.minimum(starts, ends) <= high)).all(axis=1)
+    starts, directions = starts[in_box], (ends - starts)[in_box]
+    for block in _row_blocks(len(starts), len(other)):
+        p, d = starts[block, None], directions[block, None]
         e1, e2 = (other[:, 1] - other[:, 0])[None], (other[:, 2] - other[:, 0])[None]
         h, s = np.cross(d, e2), p - other[None, :, 0]
         q = np.cross(s, e1)
         det = (e1 * h).sum(-1)
         with np.errstate(divide="ignore", invalid="ignore"):
             u, v, t = ((s * h).sum(-1) / det, (d * q).sum(-1) / det, (e2 * q).sum(-1) / det)
-            within = (u > _TOUCH) & (v > _TOUCH) & (u + v < 1 - _TOUCH)
-        if (within & (t > _TOUCH) & (t < 1 - _TOUCH)).any():
+            in_triangle = (u > _TOUCH) & (v > _TOUCH) & (u + v < 1 - _TOUCH)
+        if (in_triangle & (t > _TOUCH) & (t < 1 - _TOUCH)).any():
             return True
     return False
 
 
-def _parts(many: int, by: int) -> Iterator[slice]:
-    """Return slices of so many rows that each makes a block of bounded size with so many columns."""
-    step = max(1, _BLOCK // max(1, by))
-    return (slice(i, i + step) for i in range(0, many, step))
+def _row_blocks(num_rows: int, num_columns: int) -> Iterator[slice]:
+    """Return slices of `num_rows` such that a block of each with `num_columns` has at most `_BLOCK_PAIRS` entries."""
+    step = max(1, _BLOCK_PAIRS // max(1, num_columns))
+    return (slice(i, i + step) for i in range(0, num_rows, step))

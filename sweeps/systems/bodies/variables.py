@@ -41,10 +41,10 @@ TWO_RUNS = "three times the difference of two runs with different steps, and the
 
 
 class Verdict(NamedTuple):
-    """What is said of a spin about a principal axis, by the command, `show`, figures and the page."""
+    """The regime of a spin about a principal axis in words, for the command, `show`, figures and the page."""
 
     words: str  #: the regime
-    more: str = ""  #: what a reader of the words alone would miss
+    more: str = ""  #: explanation
 
 
 VERDICTS = {  # regime → its verdict
@@ -59,16 +59,16 @@ VERDICTS = {  # regime → its verdict
     "sphere": Verdict("sphere", "all moments are equal, and perturbations neither grow nor oscillate"),
 }
 
-# Of a grid of shapes; see `sweeps.systems.bodies.shapes`.
+# Parameters of a grid of shapes; see `sweeps.systems.bodies.shapes`.
 OF_I2 = "I2/I3 = 1 - (I1/I3)(1 - thickness)"
 RATIO = "a number with 0 < I1/I3 ≤ 1"
 THICKNESS = "a number from 0 (flat: I1 + I2 = I3) to 1 (I2 = I3)"
-LEAST = 1e-12  # of I1/I3: below it I2 does not distinguish bodies
-Ratio = Annotated[float, number(lambda x: LEAST <= x <= 1, RATIO)]
+MIN_RATIO = 1e-12  # least I1/I3, below which I2 does not distinguish bodies
+Ratio = Annotated[float, number(lambda x: MIN_RATIO <= x <= 1, RATIO)]
 Thickness = Annotated[float, number(lambda t: 0 <= t <= 1, THICKNESS)]
 
 SHAPE_VALUES = {"I1_over_I3": Ratio, "thickness": Thickness}
-# what a grid of shapes has the moments over
+# moment → the coordinates on which it depends in a grid of shapes
 SHAPE_OVER = {"I1": ("I1_over_I3", "I3"), "I2": ("I1_over_I3", "thickness", "I3")}
 SHAPE_COORDINATES = table(
     Variable("I1_over_I3", "1", "ratio of moments I1/I3"),
@@ -77,33 +77,39 @@ SHAPE_COORDINATES = table(
 
 
 def spin(long_name: str) -> Parameter:
-    """Return the parameter `omega0`, positive and 1 by default, of that meaning."""
+    """Return the parameter `omega0`, positive and 1 by default, with a long name."""
     return Parameter("omega0", SPIN, long_name, 1.0)
 
 
 def layout(
     parameters: Iterable[Parameter],
     variables: Mapping[str, Variable],
-    needed: Iterable[str],
-    spun: bool = False,
-    listed: bool = True,
+    required: Iterable[str],
+    has_axis: bool = False,
+    has_bodies: bool = True,
 ) -> Layout:
     """Return the layout of maps whose points are bodies, from a grid of moments or shapes, or from a list.
 
-    With `spun` the spin axis is a dimension; `listed` says whether a definition may list bodies. `needed` are the names
-    of the variables that every map has.
+    Args:
+        parameters: parameters of the grid.
+        variables: name → variable of a map.
+        required: names of the variables that every map has.
+        has_axis: True if the spin axis is a dimension.
+        has_bodies: True if a definition may list bodies.
     """
     parameters = tuple(parameters)
     grid_coordinates = SHAPE_COORDINATES | coordinates_of(parameters)
-    coordinates = table(*[BODY] * listed, *[AXIS] * spun) | grid_coordinates | table(*[MOMENTS_ARE_RATIOS] * listed)
-    axis = {"axis": Axis} if spun else {}
+    coordinates = (
+        table(*[BODY] * has_bodies, *[AXIS] * has_axis) | grid_coordinates | table(*[MOMENTS_ARE_RATIOS] * has_bodies)
+    )
+    axis = {"axis": Axis} if has_axis else {}
     return Layout(
         coordinates,
         variables,
-        tuple(needed),
+        tuple(required),
         axis | SHAPE_VALUES | {parameter.name: parameter.quantity.item for parameter in parameters},
-        along="body" if listed else "",
-        beside=("moments_are_ratios",) if listed else (),
+        along="body" if has_bodies else "",
+        beside=("moments_are_ratios",) if has_bodies else (),
         spare=tuple(SHAPE_COORDINATES),
         over=SHAPE_OVER,
     )

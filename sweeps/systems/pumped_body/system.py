@@ -71,7 +71,9 @@ PARAMETERS = (
     bodies.PHASE,
 )
 ARGUMENTS = ("axis", *(parameter.name for parameter in PARAMETERS))
-_FREE = bodies.layout(PARAMETERS, VARIABLES, [n for n, v in VARIABLES.items() if not v.over], spun=True, listed=False)
+_FREE = bodies.layout(
+    PARAMETERS, VARIABLES, [n for n, v in VARIABLES.items() if not v.over], has_axis=True, has_bodies=False
+)
 LAYOUT = replace(
     _FREE,
     coordinates=_FREE.coordinates | table(MULTIPLIER),

@@ -19,7 +19,7 @@ from sweeps.schema.definition import Definition
 from sweeps.schema.refusals import DefinitionError, display, match_name
 from sweeps.systems.bodies import shapes
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.bodies.inertia import principal_axes
+from sweeps.systems.bodies.inertia import axis_lines
 from sweeps.systems.bodies.variables import MOMENTS, VERDICTS
 from sweeps.systems.motion import DAY, format_span
 from sweeps.systems.rigid_body.system import NearAxisDefinition, SpunBody, initial_state
@@ -245,7 +245,7 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
         size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
         yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
     if body.principal is not None:
-        yield from principal_axes(body.principal)
+        yield from axis_lines(body.principal)
         yield "axes 1, 2, 3 in the order of ascending moments"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"

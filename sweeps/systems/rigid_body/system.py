@@ -123,7 +123,7 @@ _SPIN = "spin rate, rad s-1, 1e-150 ≤ |omega0| ≤ 1e150, negative spins the o
 OMEGA0 = Parameter("omega0", bodies.SIGNED_SPIN, "spin rate", description=_SPIN)
 PARAMETERS = (*bodies.PRINCIPAL, OMEGA0, bodies.EPSILON, bodies.PHASE)
 
-LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, spun=True)
+LAYOUT = bodies.layout(PARAMETERS, VARIABLES | CERTIFICATE | FLIPS | IN_SPACE, VARIABLES, has_axis=True)
 
 
 GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)

@@ -128,7 +128,7 @@ class Tumbling(MeasuredOnce):
     compiled = (Example("events.tumbling", "survey", (A_POINT, 1e-9)), Example("events.tumbling", "tilts", (A_POINT,)))
     compile_seconds = 9.0
     model = TumblingDefinition
-    closed = "periods"
+    closed_quantities = "periods"
     references = "Landau and Lifshitz, Mechanics, section 37; Kaasalainen, Astronomy and Astrophysics 376 (2001) 302"
     caption = "measured mode and periods of tumbling bodies, compared with the closed form"
     samples_per_second = 160_000
@@ -141,7 +141,7 @@ class Tumbling(MeasuredOnce):
         omega = np.array(tumbling.start(*moments / moments[2], float(point["energy"])))
         return moments, omega * float(point["omega0"])
 
-    def shown(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
+    def shown_duration(self, moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
         """Return two periods of ω in the body."""
         from kernels.free import exact
         from sweeps.systems.motion import motion_span

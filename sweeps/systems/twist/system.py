@@ -97,7 +97,7 @@ class Twist(MeasuredOnce):
     compiled = (Example("events.twist", "survey", (A_POINT, 1e-9)),)
     compile_seconds = 11.0
     model = TwistDefinition
-    closed = "attitude"
+    closed_quantities = "attitude"
     references = "Landau and Lifshitz, Mechanics, section 37; Van Damme, Mardesic and Sugny, Physica D 338 (2017) 17"
     caption = "measured twist of a thrown body per revolution of its handle, compared with the closed form"
     samples_per_second = 400_000

@@ -1,4 +1,4 @@
-"""Presentation that systems of bodies share."""
+"""Common parts of the presentations of systems of bodies."""
 
 from pathlib import Path
 
@@ -23,6 +23,6 @@ _NEEDED = frozenset({"I1", "I2", "I3", "omega0"})
 
 
 def on_triangle(question: str, script: Path) -> Page:
-    """Return a page that asks `question`, with the inertia triangle, the body turning and a script of the system."""
+    """Return a page with a question, the inertia triangle, the rotating body and a script of the system."""
     files = (*turning.FILES, TRIANGLE, script)
     return Page(files, question, "Space: play or pause.", facts=turning.FACTS, needs=_NEEDED)

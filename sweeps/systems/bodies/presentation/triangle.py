@@ -1,4 +1,4 @@
-"""The triangle of inertia in figures: the shapes of a grid over I1/I3 and I2/I3, and what stands around them."""
+"""The inertia triangle in figures: the shapes of a grid over I1/I3 and I2/I3, with sides and labels."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -13,20 +13,20 @@ from sweeps.systems.bodies.variables import SHAPE_COORDINATES
 SHAPE = tuple(SHAPE_COORDINATES)
 
 
-def places(ds: Dataset, of: Callable = np.asarray) -> tuple[np.ndarray, np.ndarray]:
+def places(ds: Dataset, transform: Callable = np.asarray) -> tuple[np.ndarray, np.ndarray]:
     """Return I1/I3 and I2/I3 of the shapes of a grid, ascending; at corners of cells with `axis_scales.cell_edges`."""
-    x, t = np.meshgrid(*(np.clip(of(np.sort(ds[name].values)), 0.0, 1.0) for name in SHAPE), indexing="ij")
+    x, t = np.meshgrid(*(np.clip(transform(np.sort(ds[name].values)), 0.0, 1.0) for name in SHAPE), indexing="ij")
     return x, 1.0 - x * (1.0 - t)
 
 
 def values(ds: Dataset, name: str, at: Mapping[str, int]) -> np.ndarray:
-    """Return a variable at the places of the shapes, where the other dimensions are at these indices."""
-    found = along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
-    return found[np.ix_(*(np.argsort(ds[side].values, kind="stable") for side in SHAPE))]
+    """Return the variable `name` of `ds` in the order of `places`, with all further dimensions at the indices `at`."""
+    column = along(ds[name].isel({dim: i for dim, i in at.items() if dim in ds[name].dims}), SHAPE)
+    return column[np.ix_(*(np.argsort(ds[side].values, kind="stable") for side in SHAPE))]
 
 
 def frame(ax: Axes, axis: int, is_large: bool) -> None:
-    """Draw the triangle's sides, the line on which both lesser moments are equal, and what the sides are in words."""
+    """Draw on `ax` the triangle's sides, the line I1 = I2 for spin `axis` 1 or 2, and, if `is_large`, labels."""
     ax.plot([0, 1, 1, 0], [1, 0, 1, 1], color=colors.INK, lw=1.2, clip_on=False, zorder=4)
     if axis != 3:
         ax.plot([0.5, 1], [0.5, 1], color=colors.INK, lw=1.4, zorder=3, gid="I1 = I2", path_effects=marks.halo(2.6))
@@ -37,9 +37,9 @@ def frame(ax: Axes, axis: int, is_large: bool) -> None:
     ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
     if not is_large:
         return
-    quiet: dict[str, Any] = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
-    ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **quiet)
-    ax.text(0.25, 0.30, "physically\nimpossible", **quiet)
+    label_props = {"color": colors.QUIET, "fontsize": 8.5, "ha": "center", "va": "center"}
+    ax.text(0.70, 0.25, r"flat:  $I_1 + I_2 = I_3$", rotation=-45, rotation_mode="anchor", **label_props)
+    ax.text(0.25, 0.30, "physically\nimpossible", **label_props)
     if axis != 3:
         marks.annotate(ax, "$I_1 = I_2$", (0.6, 0.6), (7, -7), va="center", zorder=5, path_effects=marks.halo(2.4))
-    marks.annotate(ax, "sphere", (1, 1), (0, 6), **(quiet | {"ha": "right", "va": "bottom"}))
+    marks.annotate(ax, "sphere", (1, 1), (0, 6), **(label_props | {"ha": "right", "va": "bottom"}))

@@ -261,7 +261,7 @@ class _Solid:
         )
         self.normals = np.array([face.normal for face in faces])
         self.colors = np.array([face.color for face in faces])
-        self.veils = np.array([face.veil for face in faces], float)
+        self.veils = np.array([face.opacity for face in faces], float)
 
     def set_attitude(self, matrix: np.ndarray) -> None:
         """Set the attitude of the body."""

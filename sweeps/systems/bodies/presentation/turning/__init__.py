@@ -1,6 +1,6 @@
-"""The part of a page that shows a free rigid body turning: body, polhode, herpolhode and ω(t), from the closed form.
+"""Section of a page with a rotating free body: body, polhode, herpolhode and ω(t), from the closed form.
 
-For the pages of systems whose motion it is. Their own script says, in `part.start`, how each point begins.
+The system's own script defines, in `part.start`, the initial state at each point.
 """
 
 from pathlib import Path
@@ -11,10 +11,10 @@ from sweeps.systems.presentation import DRAWING
 
 _HERE = Path(__file__).parent
 _ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
-_BEFORE = ("first.html", "motion.html", "motion.css", *_ARITHMETIC, "shaken.js")  # than the script for drawing
+_BEFORE = ("first.html", "motion.html", "motion.css", *_ARITHMETIC, "shaken.js")  # files before the drawing script
 _AFTER = ("solid.js", "polhode.js", "herpolhode.js", "motion.js")
 FILES = (*(_HERE / name for name in _BEFORE), DRAWING, *(_HERE / name for name in _AFTER))
-FACTS = {  # what the scripts are told
+FACTS = {  # values for the scripts
     "solids": solid.for_scripts(),
     "verdicts": {regime: verdict._asdict() for regime, verdict in VERDICTS.items()},
 }
