@@ -43,7 +43,7 @@ TABLES = [  # marker in results/README.md, and the variables of the code
     ("uncertain bodies, coordinates", uncertain.COORDINATES),
     ("uncertain bodies, variables", uncertain.VARIABLES),
     ("uncertain bodies, twists", uncertain.TWISTS),
-    ("uncertain bodies, kept", uncertain.KEPT),
+    ("uncertain bodies, kept", uncertain.DRAW_VARIABLES),
     ("oscillator coordinates", oscillator.COORDINATES),
     ("oscillator variables", oscillator.VARIABLES),
     ("oscillator degenerate", oscillator.DEGENERATE),

@@ -44,7 +44,7 @@ MIN_CHECK_POINTS, MAX_CHECK_POINTS = 16, 256  # grid points at which a check sea
 class Described(Dynamics):
     """The full equations of motion of a described system, near each of its equilibria.
 
-    Its `tables` also contain NUDGE: the parameters of the perturbation, which a grid has besides the description's.
+    Its `tables` also contain PERTURBATION_PARAMETERS, which a grid has in addition to the description's parameters.
 
     Args:
         name: value of a definition's key `system`.
@@ -131,7 +131,7 @@ class Described(Dynamics):
             item, bounds = Annotated[float, number(p.allows, p.allowed)], p.allowed.rpartition(", in ")[0]
             quantity = Quantity(p.name.replace("_", " "), p.unit, bounds, item)
             parameters.append(Parameter(p.name, quantity, p.meaning, p.default))
-        return (*parameters, *self.tables.NUDGE)
+        return (*parameters, *self.tables.PERTURBATION_PARAMETERS)
 
     @cached_property
     def model(self) -> type[Definition]:

@@ -142,7 +142,7 @@ def test_numbers_of_draws_are_refused_in_one_message(capsys, option, words):
 
 def test_draws_are_read_as_people_write_them(capsys):
     told = json.loads(said(capsys, "body", "racket", "--uncertainty", "5%", "--draws", "1e2", "--axis", 2, "--json"))
-    assert told["draws"] == designs.made(100)
+    assert told["draws"] == designs.count_draws(100)
 
 
 TENSOR = ("--tensor", 1, 0, 0, 0, 2, 0, 0, 0, 2.5, "--draws", 64)
@@ -168,21 +168,21 @@ def test_the_sigma_of_an_entry_that_is_0_is_not_ignored(capsys):
 @pytest.mark.parametrize("draws", [64, 1024, 4_000_000])
 def test_a_probability_without_a_hit_has_wilsons_interval(draws):
     parts, (count, _) = np.zeros(designs.replicates(draws)[0]), designs.replicates(draws)
-    value, error = designs.share(parts, draws)
+    value, error = designs.probability(parts, draws)
     ends = binomtest(0, draws).proportion_ci(0.95, "wilson")
     assert value == 0.0
     assert value + designs.NORMAL_95 * error == pytest.approx(ends.high, rel=1e-12)
-    value, error = designs.share(parts + 1.0, draws)
+    value, error = designs.probability(parts + 1.0, draws)
     ends = binomtest(draws, draws).proportion_ci(0.95, "wilson")
     assert value - designs.NORMAL_95 * error == pytest.approx(ends.low, rel=1e-12)
     hit = np.eye(1, count)[0] / (draws / count)
-    assert designs.share(hit, draws)[1] >= 1.0 / draws
+    assert designs.probability(hit, draws)[1] >= 1.0 / draws
 
 
 def test_no_probability_is_said_to_be_certain(capsys):
     call = ("body", "--moments", 1, 2, 2.5, "--uncertainty", "1%", "--draws", 1024)
     out = said(capsys, *call)
-    bound = designs.wilson_end(designs.made(1024))
+    bound = designs.wilson_end(designs.count_draws(1024))
     assert f"P(unstable) < {bound:.2g} (95 %); P(intermediate axis) < {bound:.2g} (95 %)" in out
     assert f"P(unstable) > {1 - bound:.5f} (95 %)" in out
     assert "± 0.000" not in out

@@ -18,7 +18,7 @@ from sweeps.schema.refusals import DefinitionError
 from sweeps.shards import content_hash, merging
 from sweeps.shards import shard as shards
 from sweeps.systems.uncertain_bodies import designs, measuring, possible
-from sweeps.systems.uncertain_bodies.distribution import Distribution, relative
+from sweeps.systems.uncertain_bodies.distribution import Distribution, relative_covariance
 from sweeps.systems.uncertain_bodies.system import UncertainIntegration
 
 BOXES = {"1U": (10, 10, 11.35), "3U": (10, 10, 34.05), "6U": (10, 22.63, 34.05), "12U": (22.63, 22.63, 34.05)}  # cm
@@ -43,7 +43,7 @@ def box(name):
 
 def of_moments(moments, shares, **spin):
     moments = np.array(moments, dtype=float)
-    return Distribution(moments, np.eye(3), moments, relative(moments, shares), spin)
+    return Distribution(moments, np.eye(3), moments, relative_covariance(moments, shares), spin)
 
 
 def of_tensor(covariance, **spin):
@@ -76,7 +76,7 @@ def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_say
         assert sum(theory) == pytest.approx(1.0, abs=1e-9)
         shape, (moments, _, _) = drawn(known, 10_000)
         for axis in (1, 2, 3):
-            value, error = designs.share(middle(moments, axis).reshape(shape).mean(axis=1), len(moments))
+            value, error = designs.probability(middle(moments, axis).reshape(shape).mean(axis=1), len(moments))
             assert abs(value - theory[axis - 1]) <= 4 * error
 
 
@@ -132,7 +132,7 @@ def second_moments(moments):
 
 
 def test_what_keeps_second_moments_positive_is_smooth_and_rises():
-    found = possible.kept_possible(np.array([-1.0, 0.0, 1.0 - 1e-9, 1.0, 7.0]), 1.0)
+    found = possible.project_second_moments(np.array([-1.0, 0.0, 1.0 - 1e-9, 1.0, 7.0]), 1.0)
     assert np.allclose(found, [1 / 3, 1 / 2, 1.0 - 1e-9, 1.0, 7.0], rtol=1e-15)
 
 

@@ -158,14 +158,14 @@ def test_draws_of_the_page_are_those_of_the_map(uncertain):
 
 def test_a_cloud_of_many_draws_is_thinned_by_a_seed_and_says_so(uncertain, monkeypatch):
     whole = drawn.facts(uncertain)["drawn"]["bodies"]["a_box"]
-    monkeypatch.setattr(drawn, "MOST_SHOWN", 60)
+    monkeypatch.setattr(drawn, "MAX_SHOWN", 60)
     part = drawn.facts(uncertain)["drawn"]["bodies"]["a_box"]
     assert (part["shown"], part["of"], whole["shown"]) == (60, 100, 100)
     assert len(set(part["numbers"])) == 60
     first = uncertain.I1_draw.isel(body=0).squeeze()[0]
     found = cloud_of(drawn.facts(uncertain), "a_box", "I1_draw")
     np.testing.assert_allclose(found, first.sel(draw=part["numbers"]), rtol=6e-8)
-    monkeypatch.setattr(drawn, "MOST_TOLD", 100)
+    monkeypatch.setattr(drawn, "MAX_CLOUD_NUMBERS", 100)
     assert drawn.facts(uncertain)["drawn"] == {}
 
 

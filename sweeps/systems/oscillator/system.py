@@ -68,7 +68,7 @@ FOLLOWED = parse_rows(
     """
 )
 
-NUDGE = (
+PERTURBATION_PARAMETERS = (
     make_epsilon(1e-6, "the size of the system", "along the mode, relative to the size of the system"),
     Parameter(
         "phase",
@@ -80,7 +80,7 @@ NUDGE = (
 )
 
 _MODE = Variable("mode", "1", "normal mode, by ascending Ω²", "i1")
-LAYOUT = make_layout(NUDGE, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
+LAYOUT = make_layout(PERTURBATION_PARAMETERS, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
 COORDINATES = LAYOUT.coordinates  # beside the parameters
 
 

@@ -85,9 +85,12 @@ BRANCH = parse_rows(  # of descriptions that request others than the first
 )
 
 _WHERE = "where a segment of the period begins, relative to the states' sizes"
-NUDGE = (make_epsilon(1e-8, "the size of the system", _WHERE),)
+PERTURBATION_PARAMETERS = (make_epsilon(1e-8, "the size of the system", _WHERE),)
 NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
-LAYOUT = replace(make_layout(NUDGE, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED), spare=(MULTIPLIER.name,))
+LAYOUT = replace(
+    make_layout(PERTURBATION_PARAMETERS, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED),
+    spare=(MULTIPLIER.name,),
+)
 COORDINATES = LAYOUT.coordinates
 
 

@@ -1,7 +1,7 @@
-r"""The equations of a free body whose moments change with time, as a described system of two states.
+r"""Equations of a free body with modulated moments, as a described system of two states.
 
 The angular momentum :math:`\mathbf L = L\boldsymbol\ell` obeys :math:`\dot{\boldsymbol\ell} = \boldsymbol\ell\times L
-I(t)^{-1}\boldsymbol\ell`, so |L| is constant and a spin about a principal axis a is a solution whatever the moments do.
+I(t)^{-1}\boldsymbol\ell`, so |L| is constant and a spin about a principal axis a is a solution for any moments.
 With the coordinates of Lambert's equal-area projection about that axis,
 
 .. math:: \ell_a = 1 - \tfrac12 R^2,\quad \ell_b = X\sqrt{1 - \tfrac14R^2},\quad \ell_c = Y\sqrt{1 - \tfrac14R^2},
@@ -9,7 +9,7 @@ With the coordinates of Lambert's equal-area projection about that axis,
 
 the equations are Hamilton's, :math:`\dot X = -\partial H/\partial Y,\ \dot Y = \partial H/\partial X`, and
 :math:`H = \tfrac L2\sum\ell_i^2/I_i(t)` is a polynomial. To first order X and Y are the tilt of L along b and c. Time
-is :math:`u = \nu t`, from 0 to 2 pi; both states are turned by `direction`: perturbations start along it and across.
+is :math:`u = \nu t`, from 0 to 2 pi; both states are rotated by `direction`: perturbations start along and across it.
 
 Source: derived from Euler's equations; Magnus and Winkler, Hill's Equation (1966), for the theory.
 """
@@ -29,30 +29,30 @@ def model(inverse: bool) -> Model:
     """Return the system about its axis a; each moment, or its inverse, is modulated.
 
     Args:
-        inverse: whether 1/I_i is modulated, and not I_i.
+        inverse: True if 1/I_i is modulated instead of I_i.
     """
     from sympy import cos, pi, sin
 
     system = System("Body whose moments change with time")
-    # alpha and beta are means and what is modulated, each by itself: a bound on them is then no larger than they are
+    # means (alpha, beta) and modulations are separate parameters, which makes bounds on them tight
     alpha, beta = (system.parameter(n, default=1.0, meaning=f"mean of {n}/ν") for n in ("alpha", "beta"))
     waves = []
     for i in AXES:
         wave = system.parameter(f"wave_{i}", default=0.0, meaning=f"depth of the modulation times L/(I_{i} ν)")
         depth = system.parameter(f"depth_{i}", default=0.0, meaning=f"depth of the modulation of I_{i}")
         lag = system.parameter(f"lag_{i}", "rad", default=0.0, meaning=f"phase of the modulation of I_{i}")
-        turned = cos(system.time + lag)
-        waves.append(wave * turned if inverse else -wave * turned / (1 + depth * turned))
+        cosine = cos(system.time + lag)
+        waves.append(wave * cosine if inverse else -wave * cosine / (1 + depth * cosine))
     phase = system.parameter("direction", "rad", default=0.0, meaning="direction of the perturbation")
     w, v = (system.state(name, bounds=(-1, 1), size=1, meaning=f"tilt {name}") for name in "wv")
-    turned, across = cos(phase), sin(phase)
-    X, Y = turned * v - across * w, across * v + turned * w
+    along, across = cos(phase), sin(phase)
+    X, Y = along * v - across * w, across * v + along * w
     a, b, c = waves
     square, alpha, beta = (X**2 + Y**2) / 4, alpha + c - a, beta + b - a
-    both = (beta * X**2 + alpha * Y**2) / 4
-    x_dot, y_dot = -Y * (alpha * (1 - square) - both), X * (beta * (1 - square) - both)
-    system.rate(v, turned * x_dot + across * y_dot)
-    system.rate(w, turned * y_dot - across * x_dot)
+    quartic = (beta * X**2 + alpha * Y**2) / 4
+    x_dot, y_dot = -Y * (alpha * (1 - square) - quartic), X * (beta * (1 - square) - quartic)
+    system.rate(v, along * x_dot + across * y_dot)
+    system.rate(w, along * y_dot - across * x_dot)
     system.period(2 * pi)
     system.equilibrium("spin", {w: 0, v: 0})
     return Model(system)
@@ -62,23 +62,31 @@ def survey(points, inverse: bool = False, tolerance: float = 1e-12) -> dict[str,
     """Return all columns of points; see `sweeps.mechanics.periodic`.
 
     Points are axis (1, 2 or 3), I1, I2, I3 (common unit), depth1, depth2, depth3, lag1, lag2, lag3 (rad), frequency
-    (rad s-1), omega0 (rad s-1), epsilon and phase (rad), each an array (n,). With `inverse`, 1/I_i is modulated, and
-    not I_i. Over the period the tolerance of truncation is relative to the matrix.
+    (rad s-1), omega0 (rad s-1), epsilon and phase (rad), each an array (n,). With `inverse`, 1/I_i is modulated
+    instead of I_i. `tolerance` is the truncation error over a period, relative to the monodromy matrix.
     """
     axis, frequency = np.asarray(points["axis"]), np.asarray(points["frequency"], dtype=np.float64)
-    given = {"direction": points["phase"], "epsilon": points["epsilon"], "equilibrium": np.zeros(axis.size, dtype=int)}
+    arguments = {
+        "direction": points["phase"],
+        "epsilon": points["epsilon"],
+        "equilibrium": np.zeros(axis.size, dtype=int),
+    }
     with np.errstate(over="ignore", invalid="ignore"):
         ratio = points["omega0"] / frequency
-        spun = np.choose(axis - 1, [points[f"I{i}"] for i in (1, 2, 3)])
+        spin_moment = np.choose(axis - 1, [points[f"I{i}"] for i in (1, 2, 3)])
         for k, name in enumerate(AXES):
-            which = (axis - 1 + k) % 3  # of the moments, less 1
+            index = (axis - 1 + k) % 3  # number of the moment, less 1
             moment, depth, lag = (
-                np.choose(which, [points[f"{x}{i}"] for i in (1, 2, 3)]) for x in ("I", "depth", "lag")
+                np.choose(index, [points[f"{x}{i}"] for i in (1, 2, 3)]) for x in ("I", "depth", "lag")
             )
-            given |= {f"wave_{name}": depth * ratio * (spun / moment), f"depth_{name}": depth, f"lag_{name}": lag}
+            arguments |= {
+                f"wave_{name}": depth * ratio * (spin_moment / moment),
+                f"depth_{name}": depth,
+                f"lag_{name}": lag,
+            }
             if k:
-                given["beta" if name == "b" else "alpha"] = ratio * ((spun - moment) / moment)
-        columns = periodic.survey(model(inverse), given, tolerance)
+                arguments["beta" if name == "b" else "alpha"] = ratio * ((spin_moment - moment) / moment)
+        columns = periodic.survey(model(inverse), arguments, tolerance)
         for name in columns:
             if name.startswith(("exponent", "growth_rate")):
                 columns[name] = (columns[name].T * frequency).T

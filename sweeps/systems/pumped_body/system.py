@@ -1,4 +1,4 @@
-"""A free body whose moments of inertia change periodically."""
+"""A free body with periodically modulated moments of inertia."""
 
 import math
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sweeps.mechanics.model import Model
 
 
-CHANGING = (*MOMENTS, *(f"{name}{i}" for name in ("depth", "lag") for i in (1, 2, 3)))
+MODULATION = (*MOMENTS, *(f"{name}{i}" for name in ("depth", "lag") for i in (1, 2, 3)))
 
 VARIABLES = MULTIPLIERS | table(
     replace(
@@ -71,26 +71,26 @@ PARAMETERS = (
     bodies.PHASE,
 )
 ARGUMENTS = ("axis", *(parameter.name for parameter in PARAMETERS))
-_FREE = bodies.layout(
+_BODY_LAYOUT = bodies.layout(
     PARAMETERS, VARIABLES, [n for n, v in VARIABLES.items() if not v.over], has_axis=True, has_bodies=False
 )
 LAYOUT = replace(
-    _FREE,
-    coordinates=_FREE.coordinates | table(MULTIPLIER),
-    spare=(*_FREE.spare, MULTIPLIER.name),
-    values=_FREE.values | {"multiplier": Annotated[int, integer(1, 2, "1 or 2")]},
+    _BODY_LAYOUT,
+    coordinates=_BODY_LAYOUT.coordinates | table(MULTIPLIER),
+    spare=(*_BODY_LAYOUT.spare, MULTIPLIER.name),
+    values=_BODY_LAYOUT.values | {"multiplier": Annotated[int, integer(1, 2, "1 or 2")]},
 )
 COORDINATES = LAYOUT.coordinates
 
 
-PHASES = 32
-REFINED = 5  # parabolas through three phases, each an eighth as far apart
+PHASES = 32  # phases of a period at which the margin is evaluated first
+REFINEMENTS = 5  # parabolas through three phases, at an eighth of the previous distance
 
 PumpedGrid = grid_model("PumpedGrid", PARAMETERS, __name__, RATIOS)
 
 
 class PumpedDefinition(PeriodicDefinition):
-    """A sweep of free bodies whose moments of inertia change periodically."""
+    """A sweep of free bodies with periodically modulated moments of inertia."""
 
     axes: Axes = Field((1, 2, 3), description=AXES)
     modulation: Annotated[str, choice(("moment", "inverse"))] = Field(
@@ -100,16 +100,16 @@ class PumpedDefinition(PeriodicDefinition):
 
 
 class PumpedBody(Dynamics):
-    """A free body with moments that change with time, by its Floquet multipliers.
+    """A free body with modulated moments, by its Floquet multipliers.
 
     Args:
-        inverse: whether the inverses of the moments are modulated.
+        inverse: True if the inverses of the moments are modulated.
     """
 
     name = "pumped_body"
     method_text = "direct integration of the angular momentum over one period, certified by the variational flow"
     kernels = (*Periodic.kernels, "free.triangle")
-    existence = CHANGING
+    existence = MODULATION
     compiled = Periodic.compiled
     compile_seconds = 14.0
     model = PumpedDefinition
@@ -126,15 +126,15 @@ class PumpedBody(Dynamics):
 
     def dimensions(self, definition: PumpedDefinition) -> dict[str, Range | np.ndarray]:
         """Return (axis, I1, I2, I3, depths, lags, frequency, omega0, epsilon, phase)."""
-        varied = (parameter.name for parameter in PARAMETERS)
-        return {"axis": np.array(definition.axes, np.int8)} | {n: spread(getattr(definition.grid, n)) for n in varied}
+        names = (parameter.name for parameter in PARAMETERS)
+        return {"axis": np.array(definition.axes, np.int8)} | {n: spread(getattr(definition.grid, n)) for n in names}
 
     def extra_dimensions(self, definition: PumpedDefinition) -> dict[str, np.ndarray]:
         """Return the two multipliers of a point."""
         return {"multiplier": np.array([1, 2], np.int8)}
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
-        """Return the variational flow beside what is measured; see `equations`."""
+        """Return the columns of the variational flow and of the measurement; see `equations`."""
         from sweeps.systems.pumped_body import equations
 
         columns = equations.survey(points, self.inverse, integration.tolerance)
@@ -142,12 +142,12 @@ class PumpedBody(Dynamics):
         return {name: columns[name] for name in VARIABLES}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where one moment exceeds the sum of the others at some time of the period."""
+        """Return True for points at which one moment exceeds the sum of the two remaining ones during the period."""
         return least_margin(points, self.inverse) < 0
 
     @property
     def mechanism(self) -> "Model":
-        """The derived equations and what runs points through them."""
+        """The derived equations and the code that integrates them."""
         from sweeps.systems.pumped_body import equations
 
         return equations.model(self.inverse)
@@ -157,11 +157,11 @@ class PumpedBody(Dynamics):
         if definition is None:
             return self.compiled
         mechanism = self.bound(definition).mechanism
-        steep = [described.ENCLOSURES] if mechanism.steepness.functions else []
-        return Example(str(mechanism.perturbed_code(True).path)), *self.compiled, *steep
+        enclosures = [described.ENCLOSURES] if mechanism.steepness.functions else []
+        return Example(str(mechanism.perturbed_code(True).path)), *self.compiled, *enclosures
 
     def proofs(self, grid: Points) -> tuple[str, ...]:
-        """Return the symmetries that are used; they depend on no parameter."""
+        """Return the symmetries that are used, which do not depend on parameters."""
         parameters = self.mechanism.system.parameters.values()
         return self.mechanism.proofs([np.array([p.default]) for p in parameters])
 
@@ -191,41 +191,41 @@ def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
     def margin(u):
         return triangle_margin(*moments_at(points, u, inverse))
 
-    least, at = margin(0.0), 0.0
+    minimum, phase = margin(0.0), 0.0
     for u in 2.0 * np.pi / PHASES * np.arange(1, PHASES):
-        here = margin(u)
-        least, at = np.minimum(least, here), np.where(here < least, u, at)
-    apart = 2.0 * np.pi / PHASES
-    for _ in range(REFINED):
-        before, after = margin(at - apart), margin(at + apart)
-        bent = before - 2.0 * least + after
+        value = margin(u)
+        minimum, phase = np.minimum(minimum, value), np.where(value < minimum, u, phase)
+    spacing = 2.0 * np.pi / PHASES
+    for _ in range(REFINEMENTS):
+        before, after = margin(phase - spacing), margin(phase + spacing)
+        curvature = before - 2.0 * minimum + after
         with np.errstate(divide="ignore", invalid="ignore"):
-            moved = np.where(bent > 0.0, 0.5 * apart * (before - after) / bent, 0.0)
-        here = margin(at + moved)
-        least, at = np.minimum(least, here), np.where(here < least, at + moved, at)
-        apart /= 8.0
-    return least
+            shift = np.where(curvature > 0.0, 0.5 * spacing * (before - after) / curvature, 0.0)
+        value = margin(phase + shift)
+        minimum, phase = np.minimum(minimum, value), np.where(value < minimum, phase + shift, phase)
+        spacing /= 8.0
+    return minimum
 
 
 def trace_by_scipy(point: Mapping[str, float], inverse: bool) -> float:
     """Return the trace of the 2 × 2 monodromy matrix, by SciPy's DOP853; NaN if the period is too long.
 
-    With `inverse`, 1/I_i is modulated, and not I_i.
+    With `inverse`, 1/I_i is modulated instead of I_i.
     """
     from scipy.integrate import solve_ivp
 
     axis, nu = int(point["axis"]), point["frequency"]
     L, period = point["omega0"] * point[f"I{axis}"], 2.0 * math.pi / nu
 
-    def along(t):
+    def rates_about_axes(t):
         moments = moments_at(point, nu * t, inverse)
         return [L / moments[(axis + k - 1) % 3] for k in range(3)]
 
     def rates(t, y):
-        a, b, c = along(t)
+        a, b, c = rates_about_axes(t)
         return [-(c - a) * y[1], (b - a) * y[0], -(c - a) * y[3], (b - a) * y[2]]
 
-    if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in along(t)) * period > MAX_PERIOD_ANGLE:
+    if max(abs(rate) for t in np.linspace(0.0, period, 9) for rate in rates_about_axes(t)) * period > MAX_PERIOD_ANGLE:
         return math.nan
     y = solve_ivp(rates, (0.0, period), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
     return float(y[0] + y[3])

@@ -1,7 +1,7 @@
 """Relative equilibria of a described system, by their eigenvalues.
 
-One `RelativeEquilibrium` a description: those of `sweeps/mechanics/library/relative`, and any Python file that a
-definition names and whose equations are of first order (see `sweeps.mechanics.equations`).
+The descriptions are those of `sweeps/mechanics/library/relative`, and any Python file named in a definition with
+equations of first order (see `sweeps.mechanics.equations`).
 """
 
 from collections.abc import Callable, Mapping
@@ -61,18 +61,18 @@ VARIABLES = parse_rows(
     *run_rows("the Jacobian", ", of the shortest run"),
 )
 
-INVARIANTS = table(  # of four eigenvalues
+INVARIANTS = table(  # additional variables of systems with four eigenvalues
     *_measured("sum_of_squares", "s-2", "half the sum of the squared eigenvalues (pairs ±a, ±b: a² + b²)"),
     *_measured("product_of_squares", "s-4", "product of the eigenvalues (pairs ±a, ±b: a² b²)"),
     *_measured("discriminant", "s-4", "sum_of_squares² - 4 product_of_squares (pairs ±a, ±b: (a² - b²)²)"),
 )
 
 _UNITS = "; motions are carried in units of it, so that none is too small"
-NUDGE = (make_epsilon(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
+PERTURBATION_PARAMETERS = (make_epsilon(1e-30, "the size of the system", "relative to the size of the system", _UNITS),)
 
 _EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
-LAYOUT = make_layout(NUDGE, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
-COORDINATES = LAYOUT.coordinates  # beside the parameters
+LAYOUT = make_layout(PERTURBATION_PARAMETERS, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
+COORDINATES = LAYOUT.coordinates  # in addition to the parameters
 
 
 MAX_RUNS = 4
@@ -80,7 +80,7 @@ NUMBER = integer(1, MAX_RUNS, f"a whole number from 1 to {MAX_RUNS}")
 
 
 class FlowIntegration(Integration):
-    """How the runs from a relative equilibrium are made."""
+    """Length, accuracy and number of the runs from a relative equilibrium."""
 
     rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
     tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-12)
@@ -96,13 +96,13 @@ class FlowDefinition(Definition):
     integration: FlowIntegration = mapping("how each run is made", FlowIntegration)
 
 
-SAMPLE_BYTES = 256  # one number of each motion of a block
+SAMPLE_BYTES = 256  # memory of a number for each motion of a block
 
 
 class RelativeEquilibrium(Described):
     """The full equations of a described system near each of its relative equilibria, by their eigenvalues."""
 
-    samples_per_second = 2_000_000  # all that is worked out of a point included
+    samples_per_second = 2_000_000  # including the evaluation of a point
     picture_seconds = 2.5
     method_text = "direct integration of the full equations of motion"
     kernels = ("flow.flows", "search.enclosures", "search.roots", "flow.jacobians", "flow.matrices")
@@ -118,7 +118,7 @@ class RelativeEquilibrium(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Return True if a description has other forces than those of a potential and of T = ½ a_ij q̇_i q̇_j."""
+        """Return True if a description has forces that are not those of a potential and of T = ½ a_ij q̇_i q̇_j."""
         from sweeps.mechanics.derivation import derive
 
         return not derive(description).natural
@@ -153,7 +153,7 @@ class RelativeEquilibrium(Described):
         return integration.runs or usual_runs(self.mechanism)
 
     def cost(self, definition: Definition) -> Cost:
-        """Return the samples, and the memory for those of the points that each processor has in work."""
+        """Return the samples, and the memory for the points that all processors measure at a time."""
         from sweeps.mechanics.relative import CHUNK_BYTES, MAX_CHUNK_POINTS, W
 
         runs, samples = self._runs(definition.integration), definition.integration.samples
@@ -161,26 +161,26 @@ class RelativeEquilibrium(Described):
         return Cost(samples, num_processors() * max(block, min(CHUNK_BYTES, MAX_CHUNK_POINTS // W * block)))
 
     def reference(self) -> Reference:
-        """Return the eigenvalues found again: theory by LAPACK, measured values by SciPy from motions."""
+        """Return independent eigenvalues: theory by LAPACK, measured values by SciPy from motions."""
         return reference_of(self)
 
 
-STEP = 1e-30  # of a complex step: its square is nothing beside a double
-PERTURBATION = 3e-5  # of a motion, relative to the states' sizes: its cube, and DOP853's tolerance over it, weigh alike
+STEP = 1e-30  # complex step of a derivative, relative to the states' sizes; its square is below the rounding
+PERTURBATION = 3e-5  # of a motion, relative to the states' sizes; its cube and DOP853's tolerance over it are similar
 TOLERANCE = 1e-13  # relative error allowed on a motion
 MIN_SINGULAR_VALUE = (
-    1e-9  # of the gradients of the conserved quantities, relative to the largest: below, one depends on the rest
+    1e-9  # of the gradients of the conserved quantities, relative to the largest; below, they are dependent
 )
-MAX_RATE = 1e-9  # at an equilibrium, relative to the scale and the states' sizes
-JACOBIAN_ERROR, MOTION_ERROR = 1e-12, 1e-7  # of the scale: errors of the two ways, for condition numbers of one
-OPEN_ORDER = (1e-7, 1e-4)  # of the scale: imaginary parts so far apart may be in either order
-MAX_CACHED_POINTS = 10_000  # so that the eigenvalues of a point are computed once for all variables
+MAX_RATE = 1e-9  # rates of the states at an equilibrium, relative to the scale times the states' sizes
+JACOBIAN_ERROR, MOTION_ERROR = 1e-12, 1e-7  # errors of both methods over the scale, for a condition number of 1
+AMBIGUOUS_GAP = (1e-7, 1e-4)  # differences of imaginary parts over the scale for which their order is uncertain
+MAX_CACHED_POINTS = 10_000  # points with stored eigenvalues, which all variables of a point share
 POWERS = {"sum_of_squares": 2, "product_of_squares": 4, "discriminant": 4}
 
 
 @dataclass(frozen=True)
-class Solved:
-    """Eigenvalues of a point in order (NaN if the order is open), their condition numbers, the scale and the error."""
+class Eigenvalues:
+    """Eigenvalues of a point in order (NaN if the order is uncertain), condition numbers, scale and relative error."""
 
     values: np.ndarray
     condition: np.ndarray
@@ -191,8 +191,9 @@ class Solved:
 class Linearised:
     """The eigenvalues of points, by LAPACK from a differenced Jacobian and by SciPy from motions.
 
-    A complex step differences the rates. Motions are integrated for 1/S from both sides of the equilibrium in every
-    direction that leaves the conserved quantities as they are; the logarithms of that map's eigenvalues are the rates.
+    The Jacobian is differentiated by a complex step. Motions are integrated for 1/S from both sides of the equilibrium
+    in every direction that does not change the conserved quantities; the logarithms of the eigenvalues of this map,
+    times S, are the eigenvalues of the Jacobian.
 
     The equations are the description's, as SymPy writes them for NumPy; nothing here shares code with the generated
     integrators, the estimator or theory's Jacobian. Of the model, the equations, the names and the positions of the
@@ -206,33 +207,33 @@ class Linearised:
         self.rates = rates_of(equations)
         conserved = list(equations.system.conserved_quantities.values())
         self._conserved = sp.lambdify((*equations.parameters, *equations.states), conserved, "numpy")
-        self._solved = lru_cache(MAX_CACHED_POINTS)(self._solve)
+        self._cached_solve = lru_cache(MAX_CACHED_POINTS)(self._solve)
 
-    def at(self, point: Mapping[str, object]) -> tuple[Solved, Solved]:
+    def at(self, point: Mapping[str, object]) -> tuple[Eigenvalues, Eigenvalues]:
         """Return eigenvalues at a point from a differenced Jacobian and from motions."""
         parameters = tuple(float(point[name]) for name in self.model.names) or (0.0,)
-        return self._solved(parameters, self.model.system.names.index(str(point["equilibrium"])))
+        return self._cached_solve(parameters, self.model.system.names.index(str(point["equilibrium"])))
 
     def _solve(self, parameters, slot):
         point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
         x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
         x[: self.model.equations.m] = theory["place"][0]
-        none = Solved(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
+        undefined = Eigenvalues(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
         if (
             not (np.isfinite(x).all() and np.isfinite(S))
             or np.abs(self.rates(parameters, x) / sizes).max() > MAX_RATE * S
         ):
-            return none, none
-        basis = self._free(parameters, x, sizes)
+            return undefined, undefined
+        basis = self._free_directions(parameters, x, sizes)
         steps = 1j * STEP * sizes * np.eye(x.size)
         J = np.array([self.rates(parameters, x + step).imag / STEP / sizes for step in steps]).T
-        moved = self._moved(parameters, x, sizes, basis, 1.0 / S)
-        by_matrix = _solved(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN_ERROR)
-        return by_matrix, _solved(_of_map(basis.T @ moved, 1.0 / S), S, MOTION_ERROR)
+        propagator = self._propagate(parameters, x, sizes, basis, 1.0 / S)
+        by_matrix = _sort_eigenvalues(np.linalg.eig(basis.T @ J @ basis), S, JACOBIAN_ERROR)
+        return by_matrix, _sort_eigenvalues(_eigenvalues_of_map(basis.T @ propagator, 1.0 / S), S, MOTION_ERROR)
 
-    def _free(self, parameters, x, sizes):
-        """Return the directions that leave the conserved quantities as they are, in units of the sizes."""
+    def _free_directions(self, parameters, x, sizes):
+        """Return the directions that do not change the conserved quantities, in units of the sizes."""
         if not self.model.system.conserved_quantities:
             return np.eye(x.size)
         steps = 1j * STEP * sizes * np.eye(x.size)
@@ -240,8 +241,8 @@ class Linearised:
         _, singular, vh = np.linalg.svd(np.array(slopes, dtype=float).T)
         return vh[int((singular > MIN_SINGULAR_VALUE * singular.max()).sum()) :].T
 
-    def _moved(self, parameters, x, sizes, basis, duration):
-        """Return perturbations in each direction of the basis after a time, over their size; from both sides."""
+    def _propagate(self, parameters, x, sizes, basis, duration):
+        """Return perturbations in each direction of the basis after `duration`, over their size, from both sides."""
         from scipy.integrate import solve_ivp
 
         starts = np.concatenate([basis.T, -basis.T]) * (PERTURBATION * sizes)
@@ -250,47 +251,47 @@ class Linearised:
             states = x + deviations.reshape(starts.shape)
             return np.array([self.rates(parameters, state) for state in states]).ravel()
 
-        least = TOLERANCE * PERTURBATION * np.tile(sizes, len(starts))
-        solution = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=least)
+        tolerances = TOLERANCE * PERTURBATION * np.tile(sizes, len(starts))
+        solution = solve_ivp(rates, (0.0, duration), starts.ravel(), "DOP853", rtol=TOLERANCE, atol=tolerances)
         ends = solution.y[:, -1].reshape(starts.shape) / (PERTURBATION * sizes)
         return 0.5 * (ends[: basis.shape[1]] - ends[basis.shape[1] :]).T
 
 
-def _of_map(matrix, duration):
+def _eigenvalues_of_map(matrix, duration):
     values, right = np.linalg.eig(matrix)
     return np.log(values.astype(complex)) / duration, right
 
 
-def _solved(values_and_vectors, S, error):
-    """Return eigenvalues in a map's order, with condition numbers; NaN where the order depends on their errors."""
+def _sort_eigenvalues(values_and_vectors, S, error):
+    """Return eigenvalues in a map's order, with condition numbers; NaN if the order depends on their errors."""
     values, right = values_and_vectors
     order = np.argsort(values.imag)
     values, right = values[order].astype(complex), right[:, order]
     gaps = np.diff(values.imag) / S
-    clear = not ((gaps > OPEN_ORDER[0]) & (gaps < OPEN_ORDER[1])).any()
-    first = np.concatenate([[0], np.flatnonzero(gaps > OPEN_ORDER[0]) + 1, [values.size]])
-    number = np.concatenate([a + np.argsort(values.real[a:b]) for a, b in pairwise(first)])
-    values, right = values[number], right[:, number]
+    is_ordered = not ((gaps > AMBIGUOUS_GAP[0]) & (gaps < AMBIGUOUS_GAP[1])).any()
+    group_starts = np.concatenate([[0], np.flatnonzero(gaps > AMBIGUOUS_GAP[0]) + 1, [values.size]])
+    sorted_numbers = np.concatenate([a + np.argsort(values.real[a:b]) for a, b in pairwise(group_starts)])
+    values, right = values[sorted_numbers], right[:, sorted_numbers]
     with np.errstate(all="ignore"):
         try:
             condition = np.linalg.norm(np.linalg.inv(right), axis=1)
         except np.linalg.LinAlgError:
             condition = np.full(values.size, np.inf)
-    return Solved(values if clear else np.full(values.size, np.nan), condition, S, error)
+    return Eigenvalues(values if is_ordered else np.full(values.size, np.nan), condition, S, error)
 
 
-def _off(solved: Solved, number: int) -> float:
-    """Return a bound of this way's error, s-1: the matrix's, times the condition or by its root."""
+def _error_bound(solved: Eigenvalues, number: int) -> float:
+    """Return a bound of the method's error, s-1: that of the matrix times the condition number, or its n-th root."""
     n = solved.values.size
     return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
 
 
 def _eigenvalue(part: str) -> Callable:
-    return lambda solved, k: (getattr(solved.values[k], part), _off(solved, k))
+    return lambda solved, k: (getattr(solved.values[k], part), _error_bound(solved, k))
 
 
-def _growth(solved: Solved, _) -> tuple[float, float]:
-    return solved.values.real.max(), max(_off(solved, k) for k in range(solved.values.size))
+def _growth(solved: Eigenvalues, _) -> tuple[float, float]:
+    return solved.values.real.max(), max(_error_bound(solved, k) for k in range(solved.values.size))
 
 
 def _invariant(name: str) -> Callable:
@@ -302,17 +303,17 @@ def _invariant(name: str) -> Callable:
     return value
 
 
-def _again(equations: Linearised, quantity: Callable, which: int) -> tuple[Callable, Callable]:
-    """Return a quantity by one of the two ways, and the allowed deviation, as functions of a point."""
+def _reference_functions(equations: Linearised, quantity: Callable, index: int) -> tuple[Callable, Callable]:
+    """Return a quantity by method `index`, and the allowed deviation, as functions of a point."""
 
     def at(point):
-        return quantity(equations.at(point)[which], int(point["eigenvalue"]) - 1)
+        return quantity(equations.at(point)[index], int(point["eigenvalue"]) - 1)
 
     return lambda point, _: float(at(point)[0]), lambda point, _: float(at(point)[1])
 
 
 def reference_of(system: RelativeEquilibrium) -> Reference:
-    """Return linear theory by LAPACK, and measured values by SciPy, which may deviate by their errors.
+    """Return references: linear theory by LAPACK, and measured values by SciPy, which may deviate by their errors.
 
     Invariants, which are determinants of the Jacobian, come from LAPACK both times.
     """
@@ -322,9 +323,9 @@ def reference_of(system: RelativeEquilibrium) -> Reference:
     for name, quantity in quantities.items():
         for suffix in ("_theory", ""):
             by_motions = not suffix and name not in POWERS
-            value, allowed = _again(equations, quantity, by_motions)
-            way = "SciPy DOP853" if by_motions else "LAPACK"
-            references.append(Reference(f"{name}{suffix}", {way: value}, allowed, within_error=not suffix))
+            value, allowed = _reference_functions(equations, quantity, by_motions)
+            method = "SciPy DOP853" if by_motions else "LAPACK"
+            references.append(Reference(f"{name}{suffix}", {method: value}, allowed, within_error=not suffix))
     return replace(references[0], more=tuple(references[1:]))
 
 

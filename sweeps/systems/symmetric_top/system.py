@@ -88,7 +88,7 @@ TopGrid = grid_model("TopGrid", PARAMETERS, __name__)
 
 
 class TopIntegration(Integration):
-    """How each run of a symmetric top is made."""
+    """Length, sampling and accuracy of each run of a symmetric top."""
 
     rotations: Positive = key("length of a run in rotations, 2π/|omega3|: > 0", 4.0)
     tolerance: Tolerance = key(f"relative error allowed on the transverse part, {TOLERANCE}", 1e-12)
@@ -114,7 +114,7 @@ class SymmetricTop(Dynamics):
     references = "Landau and Lifshitz, Mechanics, sections 33 and 36"
     caption = "measured precession of the free symmetric top about its figure axis, compared with the closed form"
     picture_seconds = 2.5
-    samples_per_second = 18_000_000  # two motions each, angles and cones
+    samples_per_second = 18_000_000  # including angles and cones of two motions
 
     def columns(self, points: Mapping[str, np.ndarray], integration: TopIntegration) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns; see `kernels.events.symmetric_top`."""
@@ -126,7 +126,7 @@ class SymmetricTop(Dynamics):
     def motion(self, point: Point, duration: float | None, samples: int | None, tolerance: float) -> Dataset:
         """Return ω(t) and q(t) from a point of a map, in closed form; see `Dynamics.motion`.
 
-        The default duration is two turns of the precession, or four rotations where that takes over 10,000.
+        The default duration is two periods of the precession, or four rotations if these exceed 10,000 rotations.
         """
         import xarray as xr
 
@@ -140,11 +140,11 @@ class SymmetricTop(Dynamics):
             duration or motion_span(4 * math.pi / rate if rate > 0 else math.inf, rotation), samples, rotation
         )
         omega = np.array([abs(spin) * math.tan(math.radians(float(point["half_angle"]))), 0.0, spin])
-        followed = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
-        return xr.Dataset(label_columns(*followed, "closed form"), {"time": time_axis(times, "the start")})
+        columns = exact.rotation((1.0, 1.0, ratio), omega, times), exact.attitude((1.0, 1.0, ratio), omega, times)
+        return xr.Dataset(label_columns(*columns, "closed form"), {"time": time_axis(times, "the start")})
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where I3 exceeds the sum of the two other moments."""
+        """Return True for points at which I3 exceeds the sum of I1 and I2."""
         return triangle_margin(1.0, 1.0, points["ratio"]) < 0
 
     def reference(self) -> Reference:
@@ -180,8 +180,8 @@ def precession_in_closed_form(point: Mapping[str, float], integration: TopIntegr
 def allowed_deviation(point: Mapping[str, float], integration: TopIntegration) -> float:
     """Return the allowed distance of a measured rate from a reference, rad s-1.
 
-    Samples that are wrong by δ, relative to the largest so far, move the slope of an angle by 2δ/h. Both ways may be
-    wrong by the tolerance, and the references by `ROUNDING_ERROR`.
+    Errors δ of samples, relative to the largest so far, change the slope of an angle by 2δ/h. Both methods may have
+    errors of the tolerance, and the references of `ROUNDING_ERROR`.
     """
     h = sample_spacing(abs(point["ratio"] - 1.0), integration.samples_per_rotation)
     return 4.0 * (integration.tolerance + ROUNDING_ERROR) / h * abs(point["omega3"])

@@ -49,8 +49,8 @@ EXACT = parse_rows(
 
 _MEASURED = (with_exact(name, "s", text, name, bodies.TWO_RUNS) for name, text in PERIODS.items())
 _PERIODS, _ERRORS = zip(*_MEASURED, strict=True)
-_LEADING: dict[str, Any] = {"exact": "mode_exact", "role": Role.HEADLINE}
-_MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_LEADING)
+_HEADLINE = {"exact": "mode_exact", "role": Role.HEADLINE}
+_MODE = Variable("mode", None, "mode of the motion, measured", "i1", MODES, _MODES, -1, **_HEADLINE)
 MEASURED = table(_MODE, *_PERIODS, *_ERRORS, make_status(statuses.NON_FINITE))
 
 VARIABLES = MEASURED | EXACT
@@ -76,18 +76,18 @@ TumblingGrid = grid_model("TumblingGrid", PARAMETERS, __name__, RATIOS)
 
 
 class Tumbler(Body):
-    """One body that tumbles."""
+    """A body that tumbles."""
 
     energy: Energy = key("energy of this body, 2T I3/L2: from 1 to I_max/I_min")
     omega0: Spin = key("L/I3 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
     @model_validator(mode="after")
     def _check_energy(self) -> "Tumbler":
-        most = max(self.moments) / min(self.moments)
-        if self.energy is not None and self.energy > most:
-            wrong = "is above the maximum of this body"
-            allowed = f"1 to I_max/I_min = {most:.6g}"
-            raise refusals([Problem(("energy",), display(self.energy), wrong, allowed)])
+        max_energy = max(self.moments) / min(self.moments)
+        if self.energy is not None and self.energy > max_energy:
+            reason = "is above the maximum of this body"
+            allowed = f"1 to I_max/I_min = {max_energy:.6g}"
+            raise refusals([Problem(("energy",), display(self.energy), reason, allowed)])
         return self
 
 
@@ -100,18 +100,18 @@ class TumblingDefinition(FollowedDefinition):
 
     @model_validator(mode="after")
     def _check_energy(self) -> "TumblingDefinition":
-        """Refuse energies that no body of the sweep can have."""
+        """Refuse energies that are impossible for all bodies of the sweep."""
         if self.grid.energy is None:
             return self
         ends = [] if self.bodies else [_ends(getattr(self.grid, name)) for name in MOMENTS]
         ratios = [greatest / least for (_, greatest), (least, _) in permutations(ends, 2)]
-        most = max(ratios or [max(body.moments) / min(body.moments) for body in self.bodies])
+        max_energy = max(ratios or [max(body.moments) / min(body.moments) for body in self.bodies])
         least, greatest = _ends(self.grid.energy)
-        if greatest <= most:
+        if greatest <= max_energy:
             return self
-        wrong = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
+        reason = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
         value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
-        raise refusals([Problem(("grid", "energy"), value, wrong, f"1 to I_max/I_min, at most {most:.6g} here")])
+        raise refusals([Problem(("grid", "energy"), value, reason, f"1 to I_max/I_min, at most {max_energy:.6g} here")])
 
 
 def _ends(entry) -> tuple[float, float]:
@@ -157,59 +157,59 @@ class Tumbling(MeasuredOnce):
         return columns | tumbling.tilts(points)
 
     def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where mode and periods are the closed form's, the periods within their errors."""
-        apart = columns["mode"] != columns["mode_exact"]
+        """Return True for points at which the mode is that of the closed form, and the periods within their errors."""
+        differs = columns["mode"] != columns["mode_exact"]
         for name in PERIODS:
-            apart |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
-        return ~apart
+            differs |= np.abs(columns[name] - columns[f"{name}_exact"]) > columns[f"{name}_error"]
+        return ~differs
 
     def reference(self) -> Reference:
-        """Return the period of the angular velocity, found again by SciPy's DOP853 and by the closed form."""
+        """Return the period of the angular velocity by SciPy's DOP853 and by the closed form."""
         ways = {"SciPy DOP853": period_by_scipy, "closed form": period_in_closed_form}
         return Reference("period_psi", ways, allowed_deviation)
 
 
-GROWN = 100.0  # by which the steps' errors grow in a period
+ERROR_GROWTH = 100.0  # growth of the steps' errors within a period
 
 
 def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
-    """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond a hundred turns or without one."""
+    """Return the period of ω of a tumbling body in s, by DOP853; NaN beyond 100 rotations or if aperiodic."""
     from scipy.integrate import solve_ivp
 
     from kernels.free import exact
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
-    c, whole = euler_coefficients(moments), exact.period(exact.set_up(*moments, *omega))
-    if not whole < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
+    c, period = euler_coefficients(moments), exact.period(exact.set_up(*moments, *omega))
+    if not period < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
         return math.nan
 
-    def middle(t, y):
+    def crossing(t, y):
         return y[1]
 
-    middle.direction = math.copysign(1.0, c[1] * omega[2] * omega[0])
+    crossing.direction = math.copysign(1.0, c[1] * omega[2] * omega[0])
     rates = lambda t, w: [c[i] * w[i - 2] * w[i - 1] for i in range(3)]  # noqa: E731
-    run = solve_ivp(rates, (0, 1.2 * whole), omega, "DOP853", events=middle, rtol=1e-13, atol=1e-15)
-    ends = run.t_events[0][run.t_events[0] > 0.5 * whole]
+    run = solve_ivp(rates, (0, 1.2 * period), omega, "DOP853", events=crossing, rtol=1e-13, atol=1e-15)
+    ends = run.t_events[0][run.t_events[0] > 0.5 * period]
     return float(ends[0]) / float(point["omega0"]) if ends.size else math.nan
 
 
 def period_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
-    """Return the period of ω of a tumbling body in s, 4 K/p; NaN without one."""
+    """Return the period of ω of a tumbling body in s, 4 K/p; NaN for aperiodic motions."""
     from kernels.free import exact
 
     moments, omega = SYSTEM.start(point)
     impossible = moments[2] < float(point["energy"]) * moments[0]
-    whole = exact.period(exact.set_up(*moments, *omega))
-    return whole if math.isfinite(whole) and not impossible else math.nan
+    period = exact.period(exact.set_up(*moments, *omega))
+    return period if math.isfinite(period) and not impossible else math.nan
 
 
 def allowed_deviation(point: Mapping[str, float], integration: Once) -> float:
     """Return the allowed distance of a measured period from a reference, s."""
     moments = np.sort([point["I1"], point["I2"], point["I3"]])
-    near = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING_ERROR)
-    return (GROWN * (integration.tolerance + ROUNDING_ERROR) + ROUNDING_ERROR / near) * period_in_closed_form(
-        point, integration
-    )
+    separatrix_distance = max(abs(1.0 - point["energy"] * moments[1] / moments[2]), ROUNDING_ERROR)
+    return (
+        ERROR_GROWTH * (integration.tolerance + ROUNDING_ERROR) + ROUNDING_ERROR / separatrix_distance
+    ) * period_in_closed_form(point, integration)
 
 
 SYSTEM = Tumbling()

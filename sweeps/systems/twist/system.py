@@ -76,7 +76,7 @@ TwistGrid = grid_model("TwistGrid", PARAMETERS, __name__, RATIOS)
 
 
 class Racket(Body):
-    """One body that is thrown."""
+    """A body that is thrown."""
 
     omega0: Spin = key("L/I2 of this body, rad s-1: 1e-150 ≤ omega0 ≤ 1e150")
 
@@ -90,7 +90,7 @@ class TwistDefinition(FollowedDefinition):
 
 
 class Twist(MeasuredOnce):
-    """A body thrown near its middle axis: what it has turned about its handle when that has come round."""
+    """A body thrown near its intermediate axis: its twist about the handle per revolution of the handle about L."""
 
     name = "twist"
     kernels = ("events.twist", "estimator.statuses", "free.triangle")
@@ -117,17 +117,17 @@ class Twist(MeasuredOnce):
         return twist.survey(points, integration.tolerance, integration.measured)
 
     def agrees(self, points: Mapping[str, np.ndarray], columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where the twist is the closed form's within its error; a spin about the handle has none."""
-        within = np.abs(columns["twist"] - columns["twist_exact"]) <= columns["twist_error"]
-        return (np.asarray(points["theta"]) == 0.0) | within  # at 0 the handle has no azimuth about L
+        """Return True for points with the closed form's twist within its error; a spin about the handle has none."""
+        agrees_in_twist = np.abs(columns["twist"] - columns["twist_exact"]) <= columns["twist_error"]
+        return (np.asarray(points["theta"]) == 0.0) | agrees_in_twist  # at 0 the handle has no azimuth about L
 
     def reference(self) -> Reference:
-        """Return the time of a throw's turn, found again by SciPy's DOP853 and by the closed form of the attitude."""
+        """Return the time of a revolution by SciPy's DOP853 and by the closed form of the attitude."""
         ways = {"SciPy DOP853": turn_by_scipy, "closed form": turn_in_closed_form}
         return Reference("time_of_turn", ways, allowed_deviation)
 
 
-GROWN = 100.0  # by which the steps' errors grow about the middle axis
+ERROR_GROWTH = 100.0  # growth of the steps' errors about the intermediate axis within a revolution
 
 
 def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
@@ -135,7 +135,7 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     from scipy.integrate import solve_ivp
 
     moments, omega = SYSTEM.start({**point, "omega0": 1.0})
-    c, L, until = (
+    c, L, duration = (
         euler_coefficients(moments),
         float(np.linalg.norm(moments * omega)),
         2.1 * math.pi * moments[2] / moments[1],
@@ -145,14 +145,14 @@ def turn_by_scipy(point: Mapping[str, float], integration: Once) -> float:
 
     def rates(_, y):
         w, across = y[:3], (moments[1] * y[1]) ** 2 + (moments[2] * y[2]) ** 2
-        turning = L * (moments[1] * y[1] ** 2 + moments[2] * y[2] ** 2) / across
-        return [c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1], turning]
+        azimuth_rate = L * (moments[1] * y[1] ** 2 + moments[2] * y[2] ** 2) / across
+        return [c[0] * w[1] * w[2], c[1] * w[2] * w[0], c[2] * w[0] * w[1], azimuth_rate]
 
-    def around(_, y):
+    def revolution(_, y):
         return y[3] - 2.0 * math.pi
 
-    around.terminal = True
-    run = solve_ivp(rates, (0, until), [*omega, 0.0], "DOP853", events=around, rtol=1e-13, atol=1e-15)
+    revolution.terminal = True
+    run = solve_ivp(rates, (0, duration), [*omega, 0.0], "DOP853", events=revolution, rtol=1e-13, atol=1e-15)
     return float(run.t_events[0][-1]) / float(point["omega0"])
 
 
@@ -165,7 +165,7 @@ def turn_in_closed_form(point: Mapping[str, float], integration: Once) -> float:
 
 def allowed_deviation(point: Mapping[str, float], integration: Once) -> float:
     """Return the allowed distance of a measured time from a reference, s."""
-    return GROWN * (integration.tolerance + ROUNDING_ERROR) * turn_in_closed_form(point, integration)
+    return ERROR_GROWTH * (integration.tolerance + ROUNDING_ERROR) * turn_in_closed_form(point, integration)
 
 
 SYSTEM = Twist()

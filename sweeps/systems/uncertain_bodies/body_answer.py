@@ -1,4 +1,4 @@
-"""Which spins of one body are stable: its numbers, and the same as text."""
+"""Answer of `sweeps.body`: the stability of each spin of one body, as numbers and as text."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -39,14 +39,14 @@ class BodyAnswer:
         return console.file.getvalue().rstrip()
 
     def show(self, console: "Console") -> None:
-        """Print the answer: the outcome of each spin first, then what the body is and how it is spun."""
+        """Print the answer: the outcome of each spin, then the body and its spin."""
         from sweeps.figure.printing import table
 
         console.print(self.name, style="bold")
-        made = table("spin about", "outcome")
+        outcome_table = table("spin about", "outcome")
         for row in self._rows:
-            made.add_row(*row)
-        console.print(made)
+            outcome_table.add_row(*row)
+        console.print(outcome_table)
         for lines in (self._lines, self._more):
             console.print(*["", *lines] if lines else [], sep="\n", end="\n" if lines else "")
 
@@ -73,23 +73,23 @@ def answer(
     if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty"}):
         allowed = ", ".join(("axis", "twist", "definition", *SPIN, "uncertainty", *SAMPLING))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
-    given = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
-    is_sampled = given["uncertainty"] is not None
-    if not is_sampled and (beside := [name for name in SAMPLING if given[name] is not None]):
-        raise DefinitionError(f"body: {', '.join(beside)}: given without uncertainty; allowed: both, or neither")
-    chosen, spun = spin_outcomes.body_of(body, source, given, load)
+    options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
+    is_sampled = options["uncertainty"] is not None
+    if not is_sampled and (extra_options := [name for name in SAMPLING if options[name] is not None]):
+        raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: both, or neither")
+    nominal, spin = spin_outcomes.body_of(body, source, options, load)
     axes = spin_outcomes.axes_of(axis)
-    facts, lines, rows, more = spin_outcomes.predict_body(chosen, spun, axes, twist)
+    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin, axes, twist)
     if not is_sampled:
-        return BodyAnswer(chosen.name, facts, lines, rows, more)
+        return BodyAnswer(nominal.name, facts, lines, rows, observations)
     from sweeps.systems.uncertain_bodies import sampled_body
 
-    entry = sampled_body.entry_of(chosen) if isinstance(body, str) else {"name": chosen.name} | body_entry(body)
-    read = sampled_body.make_definition(entry, given | {"axes": axes, "twist": twist or None}, spun, load)
+    entry = sampled_body.entry_of(nominal) if isinstance(body, str) else {"name": nominal.name} | body_entry(body)
+    definition = sampled_body.make_definition(entry, options | {"axes": axes, "twist": twist or None}, spin, load)
     machine.keep_freed_memory()
-    sampled = sampled_body.measure_body(read, machine.num_processors())
-    drawn = sampled_body.collect_facts(sampled)
-    measured = [spin | drawn["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
-    rows = [*sampled_body.outcome_rows(sampled), *((f"{name}, nominal", text) for name, text in rows)]
-    lines = [*lines, *sampled_body.sampling_lines(sampled)]
-    return BodyAnswer(chosen.name, facts | drawn | {"axes": measured}, lines, rows, more, sampled)
+    sample = sampled_body.measure_body(definition, machine.num_processors())
+    sample_facts = sampled_body.collect_facts(sample)
+    axis_facts = [spin | sample_facts["axes"].get(spin["axis"], {}) for spin in facts["axes"]]
+    rows = [*sampled_body.outcome_rows(sample), *((f"{name}, nominal", text) for name, text in rows)]
+    lines = [*lines, *sampled_body.sampling_lines(sample)]
+    return BodyAnswer(nominal.name, facts | sample_facts | {"axes": axis_facts}, lines, rows, observations, sample)

@@ -1,8 +1,8 @@
-"""Draws of standard normals in independent replicates, each evenly spread, so that errors come from the draws alone.
+"""Draws of standard normals in independent, evenly distributed replicates, whose scatter gives standard errors.
 
-n draws are R replicates of 2^k, 16 ≤ R ≤ 32: each is a Sobol sequence scrambled by itself (Owen's kind, as SciPy has
-it), a Latin hypercube, or plain random numbers. Replicates are independent and each is unbiased: the scatter of R
-estimates is an honest standard error, whatever the function, where the formula of plain draws would tell too much.
+n draws are R replicates of 2^k, 16 ≤ R ≤ 32: each is a Sobol sequence with its own scrambling (Owen's, by SciPy), a
+Latin hypercube, or plain random numbers. Replicates are independent and unbiased: the scatter of R estimates is a valid
+standard error for any function, while the formula for plain draws would be too large.
 
 Source: Owen, "Quasi-Monte Carlo sampling" (SIGGRAPH 2003 course); `scipy.stats.qmc`.
 """
@@ -15,32 +15,37 @@ from functools import lru_cache
 import numpy as np
 
 METHODS = ("sobol", "latin", "random")
-LEAST, MOST = 64, 4 * 10**6  # draws: of more, a tensor's would take more than a gigabyte
-REPLICATES = 16  # at least; fewer than twice as many, and one
-NORMAL_95 = 1.959963984540054  # standard deviations on either side that hold 95 % of a normal distribution
-HALF_CELL = 2.0**-31  # of SciPy's Sobol numbers, multiples of 2^-30: no draw lies at infinity
-INSIDE = (2.0**-54, 1.0 - 2.0**-53)  # where other uniform numbers are kept, for the same reason
+MIN_DRAWS, MAX_DRAWS = 64, 4 * 10**6  # number of draws; more draws of a tensor would take more than a gigabyte
+MIN_REPLICATES = 16  # least number of replicates, enough for a standard error; the largest is twice this number
+NORMAL_95 = 1.959963984540054  # standard deviations; a normal distribution has 95 % of its probability within them
+HALF_CELL = 2.0**-31  # half the spacing of SciPy's Sobol numbers; added, so that no normal is infinite
+UNIFORM_BOUNDS = (2.0**-54, 1.0 - 2.0**-53)  # bounds on all further uniform numbers, for the same reason
 
-Groups = tuple[tuple[int, ...], ...]  # columns of each input
+Groups = tuple[tuple[int, ...], ...]  # the columns of normals of each input
 
 
 def replicates(draws: int) -> tuple[int, int]:
     """Return the number of replicates and of draws in each: at least `draws` in all, at most a sixteenth more."""
-    size = 2 ** int(math.log2(draws / REPLICATES))
+    size = 2 ** int(math.log2(draws / MIN_REPLICATES))
     return -(-draws // size), size
 
 
-def made(draws: int) -> int:
-    """Return the number of draws that are made for a requested number."""
+def count_draws(draws: int) -> int:
+    """Return the actual number of draws for a requested number."""
     return math.prod(replicates(draws))
 
 
 @lru_cache(maxsize=4)
 def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0, threads: int = 1) -> np.ndarray:
-    """Return standard normals, independent between columns, shape (replicates, size, dimension); not to be written to.
+    """Return standard normals, independent between columns, shape (replicates, size, dimension), read-only.
 
-    The method is one of `METHODS`, the number of draws that which is requested, `stream` one of several independent
-    sets of the seed.
+    Args:
+        method: one of `METHODS`.
+        dimension: number of columns.
+        draws: requested number of draws.
+        seed: seed of the random numbers.
+        stream: number of one of the seed's independent sets.
+        threads: number of threads.
     """
     from scipy.special import ndtri
 
@@ -58,36 +63,36 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
     if method == "random":
-        return np.clip(rng.random((size, dimension)), *INSIDE)
+        return np.clip(rng.random((size, dimension)), *UNIFORM_BOUNDS)
     from scipy.stats import qmc
 
     if method == "sobol":
         return qmc.Sobol(dimension, rng=rng).random(size) + HALF_CELL
-    return np.clip(qmc.LatinHypercube(dimension, rng=rng).random(size), *INSIDE)
+    return np.clip(qmc.LatinHypercube(dimension, rng=rng).random(size), *UNIFORM_BOUNDS)
 
 
 # -- estimates and their standard errors
 
 
-def mean(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def mean(estimates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean over replicates, the first dimension, and its standard error."""
-    return parts.mean(axis=0), parts.std(axis=0, ddof=1) / math.sqrt(len(parts))
+    return estimates.mean(axis=0), estimates.std(axis=0, ddof=1) / math.sqrt(len(estimates))
 
 
-def share(parts: np.ndarray, draws: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a probability from the replicates' shares, and its standard error.
+def probability(fractions: np.ndarray, draws: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a probability from the replicates' fractions, and its standard error.
 
-    The error is never below the one draw that would change the share. Where all replicates agree, as with no hit or no
-    miss, their scatter says nothing: there it is the far end of Wilson's interval of 95 %, over 1.96.
+    The error is at least 1/draws. If all replicates agree, for instance without a hit, their scatter is 0, and the
+    error is the far end of Wilson's 95 % interval, over 1.96.
     """
-    value, error = mean(parts)
+    value, error = mean(fractions)
     return value, np.where(error > 0.0, np.hypot(error, 1.0 / draws), wilson_end(draws) / NORMAL_95)
 
 
 def wilson_end(draws: int) -> float:
-    """Return the upper end of Wilson's interval of 95 % for no hit in so many draws (1 - that for no miss).
+    """Return the upper end of Wilson's 95 % interval without a hit (1 - this without a miss).
 
-    Source: Wilson (1927), Journal of the American Statistical Association 22, 209; z^2/(n + z^2) where no draw hits.
+    Source: Wilson (1927), Journal of the American Statistical Association 22, 209; z^2/(n + z^2) without a hit.
     """
     return NORMAL_95**2 / (draws + NORMAL_95**2)
 
@@ -96,11 +101,11 @@ def quantiles(values: np.ndarray, levels: tuple[float, ...]) -> tuple[np.ndarray
     """Return quantiles over all draws, and their standard errors from the replicates; infinities are kept.
 
     Returns:
-        Quantiles (the draw at or next above the level), and errors: NaN where a replicate's own is infinite.
+        Quantiles (the draw at or next above the level), and errors, NaN if the quantile of a replicate is infinite.
     """
     with np.errstate(invalid="ignore"):
-        of_replicates = np.stack([_order_statistics(row, levels) for row in values])
-        spread = of_replicates.std(axis=0, ddof=1) / math.sqrt(len(values))
+        replicate_quantiles = np.stack([_order_statistics(row, levels) for row in values])
+        spread = replicate_quantiles.std(axis=0, ddof=1) / math.sqrt(len(values))
     return _order_statistics(values.reshape(-1), levels), spread
 
 
@@ -109,7 +114,7 @@ def _order_statistics(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarr
     return np.partition(values, places)[places]
 
 
-# -- which input matters
+# -- sensitivities
 
 
 def sobol_indices(
@@ -120,28 +125,28 @@ def sobol_indices(
     .. math:: S_i = \frac{E[f(B)(f(A_B^i) - f(A))]}{V}, \qquad T_i = \frac{E[(f(A) - f(A_B^i))^2]}{2V}
 
     A and B are two independent sets of draws, A_B^i is A with the columns of group i from B, V the variance of f. Each
-    is a ratio of means over replicates, with the standard error of a ratio estimate.
+    index is a ratio of means over replicates, with the standard error of a ratio estimate.
 
     Args:
         function: draws, shape (n, dimension) → values, shape (n,) or (n, outputs).
-        groups: columns of each input; inputs that depend on each other share a group.
-        draws: in A, and in B.
-        seed: whole, ≥ 0.
+        groups: columns of each input; dependent inputs share a group.
+        draws: number of draws in A, and in B.
+        seed: seed of the random numbers, an integer ≥ 0.
         method: one of `METHODS`.
-        run: `map`, or one that calls the function side by side.
+        run: `map`, or a parallel one.
 
     Returns:
-        first, first_error, total, total_error, each of shape (groups,) or (groups, outputs); NaN where nothing varies.
+        first, first_error, total, total_error, each of shape (groups,) or (groups, outputs); NaN if f is constant.
 
     Source: Saltelli et al. (2010), Computer Physics Communications 181, 259: equations (b) and (f) of table 2.
     """
     dimension = sum(map(len, groups))
-    both = normals(method, 2 * dimension, draws, seed, stream=1)
-    A, B = both[..., :dimension].reshape(-1, dimension), both[..., dimension:].reshape(-1, dimension)
+    normals_AB = normals(method, 2 * dimension, draws, seed, stream=1)
+    A, B = normals_AB[..., :dimension].reshape(-1, dimension), normals_AB[..., dimension:].reshape(-1, dimension)
     fA, fB, *fM = map(np.asarray, run(function, _saltelli(A, B, groups)))
     centre = (fA.mean(axis=0) + fB.mean(axis=0)) / 2
     fA, fB = fA - centre, fB - centre
-    shape = (*both.shape[:2], *fA.shape[1:])
+    shape = (*normals_AB.shape[:2], *fA.shape[1:])
     variance = ((fA**2 + fB**2) / 2).reshape(shape).mean(axis=1)
     indices = {name: [] for name in ("first", "first_error", "total", "total_error")}
     for values in fM:
@@ -154,15 +159,17 @@ def sobol_indices(
 
 
 def _saltelli(A: np.ndarray, B: np.ndarray, groups: Groups) -> Iterator[np.ndarray]:
-    """Yield A, B, and A with the columns of one group after the other from B."""
+    """Yield A, B, and for each group A with the group's columns from B."""
     yield from (A, B)
     for group in groups:
         yield np.where(np.isin(np.arange(A.shape[1]), group), B, A)
 
 
-def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ratio of two means over replicates and its standard error, to first order."""
+def _ratio(numerator: np.ndarray, denominator: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ratio of two means over replicates and its standard error, to first order."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        value = above.mean(axis=0) / below.mean(axis=0)
-        error = (above - value * below).std(axis=0, ddof=1) / (below.mean(axis=0) * math.sqrt(len(above)))
+        value = numerator.mean(axis=0) / denominator.mean(axis=0)
+        error = (numerator - value * denominator).std(axis=0, ddof=1) / (
+            denominator.mean(axis=0) * math.sqrt(len(numerator))
+        )
     return value, error

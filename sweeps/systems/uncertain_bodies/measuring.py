@@ -238,7 +238,7 @@ class _Body:
             rates = self._rates(_kernel_points(distribution, moments, rotations, normals, spin))
             return np.nan_to_num(rates["omega_squared_reduced"] / spin.omega0**2)
 
-        half = max(designs.LEAST, min(sampling.draws // DRAWS_PER_HALF, MAX_HALF_DRAWS))
+        half = max(designs.MIN_DRAWS, min(sampling.draws // DRAWS_PER_HALF, MAX_HALF_DRAWS))
         indices = designs.sobol_indices(rate2, distribution.groups, half, sampling.seed, sampling.method, self.run)
         return {f"sensitivity_{kind}": values for kind, values in indices.items()}
 
@@ -268,7 +268,7 @@ def _kernel_points(
 
 
 def _summarize_share(name: str, holds: np.ndarray) -> dict:
-    value, error = designs.share(holds.mean(axis=1), holds.size)
+    value, error = designs.probability(holds.mean(axis=1), holds.size)
     return {name: float(value), f"{name}_error": float(error)}
 
 

@@ -1,21 +1,21 @@
-r"""From Gaussian draws of a tensor of inertia to bodies that can exist, changing as little as can be.
+r"""Projection of Gaussian draws of a tensor of inertia to possible bodies, with the least change of the draws.
 
-A tensor T is that of a body where its second moments :math:`\Sigma = \int x x^\mathsf{T} dm = \tfrac12\mathrm{tr}(T)\,1
-- T` are not negative: the eigenvalues :math:`J_i = (I_j + I_k - I_i)/2 \ge 0`. A Gaussian draw of T breaks that
-wherever a body is nearly flat or the uncertainty large. Such a draw keeps its principal axes, and each of its J goes
-through one function,
+A tensor T is that of a body if its second moments :math:`\Sigma = \int x x^\mathsf{T} dm = \tfrac12\mathrm{tr}(T)\,1
+- T` are not negative: the eigenvalues :math:`J_i = (I_j + I_k - I_i)/2 \ge 0`. A Gaussian draw of T violates this if
+the body is nearly flat or the uncertainty large. A draw keeps its principal axes, and each of its J is mapped by one
+function,
 
 .. math:: g(J) = J \quad (J \ge \delta), \qquad g(J) = \delta^2/(2\delta - J) \quad (J < \delta),
 
-which is smooth, rises, and is positive: J below zero becomes a body flat to a small part of δ, and every other draw
-stays as it was. δ is a hundredth of the largest standard deviation of a J.
+which is smooth, increasing and positive: J below zero becomes a nearly flat body, within a fraction of δ, and draws
+with all J ≥ δ do not change. δ is a hundredth of the largest standard deviation of a J.
 
-*Why this and not another.* g is one rising function for all three J, so the *order* of the moments is that of the
-Gaussian draw: the probability that an axis is the middle one is the normal distribution's, for every uncertainty, and
-the closed form stands beside it. It knows no coordinates and rejects nothing: a Sobol sequence stays one. Log-normal
-second moments do not exist where two J are strongly anticorrelated; a Cholesky factor of the pseudo-inertia depends on
-the order of coordinates; leaving out what cannot exist shifts mean and spread further. A map states the shift: mean and
-spread of the moments as requested, and as drawn.
+*Reasons for this choice.* g is the same increasing function for all three J, so the *order* of the moments is that of
+the Gaussian draw: the probability that an axis is the intermediate one is that of the normal distribution, for every
+uncertainty, and has a closed form. g does not depend on coordinates and rejects no draw: a Sobol sequence remains one.
+Log-normal second moments do not exist if two J are strongly anticorrelated; a Cholesky factor of the pseudo-inertia
+depends on the order of the coordinates; rejecting impossible draws shifts mean and spread more. A map states the shift:
+mean and spread of the moments as requested, and as drawn.
 
 Source: for second moments, Wensing, Kim, Slotine (2018), IEEE Robotics and Automation Letters 3, 60; the function g is
 ours.
@@ -23,10 +23,10 @@ ours.
 
 import numpy as np
 
-SOFT = 0.01  # δ over the largest standard deviation of a second moment
-FLOOR = 1e-12  # least δ over the sum of the second moments: what the doubles of moments can hold
+RELATIVE_DELTA = 0.01  # δ over the largest standard deviation of a second moment
+MIN_DELTA = 1e-12  # least δ over the sum of the second moments, above the rounding of moments
 
-# of a symmetric tensor, in the order of a covariance
+# entries of a symmetric tensor, in the order of a covariance
 ENTRIES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 
 
@@ -34,61 +34,64 @@ def softness(covariance: np.ndarray, moments: np.ndarray) -> float:
     """Return δ of a body from the covariance of its moments, or of the six entries of its tensor, and its moments."""
     if len(covariance) == 3:
         rows = 0.5 - np.eye(3)
-    else:  # of entries, the variance of a second moment along each coordinate axis will do
+    else:  # for entries, the variance of a second moment along each coordinate axis is sufficient
         rows = np.hstack([0.5 - np.eye(3), np.zeros((3, 3))])
         covariance = covariance + np.diag([0.0, 0.0, 0.0, *np.diag(covariance)[3:]])
     spread = float(np.sqrt(np.max(np.einsum("ij,jk,ik->i", rows, covariance, rows), initial=0.0)))
     spread = max(spread, float(np.sqrt(np.max(np.diag(covariance)))))
-    return max(SOFT * spread, FLOOR * float(np.sum(moments)))
+    return max(RELATIVE_DELTA * spread, MIN_DELTA * float(np.sum(moments)))
 
 
-def kept_possible(second: np.ndarray, delta: float) -> np.ndarray:
-    """Return G of second moments."""
-    low = second < delta
-    if not low.any():
+def project_second_moments(second: np.ndarray, delta: float) -> np.ndarray:
+    """Return g of second moments."""
+    is_low = second < delta
+    if not is_low.any():
         return second
-    return np.where(low, delta * (delta / (2 * delta - np.where(low, second, 0.0))), second)
+    return np.where(is_low, delta * (delta / (2 * delta - np.where(is_low, second, 0.0))), second)
 
 
-def from_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return moments of possible bodies from Gaussian ones, shape (n, 3), and which of these were impossible."""
+def project_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return moments of possible bodies from Gaussian ones, shape (n, 3), and True for those that were impossible."""
     columns = moments.T
     half = (columns[0] + columns[1] + columns[2]) / 2
     second = [half - column for column in columns]
     impossible = (second[0] < 0) | (second[1] < 0) | (second[2] < 0)
-    first, middle, last = (kept_possible(one, delta) for one in second)
+    first, middle, last = (project_second_moments(column, delta) for column in second)
     possible = np.empty_like(moments)
     for k, column in enumerate((middle + last, first + last, first + middle)):
         possible[:, k] = column
     return possible, impossible
 
 
-def from_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return moments of possible bodies, which were impossible, and principal axes, from the six entries of tensors.
+def project_entries(entries: np.ndarray, delta: float, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return possible bodies from the six entries of Gaussian tensors.
 
-    The entries have shape (n, 6), in the order of `ENTRIES`; axes are the body's own principal ones as rows.
+    Args:
+        entries: shape (n, 6), in the order of `ENTRIES`.
+        delta: δ.
+        axes: principal axes of the nominal body, as rows.
 
     Returns:
-        Moments, shape (n, 3), numbered as the body's axes that they lie nearest to; which draws were no body; and
-        rotations, shape (n, 3, 3), that take components along the body's axes to components along the draw's.
+        Moments, shape (n, 3), numbered as the nearest axes of the nominal body; True for impossible draws; and
+        rotations, shape (n, 3, 3), from components along the nominal axes to components along the draw's.
     """
     from kernels.free import jacobi_eigen
 
     entries, axes = (np.require(x, np.float64, ["C", "W"]) for x in (entries, axes))
     values, rows = np.empty((len(entries), 3)), np.empty((len(entries), 3, 3))
     jacobi_eigen.axes_near(entries, axes, values, rows)
-    return *from_moments(values, delta), rows
+    return *project_moments(values, delta), rows
 
 
 def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -> float:
-    r"""Return the probability that a normal moment is the middle one of three, from X = I_s − I_a and Y = I_s − I_b.
+    r"""Return the probability that the moment about `axis` is intermediate, for normal `moments` with a `covariance`.
 
-    They have opposite signs with
+    X = I_s − I_a and Y = I_s − I_b have opposite signs with the probability
 
     .. math:: P = 2\,T(x, a_x) + 2\,T(y, a_y) + [xy < 0], \qquad a_x = \frac{y - \rho x}{x\sqrt{1 - \rho^2}}
 
-    and likewise :math:`a_y`, with x and y the means over their standard deviations, and Owen's function T: Φ(x) + Φ(y)
-    − 2 Φ2(x, y; ρ), of which nothing cancels.
+    and likewise :math:`a_y`, with x and y the means over their standard deviations, and Owen's function T: this is
+    Φ(x) + Φ(y) − 2 Φ2(x, y; ρ), without cancellation.
 
     Source: Owen (1956), Annals of Mathematical Statistics 27, 1075, equation (3.4).
     """
@@ -108,7 +111,7 @@ def middle_probability(moments: np.ndarray, covariance: np.ndarray, axis: int) -
     root = np.sqrt((1.0 - rho) * (1.0 + rho))
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = np.divide([y - rho * x, x - rho * y], [x * root, y * root])
-    apart = x * y < 0 or (x * y == 0 and x + y < 0)
+    has_opposite_signs = x * y < 0 or (x * y == 0 and x + y < 0)
     slopes = np.nan_to_num(slopes, posinf=np.inf, neginf=-np.inf)
-    probability = 2 * owens_t([x, y], slopes).sum() + apart
+    probability = 2 * owens_t([x, y], slopes).sum() + has_opposite_signs
     return float(min(max(probability, 0.0), 1.0))

@@ -54,7 +54,11 @@ def entry_of(body: SpunBody) -> dict:
 def make_definition(entry: Mapping, options: Mapping, spun: Mapping[str, float], load: Callable) -> UncertainDefinition:
     """Return the definition of one body; refusals name the option.
 
-    `given` has uncertainty (text of YAML, or its value) and `OPTIONS`, each None where it was not given.
+    Args:
+        entry: the body's entry of a definition.
+        options: uncertainty (text of YAML, or its value) and `OPTIONS`, each None if it is not given.
+        spun: omega0, epsilon and phase.
+        load: makes a definition of a mapping.
     """
     try:
         uncertainty = options["uncertainty"]
@@ -80,7 +84,7 @@ def collect_facts(result: Answer) -> dict:
     for axis, (summary, _) in result.axes.items():
         plain = {name: np.asarray(value).tolist() for name, value in summary.items() if name != "status"}
         axes[axis] = plain | {"stability": words[summary["stability"]]}
-    how = {"draws": designs.made(sampling.draws), "seed": sampling.seed, "method": sampling.method}
+    how = {"draws": designs.count_draws(sampling.draws), "seed": sampling.seed, "method": sampling.method}
     how |= {"turns": sampling.turns, "quantile": list(measuring.QUANTILES), "input": list(result.distribution.inputs)}
     return how | {"impossible_naive": next(iter(axes.values()))["impossible_naive"], "axes": axes}
 
@@ -130,7 +134,7 @@ def sampling_lines(result: Answer) -> Iterator[str]:
     """Yield lines on the sampling and the draws."""
     sampling, inputs = result.sampling, result.distribution.inputs
     how = f"{sampling.method}, seed {sampling.seed}"
-    yield f"{designs.made(sampling.draws):,} bodies drawn ({how}); uncertain: {', '.join(inputs) or 'nothing'}"
+    yield f"{designs.count_draws(sampling.draws):,} bodies drawn ({how}); uncertain: {', '.join(inputs) or 'nothing'}"
     zero = [name for name, entry in zip(ENTRIES, result.distribution.entries, strict=False) if entry == 0]
     if exact := [name for name in zero if not any(name in each.split("+") for each in inputs)]:
         yield f"taken as exactly 0: {', '.join(exact)} (a fraction of 0 is 0; covariance gives them a sigma)"

@@ -19,7 +19,7 @@ from sweeps.systems.bodies.free_body import FreeBody
 from sweeps.systems.bodies.inertia import InertiaError
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.rigid_body.system import FLIPPED, REGIMES, SHAREABLE, SURVEY, NearAxisDefinition, SpunBody
-from sweeps.systems.rigid_body.system import LAYOUT as OF_RIGID_BODIES
+from sweeps.systems.rigid_body.system import LAYOUT as RIGID_BODY_LAYOUT
 from sweeps.systems.shared_variables import parse_rows
 from sweeps.systems.system import Cost, Example, Reference
 from sweeps.systems.twist.system import SYSTEM as TWIST
@@ -28,24 +28,24 @@ from sweeps.systems.uncertain_bodies.measuring import BodySampling
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
 
 LEAST_INERTIA = f"about the axis of least inertia: {VERDICTS['stable_minor'].more}"
-_OF_PROBABILITY = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
+_PROBABILITY_ERROR = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
 
 
-def _sampled(text: str) -> dict[str, Variable]:
-    """Return name → variable of a table of `parse_rows`; after each name that ends in ±, its sampling error."""
+def _with_sampling_errors(text: str) -> dict[str, Variable]:
+    """Return name → variable of a table of `parse_rows`, and for each name that ends in ± its sampling error."""
     variables = {}
-    for row, one in parse_rows(text).items():
+    for row, variable in parse_rows(text).items():
         name = row.removesuffix("±")
         over = ("quantile",) if name.endswith("_quantile") else ("input",) if name.startswith("sensitivity") else ()
-        variables[name] = replace(one, name=name, over=over)
+        variables[name] = replace(variable, name=name, over=over)
         if name != row:
-            how = "from independent replicates" + (_OF_PROBABILITY if name.startswith("probability") else "")
-            words = f"sampling standard error of {name}"
-            variables[f"{name}_error"] = Variable(f"{name}_error", one.units, words, comment=how, over=over)
+            how = "from independent replicates" + (_PROBABILITY_ERROR if name.startswith("probability") else "")
+            long_name = f"sampling standard error of {name}"
+            variables[f"{name}_error"] = Variable(f"{name}_error", variable.units, long_name, comment=how, over=over)
     return variables
 
 
-VARIABLES = _sampled(
+VARIABLES = _with_sampling_errors(
     """
     probability_unstable±      1  probability that the spin is unstable, from the measured draws [measurement]
     probability_middle±        1  probability that the axis is the intermediate axis
@@ -83,14 +83,14 @@ VARIABLES = _sampled(
     """
 )
 
-TWISTS = _sampled(
+TWISTS = _with_sampling_errors(
     """
     twist_quantile±  rad  quantile of the absolute twist per revolution of the axis of least inertia about L, measured
         comment: over all draws: near pi, a half turn, for a thrown racket; missing for a spin about that axis
     """
 )
 
-KEPT = {
+DRAW_VARIABLES = {
     name: replace(variable, over=("draw",))
     for name, variable in parse_rows(
         """
@@ -110,42 +110,44 @@ KEPT = {
 }
 
 ARGUMENTS = ("body", "axis", *SHAREABLE)
-FURTHER = table(
+EXTRA_COORDINATES = table(
     Variable("quantile", "1", "fraction of the draws that do not exceed the value"),
     Variable("input", None, "uncertain input", "str"),
     Variable("draw", "1", "number of the draw", "i4"),
 )
-OF_BODIES = {name: one for name, one in OF_RIGID_BODIES.coordinates.items() if name not in OF_RIGID_BODIES.spare}
-COORDINATES = OF_BODIES | FURTHER
-
-_HELD: dict[str, Any] = {
-    "coordinates": {"body": OF_BODIES["body"], **COORDINATES},
-    "variables": VARIABLES | TWISTS | KEPT,
+BODY_COORDINATES = {
+    name: one for name, one in RIGID_BODY_LAYOUT.coordinates.items() if name not in RIGID_BODY_LAYOUT.spare
 }
-LAYOUT = replace(OF_RIGID_BODIES, needed=tuple(VARIABLES), over={}, **_HELD)
+COORDINATES = BODY_COORDINATES | EXTRA_COORDINATES
+
+_TABLES = {
+    "coordinates": {"body": BODY_COORDINATES["body"], **COORDINATES},
+    "variables": VARIABLES | TWISTS | DRAW_VARIABLES,
+}
+LAYOUT = replace(RIGID_BODY_LAYOUT, needed=tuple(VARIABLES), over={}, **_TABLES)
 
 
-SHARE = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
+FRACTION = "a fraction from 0 to below 1, as a number (0.05) or in per cent (5 %)"
 COVARIANCE = "3 rows of 3 numbers (of I1, I2, I3), or 6 of 6 (of the tensor's xx, yy, zz, xy, xz, yz), kg2 m4"
 
 
-def share(value: Any) -> float:
+def read_fraction(value: Any) -> float:
     """Return a relative standard deviation from 0.05 or "5 %"."""
-    amount = finite(value, SHARE, "1")
+    amount = finite(value, FRACTION, "1")
     if not 0 <= amount < 1:
-        raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", SHARE)
+        raise refusal(f"is {100 * amount:.6g} %" if amount > 0 else "is negative", FRACTION)
     return amount
 
 
-Share = Annotated[float, BeforeValidator(share, json_schema_input_type=float | str)]
+Fraction = Annotated[float, BeforeValidator(read_fraction, json_schema_input_type=float | str)]
 
 
-def _shares(count: int):
+def _fractions(count: int):
     def check(value: Any) -> tuple[float, ...]:
         values = value if isinstance(value, tuple | list) else (value,) * count
         if len(values) != count:
             raise refusal(f"has {len(values)} fractions", f"{count} of them, or one for all")
-        return tuple(map(share, values))
+        return tuple(map(read_fraction, values))
 
     return BeforeValidator(check, json_schema_input_type=float | str | list[float | str])
 
@@ -171,58 +173,61 @@ def _phase(value: Any) -> float | str:
 class Uncertainty(Strict):
     """Standard deviations of a body and its spin."""
 
-    moments: Annotated[tuple[float, ...], _shares(3)] = key(
-        f"of I1, I2 and I3 independently, relative: {SHARE}, or a list of three"
+    moments: Annotated[tuple[float, ...], _fractions(3)] = key(
+        f"of I1, I2 and I3 independently, relative: {FRACTION}, or a list of three"
     )
-    tensor: Annotated[tuple[float, ...], _shares(6)] = key(
-        f"of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: {SHARE}, or a list of six"
+    tensor: Annotated[tuple[float, ...], _fractions(6)] = key(
+        f"of the tensor's entries xx, yy, zz, xy, xz, yz independently, relative: {FRACTION}, or a list of six"
     )
     covariance: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_covariance)] = key(
         f"the whole covariance: {COVARIANCE}"
     )
-    omega0: Share = key(f"of the spin rate, relative: {SHARE}")
-    epsilon: Share = key(f"of the size of the perturbation, relative: {SHARE}")
+    omega0: Fraction = key(f"of the spin rate, relative: {FRACTION}")
+    epsilon: Fraction = key(f"of the size of the perturbation, relative: {FRACTION}")
     phase: Annotated[float | str, BeforeValidator(_phase)] = key(
         f"of the direction of the perturbation, rad: ≥ 0, or {distribution.ANY}"
     )
-    inertia: Share = key(f"of the moments, or of the tensor where that is given: {SHARE}")
+    inertia: Fraction = key(f"of the moments, or of the tensor where that is given: {FRACTION}")
 
     @model_validator(mode="after")
     def _check_one(self) -> "Uncertainty":
-        given = [name for name in ("moments", "tensor", "covariance", "inertia") if getattr(self, name) is not None]
-        if len(given) > 1:
-            value = display(getattr(self, given[1]))
-            raise refusals([Problem((given[1],), value, f"is given beside {given[0]}", "one of them")])
+        entries = [name for name in ("moments", "tensor", "covariance", "inertia") if getattr(self, name) is not None]
+        if len(entries) > 1:
+            value = display(getattr(self, entries[1]))
+            raise refusals([Problem((entries[1],), value, f"is given beside {entries[0]}", "one of them")])
         if not self.model_fields_set:
             raise refusal("is empty", "a mapping with " + keys_of(Uncertainty))
         return self
 
     @property
     def spin(self) -> dict[str, float | str]:
-        """Of omega0, epsilon and phase what is uncertain."""
+        """Name → uncertainty of omega0, epsilon and phase, for those that are uncertain."""
         return {name: value for name in distribution.SPIN if (value := getattr(self, name)) not in (None, 0)}
 
 
 UNCERTAIN = "a fraction (5 %), or a mapping with  " + ", ".join(name for name in Uncertainty.model_fields)
-GivenUncertainty = Annotated[
+UncertaintyEntry = Annotated[
     Uncertainty,
-    BeforeValidator(  # a bare share stands for the moments, or the tensor where that is given
-        lambda value: value if isinstance(value, dict | Uncertainty) else {"inertia": share(value)},
+    BeforeValidator(  # a single fraction is that of the tensor, or if there is none of the moments
+        lambda value: value if isinstance(value, dict | Uncertainty) else {"inertia": read_fraction(value)},
         json_schema_input_type=Uncertainty | float | str,
     ),
 ]
-Draws = Annotated[int, integer(designs.LEAST, designs.MOST, f"a whole number from {designs.LEAST} to {designs.MOST:,}")]
+Draws = Annotated[
+    int,
+    integer(designs.MIN_DRAWS, designs.MAX_DRAWS, f"a whole number from {designs.MIN_DRAWS} to {designs.MAX_DRAWS:,}"),
+]
 
 
 class UncertainBody(SpunBody):
     """One body and the uncertainty of its moments."""
 
-    uncertainty: GivenUncertainty = key(f"uncertainty of this body: {UNCERTAIN}")
+    uncertainty: UncertaintyEntry = key(f"uncertainty of this body: {UNCERTAIN}")
     draws: Draws = key("number of draws of this body")
 
 
 class UncertainIntegration(Integration):
-    """How each draw is measured: half as long as a single body, to a rate that is still far better than the draws."""
+    """Measurement of each draw: half as long as for a single body, with errors far below those of the sampling."""
 
     rotations: Positive = key("length of a run in rotations, 2π/|omega0|: > 0", 2.0)
 
@@ -234,7 +239,7 @@ class UncertainDefinition(NearAxisDefinition):
         "a list of bodies, names unique, each as for rigid bodies, with uncertainty and draws", ()
     )
     integration: UncertainIntegration = mapping("how each draw is measured", UncertainIntegration)
-    uncertainty: GivenUncertainty = key(f"of all bodies without their own: {UNCERTAIN}")
+    uncertainty: UncertaintyEntry = key(f"of all bodies without their own: {UNCERTAIN}")
     draws: Draws = key("least number of draws of each body", 10_000)
     seed: Annotated[int, integer(0, 2**63 - 1, "a whole number, 0 or more")] = key("seed of the draws: whole, ≥ 0", 1)
     method: Annotated[str, choice(designs.METHODS)] = key(
@@ -246,16 +251,16 @@ class UncertainDefinition(NearAxisDefinition):
 
     @property
     def remarks(self) -> list[tuple[str, str]]:
-        """The sampling of the bodies, besides their principal axes."""
-        made = {designs.made(self.sampling(body).draws) for body in self.bodies}
-        counts = " to ".join(f"{count:,}" for count in sorted({min(made), max(made)}))
-        line = f"{counts} draws a body ({self.method}, seed {self.seed}) over {', '.join(self.inputs_of_draws)}"
+        """The sampling of the bodies, and their principal axes."""
+        counts = {designs.count_draws(self.sampling(body).draws) for body in self.bodies}
+        range_text = " to ".join(f"{count:,}" for count in sorted({min(counts), max(counts)}))
+        line = f"{range_text} draws a body ({self.method}, seed {self.seed}) over {', '.join(self.inputs_of_draws)}"
         return [("draws", line), *super().remarks]
 
     @cached_property
     def inputs_of_draws(self) -> tuple[str, ...]:
-        """Inputs of all bodies, each once, in the order of the first body that has it."""
-        names = dict.fromkeys(name for one in self.distributions.values() for name in one.inputs)
+        """Uncertain inputs of all bodies, each once, in the order of their first occurrence."""
+        names = dict.fromkeys(name for distribution in self.distributions.values() for name in distribution.inputs)
         return tuple(names) or ("(none)",)
 
     def sampling(self, body: UncertainBody) -> BodySampling:
@@ -271,54 +276,58 @@ class UncertainDefinition(NearAxisDefinition):
     def _check_uncertainty(self) -> "UncertainDefinition":
         if not self.bodies:
             raise refusals([Problem(("bodies",), "", "is missing", "a list of bodies, each with its moments")])
-        wrong = []
+        problems = []
         for i, body in enumerate(self.bodies):
-            given = body.uncertainty or self.uncertainty
-            where = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
+            uncertainty = body.uncertainty or self.uncertainty
+            key_path = ("bodies", i, "uncertainty") if body.uncertainty or not self.uncertainty else ("uncertainty",)
             try:
-                if given is None:
+                if uncertainty is None:
                     raise InertiaError("", "is missing", f"{UNCERTAIN}, here or for all bodies")
-                _distribution(body, given)
+                _distribution(body, uncertainty)
             except InertiaError as error:
-                wrong.append(Problem(where, error.shown, error.wrong, error.allowed))
-        if wrong:
-            raise refusals(wrong)
+                problems.append(Problem(key_path, error.shown, error.wrong, error.allowed))
+        if problems:
+            raise refusals(problems)
         return self
 
 
-def _distribution(body: UncertainBody, given: Uncertainty) -> distribution.Distribution:
+def _distribution(body: UncertainBody, uncertainty: Uncertainty) -> distribution.Distribution:
     moments = np.array(body.moments)
-    if broken := shapes.violation(body.moments):
+    if reason := shapes.violation(body.moments):
         value = ", ".join(f"{moment:.6g}" for moment in moments)
-        raise InertiaError(value, f"are not the moments of any rigid body: {broken}", shapes.POSSIBLE)
-    wants_tensor = given.tensor is not None or (given.covariance is not None and len(given.covariance) == 6)
-    if wants_tensor and body.tensor is None:
+        raise InertiaError(value, f"are not the moments of any rigid body: {reason}", shapes.POSSIBLE)
+    is_of_tensor = uncertainty.tensor is not None or (
+        uncertainty.covariance is not None and len(uncertainty.covariance) == 6
+    )
+    if is_of_tensor and body.tensor is None:
         allowed = f"uncertainty of its moments, or a tensor of {body.name}"
         raise InertiaError("(six entries)", "are given for a body without a tensor", allowed)
     entries, frame = moments, np.eye(3)
-    if wants_tensor or (given.inertia is not None and body.tensor is not None):
+    if is_of_tensor or (uncertainty.inertia is not None and body.tensor is not None):
         frame, tensor = np.array(body.principal.axes), np.array(body.tensor)
         entries = np.array([(tensor[i, j] + tensor[j, i]) / 2 for i, j in ENTRIES.values()])
-    if given.tensor is not None and len(set(given.tensor)) > 1:
-        for name, entry, share in zip(ENTRIES, entries, given.tensor, strict=True):
-            if entry == 0 and share > 0:
-                wrong = f"is a fraction of an entry that is 0 ({name}): it has no effect"
-                raise InertiaError(f"{100 * share:.4g} %", wrong, "0, or covariance: 6 rows of 6, kg2 m4")
-    if given.covariance is not None:
-        covariance = distribution.checked_covariance(np.array(given.covariance), entries)
+    if uncertainty.tensor is not None and len(set(uncertainty.tensor)) > 1:
+        for name, entry, read_fraction in zip(ENTRIES, entries, uncertainty.tensor, strict=True):
+            if entry == 0 and read_fraction > 0:
+                problem = f"is a fraction of an entry that is 0 ({name}): it has no effect"
+                raise InertiaError(f"{100 * read_fraction:.4g} %", problem, "0, or covariance: 6 rows of 6, kg2 m4")
+    if uncertainty.covariance is not None:
+        covariance = distribution.check_covariance(np.array(uncertainty.covariance), entries)
     else:
-        shares = next((s for s in (given.tensor, given.moments, given.inertia) if s is not None), 0.0)
-        covariance = distribution.relative(entries, np.array(shares))
-    return distribution.Distribution(moments, frame, entries, covariance, given.spin)
+        fractions = next(
+            (s for s in (uncertainty.tensor, uncertainty.moments, uncertainty.inertia) if s is not None), 0.0
+        )
+        covariance = distribution.relative_covariance(entries, np.array(fractions))
+    return distribution.Distribution(moments, frame, entries, covariance, uncertainty.spin)
 
 
-WORK, FOLLOWING = 2, 10  # of a draw's rate, and of a draw that is followed to its flips, over the work of one point
+RATE_WORK, FLIP_WORK = 2, 10  # work of a draw's rate, and of its flips, relative to that of one point
 
 
 class UncertainBodies(FreeBody):
-    """Draws of rigid bodies, measured near each axis and reduced as they are made.
+    """Draws of rigid bodies, measured near each axis and reduced body by body.
 
-    A point is a body and how it is spun; `bound` says which bodies those are.
+    A point is a body and its spin; `bound` returns the system with the bodies of a definition.
     """
 
     name = "uncertain_bodies"
@@ -339,24 +348,28 @@ class UncertainBodies(FreeBody):
         return UncertainBodies(definition)
 
     def extra_dimensions(self, definition: UncertainDefinition) -> dict[str, np.ndarray]:
-        """Return the levels of the quantiles, the inputs of all bodies, and the draws if they are kept."""
+        """Return the levels of the quantiles, the inputs of all bodies, and the draws if the map contains them."""
         dimensions = {"quantile": np.array(measuring.QUANTILES), "input": np.array(definition.inputs_of_draws)}
         if definition.keep:
-            dimensions["draw"] = np.arange(_most(definition), dtype=np.int32)
+            dimensions["draw"] = np.arange(_max_draws(definition), dtype=np.int32)
         return dimensions
 
     def cost(self, definition: UncertainDefinition) -> Cost:
-        """Return the samples of all draws of the body that has most of them, and the memory for its draws."""
-        most = _most(definition)
-        draws = WORK * most + FOLLOWING * min(most, measuring.MAX_FLIP_DRAWS)
-        return Cost(draws * definition.integration.samples, measuring.DRAW_BYTES * most)
+        """Return the samples of all draws of the body with the largest number of draws, and the memory for them."""
+        max_draws = _max_draws(definition)
+        draws = RATE_WORK * max_draws + FLIP_WORK * min(max_draws, measuring.MAX_FLIP_DRAWS)
+        return Cost(draws * definition.integration.samples, measuring.DRAW_BYTES * max_draws)
 
     def variables(self, definition: UncertainDefinition | None = None) -> dict[str, Variable]:
         """Return name → variable, with twists and single draws on request."""
         if definition is None:
             return VARIABLES
-        of_draws = KEPT if definition.twist else {name: v for name, v in KEPT.items() if name != "twist_draw"}
-        return VARIABLES | (TWISTS if definition.twist else {}) | (of_draws if definition.keep else {})
+        draw_variables = (
+            DRAW_VARIABLES
+            if definition.twist
+            else {name: v for name, v in DRAW_VARIABLES.items() if name != "twist_draw"}
+        )
+        return VARIABLES | (TWISTS if definition.twist else {}) | (draw_variables if definition.keep else {})
 
     def examples(self, definition: UncertainDefinition | None = None) -> tuple[Example, ...]:
         """Return the calls that compile surveys and flips, and those for twists on request."""
@@ -365,19 +378,21 @@ class UncertainBodies(FreeBody):
     def columns(self, points: Mapping[str, np.ndarray], integration) -> dict[str, np.ndarray]:
         """Return probabilities, quantiles and sensitivities; the spins of a body share its draws."""
         definition, names, columns = self._definition, np.asarray(points["body"]), {}
-        further = self.extra_dimensions(definition)
-        for name, one in self.variables(definition).items():
-            missing = np.nan if one.missing_is_nan else one.first_flag
-            columns[name] = np.full((names.size, *(further[dim].size for dim in one.over)), missing, dtype=one.dtype)
+        extra = self.extra_dimensions(definition)
+        for name, variable in self.variables(definition).items():
+            missing = np.nan if variable.missing_is_nan else variable.first_flag
+            columns[name] = np.full(
+                (names.size, *(extra[dim].size for dim in variable.over)), missing, dtype=variable.dtype
+            )
         for body in definition.bodies:
             numbers, distribution = np.flatnonzero(names == body.name), definition.distributions[body.name]
-            inputs = [list(further["input"]).index(name) for name in distribution.inputs]
+            inputs = [list(extra["input"]).index(name) for name in distribution.inputs]
             spins = (
                 measuring.SpinSettings(*(points[name][number].item() for name in ARGUMENTS[1:])) for number in numbers
             )
             measured = measuring.measure_spins(distribution, spins, definition.sampling(body), integration)
-            for number, (summary, draws) in zip(numbers, measured, strict=False):  # without numbers none are drawn
-                _put(columns, number, summary, draws, inputs)
+            for number, (summary, draws) in zip(numbers, measured, strict=False):
+                _store(columns, number, summary, draws, inputs)
         return columns
 
     def method(self, definition: UncertainDefinition) -> str:
@@ -395,17 +410,17 @@ class UncertainBodies(FreeBody):
 
         def allowed(point, integration) -> float:
             body = next(body for body in definition.bodies if body.name == str(point["body"]))
-            p, draws = normal(point, integration), designs.made(definition.sampling(body).draws)
-            return 6 * np.sqrt(p * (1 - p) / draws) + 6 / draws  # of plain draws, which scatter more
+            p, draws = normal(point, integration), designs.count_draws(definition.sampling(body).draws)
+            return 6 * np.sqrt(p * (1 - p) / draws) + 6 / draws  # error of plain draws, which scatter more
 
         return Reference("probability_middle", {"normal distribution": normal}, allowed)
 
 
-def _most(definition: UncertainDefinition) -> int:
-    return max(designs.made(definition.sampling(body).draws) for body in definition.bodies)
+def _max_draws(definition: UncertainDefinition) -> int:
+    return max(designs.count_draws(definition.sampling(body).draws) for body in definition.bodies)
 
 
-def _put(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
+def _store(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
     for name, values in summary.items():
         if name.startswith("sensitivity"):
             columns[name][number, inputs] = values

@@ -1,4 +1,4 @@
-"""Bodies in rows, how likely and how fast each spin is unstable; one body's draws on the triangle of inertia."""
+"""Figures of uncertain bodies: probability and rate of instability; one body's draws on the inertia triangle."""
 
 import numpy as np
 import xarray as xr
@@ -12,84 +12,88 @@ from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
 from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
 
-MOST_BODIES = 40
+MAX_BODIES = 40  # rows that fit a page
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
-MOST_SHOWN = 4000  # draws of a panel
-STEPS = 220
+MAX_SHOWN = 4000  # draws of a panel
+STEPS = 220  # cells per side of the background
 
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the probability of instability and the range of the growth rate, per body and axis."""
-    part = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
-    part, bodies = part.isel(body=slice(MOST_BODIES)).load(), ds.sizes["body"]
-    more = f"; the first {MOST_BODIES} of {bodies:,} bodies" if bodies > MOST_BODIES else ""
+    rows = ds.isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
+    rows, bodies = rows.isel(body=slice(MAX_BODIES)).load(), ds.sizes["body"]
+    count_text = f"; the first {MAX_BODIES} of {bodies:,} bodies" if bodies > MAX_BODIES else ""
     bars = "bars: standard errors (left), 5 to 95 % of the draws about their median (right)"
-    subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{more}"
-    least = np.argmin(np.stack([part[name].values for name in MOMENTS]), axis=0) + 1
-    if np.isin(least, part["axis"].values).any():
+    subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{count_text}"
+    least_axis = np.argmin(np.stack([rows[name].values for name in MOMENTS]), axis=0) + 1
+    if np.isin(least_axis, rows["axis"].values).any():
         subtitle += f"\nspin {LEAST_INERTIA}"
-    cell, title = (4.3, 0.5 + 0.42 * part.sizes["body"]), "Probability that each spin is unstable"
-    figure, (likely, rates) = canvas.make_panels(2, cell, title, subtitle, ax, margins=(1.0, 1.4), sharey=True)
-    for axis in part["axis"].values.tolist():
-        _axis(likely, rates, part.sel(axis=axis), axis)
-    likely.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
-    rates.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
-    likely.set_yticks(range(part.sizes["body"]), [str(name)[:30] for name in part["body"].values])
-    likely.set_ylim(part.sizes["body"] - 0.5, -0.5)
-    for ax in (likely, rates):
+    cell, title = (4.3, 0.5 + 0.42 * rows.sizes["body"]), "Probability that each spin is unstable"
+    figure, (probability_ax, rate_ax) = canvas.make_panels(
+        2, cell, title, subtitle, ax, margins=(1.0, 1.4), sharey=True
+    )
+    for axis in rows["axis"].values.tolist():
+        _draw_axis(probability_ax, rate_ax, rows.sel(axis=axis), axis)
+    probability_ax.set(xlim=(-0.03, 1.03), xlabel="probability that the spin is unstable")
+    rate_ax.set(xlabel=r"growth rate over the spin rate, $\sigma/\omega_0$", xlim=(-0.02, None))
+    probability_ax.set_yticks(range(rows.sizes["body"]), [str(name)[:30] for name in rows["body"].values])
+    probability_ax.set_ylim(rows.sizes["body"] - 0.5, -0.5)
+    for ax in (probability_ax, rate_ax):
         marks.draw_grid(ax, "x")
     canvas.draw_legend(figure)
     return figure
 
 
-def _axis(likely, rates, part: xr.Dataset, axis: int) -> None:
-    rows = np.arange(part.sizes["body"]) + OFFSETS[axis]
+def _draw_axis(probability_ax, rate_ax, bodies: xr.Dataset, axis: int) -> None:
+    y = np.arange(bodies.sizes["body"]) + OFFSETS[axis]
     color = colors.SERIES_COLORS[axis - 1]
-    p = part["probability_unstable"].values
-    likely.errorbar(p, rows, xerr=part["probability_unstable_error"].values, fmt="o", ms=4, color=color, gid="likely")
-    quantiles = part["growth_rate_quantile"] / np.abs(part["omega0"])
+    probability = bodies["probability_unstable"].values
+    probability_ax.errorbar(
+        probability, y, xerr=bodies["probability_unstable_error"].values, fmt="o", ms=4, color=color, gid="likely"
+    )
+    quantiles = bodies["growth_rate_quantile"] / np.abs(bodies["omega0"])
     low, middle, high = (quantiles.sel(quantile=level).values for level in (0.05, 0.5, 0.95))
-    rates.hlines(rows, low, high, color=color, lw=2)
-    rates.plot(middle, rows, "o", ms=4, color=color, label=f"about axis {axis}")
+    rate_ax.hlines(y, low, high, color=color, lw=2)
+    rate_ax.plot(middle, y, "o", ms=4, color=color, label=f"about axis {axis}")
 
 
 def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> Figure:
     """Draw possible bodies over I1/I3 and I2/I3 with linear growth rates and the draws, one panel per axis.
 
-    `axes` has for each axis its summary and its draws, from `sweeps.systems.uncertain_bodies.measuring.measured`.
+    Args:
+        name: name of the body.
+        subtitle: line below the title.
+        axes: axis → (summary, draws), as `sweeps.systems.uncertain_bodies.measuring.measure_spins` returns them.
     """
     figure = canvas.make_figure(1.0 + 3.6 * len(axes), 4.6, f"{name} with inertia uncertainty", subtitle)
     panels = np.atleast_1d(figure.subplots(1, len(axes), sharex=True, sharey=True))
     for ax, (axis, (summary, draws)) in zip(panels, axes.items(), strict=True):
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
-        most = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
-        mesh = _background(ax, axis, most)
-        some = np.linspace(0, x.size - 1, min(x.size, MOST_SHOWN)).astype(int)
-        props = np.where((draws["regime"] == UNSTABLE)[some], colors.UNSTABLE, colors.STABLE)
-        ax.scatter(x[some], y[some], s=2.5, c=props, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
+        limit = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
+        mesh = _draw_background(ax, axis, limit)
+        shown = np.linspace(0, x.size - 1, min(x.size, MAX_SHOWN)).astype(int)
+        tints = np.where((draws["regime"] == UNSTABLE)[shown], colors.UNSTABLE, colors.STABLE)
+        ax.scatter(x[shown], y[shown], s=2.5, c=tints, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
         p, error = summary["probability_unstable"], summary["probability_unstable_error"]
         ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
-        ax.set(xlabel="$I_1/I_3$", xlim=(0, most), ylim=(0, most), aspect="equal")
+        ax.set(xlabel="$I_1/I_3$", xlim=(0, limit), ylim=(0, limit), aspect="equal")
     panels[0].set_ylabel("$I_2/I_3$")
     figure.colorbar(mesh, ax=list(panels), label=r"growth rate, linear theory, $\sigma/\omega_0$", shrink=0.8)
-    drawn = {"unstable": colors.UNSTABLE, "not unstable": colors.STABLE}
-    handles = [
-        marks.hatched_patch(),
-        *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in drawn.items()),
-    ]
+    entries = {"unstable": colors.UNSTABLE, "not unstable": colors.STABLE}
+    handles = [marks.hatched_patch(), *(Patch(facecolor=c, label=f"sampled, {word}") for word, c in entries.items())]
     canvas.draw_legend(figure, handles)
     return figure
 
 
-def _background(ax, axis: int, most: float):
-    along = (np.arange(STEPS) + 0.5) * most / STEPS
-    x, y = np.meshgrid(along, along)
+def _draw_background(ax, axis: int, limit: float):
+    values = (np.arange(STEPS) + 0.5) * limit / STEPS
+    x, y = np.meshgrid(values, values)
     rate2 = linear.omega_squared(x, y, np.ones_like(x), 1.0, axis)
     possible = (x + y >= 1) & (np.abs(x - y) <= 1)
     rate = np.where(possible, np.sqrt(np.maximum(-rate2, 0.0)), np.nan)
-    mesh = ax.pcolormesh(along, along, rate, cmap=sheets.color_map("backdrop"), vmin=0, vmax=1.2, rasterized=True)
+    mesh = ax.pcolormesh(values, values, rate, cmap=sheets.color_map("backdrop"), vmin=0, vmax=1.2, rasterized=True)
     impossible = ax.contourf(x, y, np.where(possible, 1.0, -1.0), [-2, 0], colors="none", hatches=["////"])
     impossible.set(edgecolor=colors.QUIET, lw=0.0)
-    for line in ([1, 1], [0, most]), ([0, most], [1, 1]), ([0, most], [0, most]):
+    for line in ([1, 1], [0, limit]), ([0, limit], [1, 1]), ([0, limit], [0, limit]):
         ax.plot(*line, color=colors.QUIET, lw=0.6)
     return mesh
