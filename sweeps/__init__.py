@@ -425,7 +425,7 @@ def tumbler(
     from sweeps.systems.observed_periods import answers
 
     periods = answers.TwoPeriods(P_psi, P_phi, sigma_psi, sigma_phi, unit)
-    return survey(periods.definition) if ratios is None else answers.of_body(periods, ratios)
+    return survey(periods.definition) if ratios is None else answers.periods_of_body(periods, ratios)
 
 
 __all__ = [

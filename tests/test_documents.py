@@ -47,7 +47,7 @@ TABLES = [  # marker in results/README.md, and the variables of the code
     ("oscillator coordinates", oscillator.COORDINATES),
     ("oscillator variables", oscillator.VARIABLES),
     ("oscillator degenerate", oscillator.DEGENERATE),
-    ("oscillator followed", oscillator.FOLLOWED),
+    ("oscillator followed", oscillator.BRANCHES),
     ("relative equilibrium coordinates", relative.COORDINATES),
     ("relative equilibrium variables", relative.VARIABLES),
     ("relative equilibrium invariants", relative.INVARIANTS),

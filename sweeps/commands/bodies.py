@@ -203,14 +203,14 @@ def _tumbler(args):
 
     periods = answers.TwoPeriods(args.P_psi, args.P_phi, args.sigma_psi, args.sigma_phi, args.unit)
     if args.ratios and (args.output or args.figure):
-        conflict = "is given together with --output or --figure, which need all bodies"
-        raise DefinitionError(f"--ratios: {conflict}; allowed: one of them")
-    rows = answers.of_body(periods, args.ratios) if args.ratios else _of_all(args, periods)
+        wrong = "is given together with --output or --figure, which need all bodies"
+        raise DefinitionError(f"--ratios: {wrong}; allowed: one of them")
+    rows = answers.periods_of_body(periods, args.ratios) if args.ratios else _of_all(args, periods)
     if args.json:
         printing.print_json(rows)
         return
     for row in rows:
-        printing.console().print(f"{WORDS[row['mode']]}: {answers.in_words(row, periods)}")
+        printing.console().print(f"{WORDS[row['mode']]}: {answers.describe_row(row, periods)}")
 
 
 def _of_all(args, periods) -> list[dict]:
@@ -228,4 +228,4 @@ def _of_all(args, periods) -> list[dict]:
 
         with sheets.use_sheet(sheets.OWN_SIZE), replace_output(args.figure) as temporary:
             figure_energies.draw(ds).savefig(temporary, format="png")
-    return answers.of_all(periods, ds)
+    return answers.periods_of_all_bodies(periods, ds)

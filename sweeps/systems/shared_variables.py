@@ -10,7 +10,7 @@ from kernels.estimator import statuses
 from sweeps.schema.values import Epsilon, integer
 from sweeps.schema.variables import Layout, Parameter, Quantity, Role, Variable, coordinates_of, table
 
-SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # of a perturbation, relative
+SIZE = Quantity("size", "1", "0 < epsilon < 1", Epsilon)  # relative size of a perturbation
 STEPS = Variable("steps_per_sample", "1", "integration steps between two samples", "i4")
 TRUSTED = "whether the measurement can be trusted"
 
@@ -42,8 +42,10 @@ def parse_rows(*parts: str | Variable) -> dict[str, Variable]:
         names += [variable.name for variable in parsed]
         variables |= {variable.name: variable for variable in parsed or [part]}
     for kind in ("theory", "exact", "error"):
-        related = {name: f"{name}_{kind}" for name in names if f"{name}_{kind}" in variables}
-        variables |= {name: replace(variables[name], **{kind: related_name}) for name, related_name in related.items()}
+        related_names = {name: f"{name}_{kind}" for name in names if f"{name}_{kind}" in variables}
+        variables |= {
+            name: replace(variables[name], **{kind: related_name}) for name, related_name in related_names.items()
+        }
     return variables
 
 
@@ -75,7 +77,7 @@ def regime_pair(regimes: tuple[str, ...], comment: str = "", from_zero: bool = F
     Args:
         regimes: names of the regimes.
         comment: comment of the measured regime.
-        from_zero: whether linear theory determines every regime, so that its flags begin at 0.
+        from_zero: True if linear theory determines every regime, so that its flags begin at 0.
     """
     theory = regimes[from_zero:], "", from_zero - 1
     by_theory = Variable("regime_theory", None, "regime, linear theory", "i1", *theory)
@@ -152,7 +154,7 @@ def make_layout(
     last: Variable,
     max_number: int,
     variables: Mapping[str, Variable],
-    required: Iterable[str],
+    required_names: Iterable[str],
 ) -> Layout:
     """Return the layout of maps of equilibria, without the parameters of the described system.
 
@@ -161,13 +163,13 @@ def make_layout(
         last: coordinate that numbers modes or eigenvalues.
         max_number: largest number of modes or eigenvalues.
         variables: name → variable that a map may have.
-        required: names of the variables that every map has.
+        required_names: names of the variables that every map has.
     """
     numbers = Annotated[int, integer(1, max_number, f"whole numbers from 1 to {max_number}")]
     return Layout(
         coordinates_of(perturbation) | table(Variable("equilibrium", None, "equilibrium", "str"), last),
         variables,
-        tuple(required),
+        tuple(required_names),
         {parameter.name: parameter.quantity.item for parameter in perturbation}
         | {last.name: numbers, "equilibrium": str},
         is_open=True,

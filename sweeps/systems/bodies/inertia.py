@@ -95,9 +95,9 @@ def _equal_within_rounding(values: np.ndarray, rounding: float) -> tuple[np.ndar
     is_equal = np.diff(values) <= rounding * values[2]
     names = {(True, True): "I1, I2 and I3", (True, False): "I1 and I2"}.get(tuple(is_equal.tolist()), "I2 and I3")
     groups = np.split(values, np.flatnonzero(~is_equal) + 1)
-    is_changed = (is_equal & (np.diff(values) > 0)).any()
+    has_change = (is_equal & (np.diff(values) > 0)).any()
     equal = np.concatenate([np.full(group.size, group.mean()) for group in groups])
-    return equal, (f"{names} differ by rounding only and count as equal",) if is_changed else ()
+    return equal, (f"{names} differ by rounding only and count as equal",) if has_change else ()
 
 
 def _right_handed(rows: np.ndarray) -> tuple[tuple[float, float, float], ...]:
@@ -235,17 +235,18 @@ def _orient_surfaces(mesh) -> tuple[str, ...]:
     if count > mesh_shells.MAX_SURFACES:
         raise MeshError(f"holds {count:,} closed surfaces", f"at most {mesh_shells.MAX_SURFACES:,}")
     arrangement = mesh_shells.arrange([mesh.triangles[surface_of_face == k] for k in range(count)])
-    if arrangement.overlapping:
-        involved = len({k for pair in arrangement.overlapping for k in pair})
-        problem = f"holds solids that overlap ({involved:,} of its {count:,} surfaces): they would count twice"
+    if arrangement.overlaps:
+        num_overlapping = len({k for pair in arrangement.overlaps for k in pair})
+        problem = f"holds solids that overlap ({num_overlapping:,} of its {count:,} surfaces): they would count twice"
         allowed = "solids apart or united (in your modeller), hollows with their faces turned inwards"
         raise MeshError(problem, allowed)
     notes = ()
-    if any(arrangement.inverted):
-        mesh.faces = np.where(np.array(arrangement.inverted)[surface_of_face][:, None], mesh.faces[:, ::-1], mesh.faces)
-        notes = (f"{sum(arrangement.inverted):,} of its {count:,} surfaces looked inwards and were turned",)
-    if arrangement.uncompared:
-        notes += (
-            f"{arrangement.uncompared:,} pairs of its surfaces are too fine to be compared: what overlaps counts twice",
+    if any(arrangement.to_invert):
+        mesh.faces = np.where(
+            np.array(arrangement.to_invert)[surface_of_face][:, None], mesh.faces[:, ::-1], mesh.faces
         )
+        notes = (f"{sum(arrangement.to_invert):,} of its {count:,} surfaces looked inwards and were turned",)
+    if arrangement.num_skipped:
+        pairs = f"{arrangement.num_skipped:,} pairs of its surfaces"
+        notes += (f"{pairs} are too fine to be compared: what overlaps counts twice",)
     return notes

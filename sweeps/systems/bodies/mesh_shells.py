@@ -30,36 +30,36 @@ _DEPTH = 1e-6  # depth of a face's test point below the surface, relative to the
 class Arrangement:
     """Arrangement of closed surfaces."""
 
-    inverted: tuple[bool, ...]  #: True for a surface with inward normals that is no cavity and must be inverted
-    overlapping: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some point twice
-    uncompared: int  #: number of pairs that were too large to be compared
+    to_invert: tuple[bool, ...]  #: True for a surface with inward normals that is no cavity and must be inverted
+    overlaps: tuple[tuple[int, int], ...]  #: pairs of surfaces, by their numbers, that enclose some point twice
+    num_skipped: int  #: number of pairs that were too large to be compared
 
 
 def arrange(surfaces: list[np.ndarray]) -> Arrangement:
     """Compare closed surfaces pair by pair; each is an array of triangles of one orientation, shape (faces, 3, 3)."""
     size = float(np.ptp(np.concatenate([surface.reshape(-1, 3) for surface in surfaces]), axis=0).max())
-    enclosing = [[] for _ in surfaces]  # numbers of the surfaces that enclose each one
-    overlapping, uncompared, remaining_pairs = [], 0, MAX_PAIRS
+    enclosers = [[] for _ in surfaces]  # numbers of the surfaces that enclose each one
+    overlaps, num_skipped, remaining_pairs = [], 0, MAX_PAIRS
     for first, second in _overlapping_boxes(surfaces):
         pair = surfaces[first], surfaces[second]
         num_pairs = max(8.0 * len(pair[0]) * len(pair[1]), MIN_PAIRS)
         if num_pairs > remaining_pairs:
-            uncompared += 1
+            num_skipped += 1
             continue
         remaining_pairs -= num_pairs
         if _pierces(*pair) or _pierces(*reversed(pair)):
-            overlapping.append((first, second))
+            overlaps.append((first, second))
         elif (first_inside := _faces_inside(*pair, size)).all():
-            enclosing[first].append(second)
+            enclosers[first].append(second)
         elif (second_inside := _faces_inside(*reversed(pair), size)).all():
-            enclosing[second].append(first)
+            enclosers[second].append(first)
         elif first_inside.any() or second_inside.any():
-            overlapping.append((first, second))
+            overlaps.append((first, second))
     has_inward_normals = [_volume(surface) < 0 for surface in surfaces]
-    is_cavity = [len(outer) % 2 == 1 for outer in enclosing]
-    overlapping += [(k, enclosing[k][0]) for k in range(len(surfaces)) if is_cavity[k] and not has_inward_normals[k]]
-    inverted = tuple(inward and not cavity for inward, cavity in zip(has_inward_normals, is_cavity, strict=True))
-    return Arrangement(inverted, tuple(overlapping), uncompared)
+    is_cavity = [len(outer) % 2 == 1 for outer in enclosers]
+    overlaps += [(k, enclosers[k][0]) for k in range(len(surfaces)) if is_cavity[k] and not has_inward_normals[k]]
+    to_invert = tuple(inward and not cavity for inward, cavity in zip(has_inward_normals, is_cavity, strict=True))
+    return Arrangement(to_invert, tuple(overlaps), num_skipped)
 
 
 def _volume(triangles: np.ndarray) -> float:
@@ -76,16 +76,16 @@ def _overlapping_boxes(surfaces: list[np.ndarray]) -> Iterator[tuple[int, int]]:
         yield from ((first, second) for second in np.flatnonzero(meet).tolist() if second > first)
 
 
-def _faces_inside(surface: np.ndarray, other: np.ndarray, size: float) -> np.ndarray:
-    """Return for each face of `surface` whether its centre, moved slightly inwards, is enclosed by `other`."""
+def _faces_inside(surface: np.ndarray, solid: np.ndarray, size: float) -> np.ndarray:
+    """Return for each face of `surface` whether its centre, moved slightly inwards, is enclosed by `solid`."""
     normals = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     orientation = 1.0 if _volume(surface) >= 0 else -1.0
     inwards = -orientation * np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
     points = surface.mean(axis=1) + _DEPTH * size * inwards
-    in_box = ((points > other.min(axis=(0, 1))) & (points < other.max(axis=(0, 1)))).all(axis=1)
+    in_box = ((points > solid.min(axis=(0, 1))) & (points < solid.max(axis=(0, 1)))).all(axis=1)
     inside = np.zeros(len(points), bool)
-    inside[in_box] = np.abs(_winding_numbers(points[in_box], other)) > 0.5
+    inside[in_box] = np.abs(_winding_numbers(points[in_box], solid)) > 0.5
     return inside
 
 
@@ -101,19 +101,19 @@ def _winding_numbers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return windings
 
 
-def _pierces(surface: np.ndarray, other: np.ndarray) -> bool:
-    """Return True if an edge of `surface` crosses the interior of a triangle of `other`, and does not only touch it.
+def _pierces(surface: np.ndarray, target: np.ndarray) -> bool:
+    """Return True if an edge of `surface` crosses the interior of a triangle of `target`, and does not only touch it.
 
     After Moeller and Trumbore (1997), J. Graphics Tools 2, 21.
     """
     starts, ends = surface.reshape(-1, 3), np.roll(surface, -1, axis=1).reshape(-1, 3)
-    low, high = other.min(axis=(0, 1)), other.max(axis=(0, 1))
+    low, high = target.min(axis=(0, 1)), target.max(axis=(0, 1))
     in_box = ((np.maximum(starts, ends) >= low) & (np.minimum(starts, ends) <= high)).all(axis=1)
     starts, directions = starts[in_box], (ends - starts)[in_box]
-    for block in _row_blocks(len(starts), len(other)):
+    for block in _row_blocks(len(starts), len(target)):
         p, d = starts[block, None], directions[block, None]
-        e1, e2 = (other[:, 1] - other[:, 0])[None], (other[:, 2] - other[:, 0])[None]
-        h, s = np.cross(d, e2), p - other[None, :, 0]
+        e1, e2 = (target[:, 1] - target[:, 0])[None], (target[:, 2] - target[:, 0])[None]
+        h, s = np.cross(d, e2), p - target[None, :, 0]
         q = np.cross(s, e1)
         det = (e1 * h).sum(-1)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Two observed periods of a tumbling body: the energy that gives it both in each mode, or why none does."""
+"""Two observed periods of a tumbling body: the energy with both periods in each mode, or the exclusion of the mode."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ from sweeps.systems.tumbling.system import A_POINT
 PERIODS = ("P_psi", "P_phi", "sigma_psi", "sigma_phi")
 ARGUMENTS = (*MOMENTS, *PERIODS)
 MAX_EXCLUSION = 3.0  # standard errors, beyond which a mode counts as excluded
-MAX_RATIO_DEVIATION = 1e-6  # of the ratio of periods that an energy gives back, relative; beyond: not_converged
+MAX_RATIO_DEVIATION = 1e-6  # relative deviation of the ratio of periods at the found energy; beyond: not_converged
 
 WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
 
@@ -87,21 +87,21 @@ LAYOUT = bodies.layout(PARAMETERS, VARIABLES, VARIABLES)
 PeriodsGrid = grid_model("PeriodsGrid", PARAMETERS, __name__, RATIOS)
 
 
-class Nothing(Strict):
-    """How each motion is followed: not at all."""
+class NoIntegration(Strict):
+    """An empty mapping, as no motion is integrated."""
 
-    samples: ClassVar = 1  # closed forms, which time is estimated by
+    samples: ClassVar = 1  # length of a run in the estimate of time, for closed forms
 
 
 class ObservedPeriodsDefinition(BodiesDefinition):
-    """A sweep of bodies of which two periods were observed."""
+    """A sweep of bodies with two observed periods."""
 
     grid: PeriodsGrid = mapping("what is varied", PeriodsGrid, required=True)
-    integration: Nothing = key("an empty mapping: energies are computed in closed form", Nothing())
+    integration: NoIntegration = key("an empty mapping: energies are computed in closed form", NoIntegration())
 
 
 class ObservedPeriods(FreeBody):
-    """The way back from two periods: in each mode the energy that gives a body both, or by how much it is excluded."""
+    """The inverse problem of tumbling: in each mode the energy of a body with both periods, or the mode's exclusion."""
 
     name = "observed_periods"
     samples_per_second = 5_000
@@ -116,62 +116,71 @@ class ObservedPeriods(FreeBody):
     references = "Kaasalainen, Astronomy and Astrophysics 376 (2001) 302; Landau and Lifshitz, Mechanics, section 37"
     caption = "energies of tumbling bodies that give two observed periods"
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: Nothing) -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: NoIntegration) -> dict[str, np.ndarray]:
         """Return exclusion, energy and angular momentum of each body in each mode; see `VARIABLES`."""
         from kernels.events import tumbling
         from kernels.free import triangle
 
         modes = {"sam": tumbling.SAM, "lam": tumbling.LAM}
         moments = np.sort([points[name] for name in MOMENTS], axis=0)
-        P_psi, P_phi, sigma_psi, sigma_phi = observed = [points[name] for name in PERIODS]
+        P_psi, P_phi, sigma_psi, sigma_phi = periods = [points[name] for name in PERIODS]
         ratio = P_psi / P_phi
         spread = ratio * np.hypot(sigma_psi / P_psi, sigma_phi / P_phi)
-        solved = tumbling.inverse(*moments, ratio)
-        less, more = (tumbling.inverse(*moments, np.maximum(ratio + s, 0.0))["energy"] for s in (-spread, spread))
-        result, not_converged = {}, np.zeros(ratio.shape, dtype=bool)
+        inverse = tumbling.inverse(*moments, ratio)
+        lower, upper = (tumbling.inverse(*moments, np.maximum(ratio + s, 0.0))["energy"] for s in (-spread, spread))
+        result, is_unconverged = {}, np.zeros(ratio.shape, dtype=bool)
         for mode, k in modes.items():
-            energy = solved["energy"][k]
-            has = np.isfinite(energy)
-            result[f"exclusion_{mode}"] = exclusion(solved["least_ratio"][k], *observed)
+            energy = inverse["energy"][k]
+            has_energy = np.isfinite(energy)
+            result[f"exclusion_{mode}"] = exclusion(inverse["least_ratio"][k], *periods)
             result[f"energy_{mode}"] = energy
-            apart = np.fmax(np.abs(less[k] - energy), np.abs(more[k] - energy))
-            result[f"energy_{mode}_stderr"] = np.where(has, apart, np.nan)
-            result[f"parameter_{mode}"] = solved["m"][k]
-            point = {"energy": np.where(has, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
-            back = tumbling.survey(dict(zip(MOMENTS, moments, strict=True)) | point, 1e-10, measured=False)
-            again = back["period_psi_exact"] / back["period_phi_long_axis_exact"]
-            reproduced = has & (np.abs(again / ratio - 1.0) <= MAX_RATIO_DEVIATION)
-            result[f"momentum_rate_{mode}"] = np.where(reproduced, back["period_psi_exact"] / P_psi, np.nan)
-            not_converged |= has & ~reproduced
+            energy_error = np.fmax(np.abs(lower[k] - energy), np.abs(upper[k] - energy))
+            result[f"energy_{mode}_stderr"] = np.where(has_energy, energy_error, np.nan)
+            result[f"parameter_{mode}"] = inverse["m"][k]
+            point = {"energy": np.where(has_energy, energy, 1.0), "omega0": np.ones_like(energy)}  # in units of I3/L
+            tumbling_columns = tumbling.survey(dict(zip(MOMENTS, moments, strict=True)) | point, 1e-10, measured=False)
+            ratio_again = tumbling_columns["period_psi_exact"] / tumbling_columns["period_phi_long_axis_exact"]
+            is_reproduced = has_energy & (np.abs(ratio_again / ratio - 1.0) <= MAX_RATIO_DEVIATION)
+            result[f"momentum_rate_{mode}"] = np.where(
+                is_reproduced, tumbling_columns["period_psi_exact"] / P_psi, np.nan
+            )
+            is_unconverged |= has_energy & ~is_reproduced
         allowed = [result[f"exclusion_{mode}"] <= MAX_EXCLUSION for mode in modes]
         result["modes"] = (allowed[0] + 2 * allowed[1]).astype(np.int8)
-        result["status"] = np.where(not_converged, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
+        result["status"] = np.where(is_unconverged, statuses.NOT_CONVERGED, statuses.OK).astype(np.int8)
         result["triangle_margin"] = triangle.triangle_margin(*moments)
         return result
 
     def reference(self) -> Reference:
-        """Return the energy in each mode, found again by SciPy."""
+        """Return the energy in each mode by SciPy."""
         return _reference("lam", "long-axis mode", _reference("sam", "short-axis mode"))
 
 
-def exclusion(least: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarray:
-    r"""Return by how many standard errors the observed P_psi/P_phi is below the least ratio of a mode.
+def exclusion(min_ratio: np.ndarray, P_psi, P_phi, sigma_psi, sigma_phi) -> np.ndarray:
+    r"""Return the number of standard errors by which the observed P_psi/P_phi is below the least ratio r of a mode.
 
-    The mode asks for :math:`P_\psi > r P_\phi`. The errors are independent and normal, so :math:`P_\psi - r P_\phi` is
-    normal with the variance :math:`\sigma_\psi^2 + r^2\sigma_\phi^2`: nothing is linearised. 0 where the mode has the
-    ratio; infinite where there is no such mode (r infinite) and where the periods have no errors.
+    The mode requires :math:`P_\psi > r P_\phi`. The errors are independent and normal, so :math:`P_\psi - r P_\phi` is
+    normal with the variance :math:`\sigma_\psi^2 + r^2\sigma_\phi^2`, without linearisation. The result is 0 if the
+    mode has the ratio, and infinite if there is no such mode (r infinite) or the periods have no errors.
+
+    Args:
+        min_ratio: r, shape (n,).
+        P_psi: period in the body, s, shape (n,).
+        P_phi: period about L, s, shape (n,).
+        sigma_psi: standard error of P_psi, s, shape (n,).
+        sigma_phi: standard error of P_phi, s, shape (n,).
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        below = least * P_phi - P_psi
-        sigmas = np.where(below > 0.0, below / np.hypot(sigma_psi, least * sigma_phi), 0.0)
-    return np.where(np.isinf(least), np.inf, sigmas)
+        shortfall = min_ratio * P_phi - P_psi
+        sigmas = np.where(shortfall > 0.0, shortfall / np.hypot(sigma_psi, min_ratio * sigma_phi), 0.0)
+    return np.where(np.isinf(min_ratio), np.inf, sigmas)
 
 
-NEAR_SEPARATRIX = 1e-6  # of the range of energies of a mode: nearer, the ratio changes too fast for quadrature
-MAX_DEVIATION = 1e-8  # of an energy from the reference, relative, for a sphere; times the ratio of moments
+MIN_SEPARATRIX_DISTANCE = 1e-6  # relative to the range of energies; nearer, quadrature of the ratio is inaccurate
+MAX_DEVIATION = 1e-8  # relative deviation of an energy from the reference, for a sphere; times the ratio of moments
 
 
-def ratio(moments: np.ndarray, energy: float) -> float:
+def period_ratio(moments: np.ndarray, energy: float) -> float:
     r"""Return P_psi/P_phi (long axis) of a body of ascending moments at the energy 2T I3/L^2, in either mode.
 
     With L = 1 and moments I1 < I2 < I3 the components of the angular momentum along the body are those of Landau and
@@ -184,7 +193,7 @@ def ratio(moments: np.ndarray, energy: float) -> float:
 
     I1, I2, I3 = moments
     T2 = energy / I3  # at L = 1
-    long = energy * I2 > I3  # the polhode encircles axis 1: the roles of axes 1 and 3 change
+    long = energy * I2 > I3  # the polhode encircles axis 1, and axes 1 and 3 exchange their roles
     Ia, Ic = (I3, I1) if long else (I1, I3)
     p = math.sqrt((Ic - I2) * (1.0 - T2 * Ia) / (I1 * I2 * I3))
     m = (I2 - Ia) * (T2 * Ic - 1.0) / ((Ic - I2) * (1.0 - T2 * Ia))
@@ -210,16 +219,18 @@ def energy_of(point: Mapping[str, float], mode: str) -> float:
 
     moments = np.sort([float(point[f"I{i}"]) for i in (1, 2, 3)])
     moments = moments / moments[2]
-    wanted = float(point["P_psi"]) / float(point["P_phi"])
+    observed_ratio = float(point["P_psi"]) / float(point["P_phi"])
     separatrix = moments[2] / moments[1]
     end = 1.0 if mode == "sam" else moments[2] / moments[0]
     gap = separatrix - end
     if abs(gap) < 1e-3 or moments[0] == moments[1]:
         return math.nan
-    low, high = end + 1e-9 * gap, separatrix - NEAR_SEPARATRIX * gap
-    if not ratio(moments, low) < wanted < ratio(moments, high):
+    low, high = end + 1e-9 * gap, separatrix - MIN_SEPARATRIX_DISTANCE * gap
+    if not period_ratio(moments, low) < observed_ratio < period_ratio(moments, high):
         return math.nan
-    return float(brentq(lambda energy: ratio(moments, energy) - wanted, low, high, xtol=1e-13, rtol=1e-14))
+    return float(
+        brentq(lambda energy: period_ratio(moments, energy) - observed_ratio, low, high, xtol=1e-13, rtol=1e-14)
+    )
 
 
 def _reference(mode: str, words: str, *more: Reference) -> Reference:

@@ -1,6 +1,6 @@
 """Small oscillations of a described mechanical system, by their rates.
 
-One `Oscillator` a description: those of `sweeps/mechanics/library`, and any Python file that a definition names.
+The descriptions are those of `sweeps/mechanics/library`, and any Python file that a definition names.
 """
 
 from collections.abc import Callable, Mapping
@@ -59,7 +59,7 @@ DEGENERATE = parse_rows(
     """
 )
 
-FOLLOWED = parse_rows(
+BRANCHES = parse_rows(
     """
     branches_decided  -  whether the branches are identified at this point
         flags: 0 decided undecided
@@ -80,8 +80,8 @@ PERTURBATION_PARAMETERS = (
 )
 
 _MODE = Variable("mode", "1", "normal mode, by ascending Ω²", "i1")
-LAYOUT = make_layout(PERTURBATION_PARAMETERS, _MODE, 100, VARIABLES | DEGENERATE | FOLLOWED, VARIABLES)
-COORDINATES = LAYOUT.coordinates  # beside the parameters
+LAYOUT = make_layout(PERTURBATION_PARAMETERS, _MODE, 100, VARIABLES | DEGENERATE | BRANCHES, VARIABLES)
+COORDINATES = LAYOUT.coordinates  # the coordinates without the parameters
 
 
 ANIMATED = ("bead_on_hoop", "double_pendulum", "pendulum")
@@ -95,7 +95,7 @@ def _not_zero(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class OscillatorIntegration(Integration):
-    """How each run of a small oscillation is made."""
+    """Length, accuracy and direction of each run of a small oscillation."""
 
     rotations: Positive = key("length of a run in cycles of the system's scale, 2π/rate_scale: > 0", 4.0)
     tolerance: Tolerance = key("relative error allowed on the motion, 1e-13 to 1e-3", 1e-10)
@@ -114,18 +114,21 @@ class OscillatorDefinition(Definition):
     """A sweep of small oscillations; each system's own model has its parameters in `grid`."""
 
     integration: OscillatorIntegration = mapping("how each run is made", OscillatorIntegration)
-    moved: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
+    moving_names: ClassVar[tuple[str, ...]] = ()  # names of the coordinates
 
     @model_validator(mode="after")
     def _check_direction(self) -> "OscillatorDefinition":
         direction = self.integration.direction
-        if direction is not None and len(direction) != len(self.moved):
-            wrong = f"has {len(direction)} numbers"
-            allowed = f"{len(self.moved)}, of {', '.join(self.moved)}"
-            raise refusals([Problem(("integration", "direction"), display(direction), wrong, allowed)])
-        if self.integration.degenerate and len(self.moved) != 1:
-            wrong, allowed = f"is given for {len(self.moved)} coordinates", "false, or a system of one coordinate"
-            raise refusals([Problem(("integration", "degenerate"), "true", wrong, allowed)])
+        if direction is not None and len(direction) != len(self.moving_names):
+            reason = f"has {len(direction)} numbers"
+            allowed = f"{len(self.moving_names)}, of {', '.join(self.moving_names)}"
+            raise refusals([Problem(("integration", "direction"), display(direction), reason, allowed)])
+        if self.integration.degenerate and len(self.moving_names) != 1:
+            reason, allowed = (
+                f"is given for {len(self.moving_names)} coordinates",
+                "false, or a system of one coordinate",
+            )
+            raise refusals([Problem(("integration", "degenerate"), "true", reason, allowed)])
         return self
 
 
@@ -152,22 +155,22 @@ class Oscillator(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Return True for any description of no other kind."""
+        """Return True: this is the kind of all descriptions that belong to no other one."""
         return True
 
     @property
     def samples_per_second(self) -> int:
-        """By how long its generated code is."""
+        """Approximate speed, by the length of the generated code."""
         return self._code().samples_per_second
 
     def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
         """Return the calls for every described system, after the import of the generated code of an animation."""
-        animated = [Example(str(self.mechanism.moving.path))] if self.name in ANIMATED else []
-        return *animated, *super().examples(definition)
+        moving_code = [Example(str(self.mechanism.moving.path))] if self.name in ANIMATED else []
+        return *moving_code, *super().examples(definition)
 
     def constants(self) -> dict[str, Any]:
         """Return the names of the coordinates, for which `direction` has one number each."""
-        return {"moved": tuple(c.name for c in self.description.kept)}
+        return {"moving_names": tuple(c.name for c in self.description.kept)}
 
     def numbers(self) -> dict[str, np.ndarray]:
         """Return the modes of an equilibrium."""
@@ -178,8 +181,8 @@ class Oscillator(Described):
         if definition is None:
             return VARIABLES
         degenerate = DEGENERATE if definition.integration.degenerate else {}
-        followed = FOLLOWED if self.description.follow else {}
-        return VARIABLES | self.places() | degenerate | followed
+        branches = BRANCHES if self.description.follow else {}
+        return VARIABLES | self.places() | degenerate | branches
 
     def columns(self, points: Mapping[str, np.ndarray], integration: Integration) -> dict[str, np.ndarray]:
         """Return linear theory and the measured columns; see `sweeps.mechanics.normal_modes`."""

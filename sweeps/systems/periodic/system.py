@@ -1,6 +1,6 @@
 """A described system whose equations are periodic in time, by its Floquet multipliers.
 
-One `Periodic` a description: those of `sweeps/mechanics/library/periodic`, and any Python file that says a period.
+The descriptions are those of `sweeps/mechanics/library/periodic`, and any Python file that defines a period.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 _BRANCH = "continuous from small modulation; multiples of 2 pi/T lie between the branches"
-_EACH = ("multiplier",)
+_PER_MULTIPLIER = ("multiplier",)
 MULTIPLIER = Variable("multiplier", "1", "multiplier, by falling modulus, then argument", "i1")
 LONG_NAMES = ("trace a of the monodromy matrix M", "(a² - tr M²)/2", "a² - 4b + 8", "det(M - 1)", "det(M + 1)")
 
@@ -42,10 +42,12 @@ def _measured(*names: str, comment: str = "", **more) -> tuple[Variable, ...]:
 
 
 MULTIPLIERS = parse_rows(
-    *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_EACH),
-    *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_EACH),
-    *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_EACH),
-    *_measured("exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_EACH),
+    *_measured("multiplier_real", "1", "real part of the multiplier over one period", over=_PER_MULTIPLIER),
+    *_measured("multiplier_imag", "1", "imaginary part of the multiplier over one period", over=_PER_MULTIPLIER),
+    *_measured("exponent_real", "s-1", "real part of the exponent: growth, or decay below 0", over=_PER_MULTIPLIER),
+    *_measured(
+        "exponent_imag", "s-1", "imaginary part of the exponent: turning", comment=_BRANCH, over=_PER_MULTIPLIER
+    ),
     *_measured("growth_rate", "s-1", "largest real part of the exponents", role=Role.MEASUREMENT),
     *_measured("growth_per_period", "1", "growth rate times the period"),
     *_measured("trace", "1", "trace of the monodromy matrix", scale="trace_error"),
@@ -74,10 +76,10 @@ VARIABLES = MULTIPLIERS | parse_rows(
         comment: 0 for an equilibrium at all times
     """
 )
-INVARIANTS = table(  # of two degrees of freedom, by Hamilton's equations
+INVARIANTS = table(  # additional variables of two degrees of freedom, by Hamilton's equations
     *(v for name, words in zip(NAMES, LONG_NAMES, strict=True) for v in with_theory(name, "1", words, _ERROR))
 )
-BRANCH = parse_rows(  # of descriptions that request others than the first
+BRANCH = parse_rows(  # additional variable of descriptions that request further branches
     """
     branch  1  i1  number of the motion on the curve that leads from the named place as the drive grows; 0 if missing
         comment: 1 before the first fold; each fold adds 1
@@ -86,16 +88,16 @@ BRANCH = parse_rows(  # of descriptions that request others than the first
 
 _WHERE = "where a segment of the period begins, relative to the states' sizes"
 PERTURBATION_PARAMETERS = (make_epsilon(1e-8, "the size of the system", _WHERE),)
-NEEDED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
+REQUIRED = [name for name, variable in VARIABLES.items() if not variable.over]  # slices have no multipliers
 LAYOUT = replace(
-    make_layout(PERTURBATION_PARAMETERS, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, NEEDED),
+    make_layout(PERTURBATION_PARAMETERS, MULTIPLIER, 24, VARIABLES | INVARIANTS | BRANCH, REQUIRED),
     spare=(MULTIPLIER.name,),
 )
 COORDINATES = LAYOUT.coordinates
 
 
 class OnePeriod(Strict):
-    """How each period is followed."""
+    """Accuracy of the integration of each period."""
 
     tolerance: Tolerance = Field(
         1e-12, description="truncation that the steps of one period may make, relative to the motion: 1e-13 to 1e-3"
@@ -103,7 +105,7 @@ class OnePeriod(Strict):
 
     @property
     def samples(self) -> int:
-        """Return what stands for a run's length where time is estimated."""
+        """Return 1: the time estimate counts periods, not samples."""
         return 1
 
 
@@ -143,11 +145,11 @@ class Periodic(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Return True if a description says a period."""
+        """Return True if a description defines a period."""
         return description.given_period is not None
 
     def numbers(self) -> dict[str, np.ndarray]:
-        """Return no dimension: multipliers are a further one of variables."""
+        """Return no dimension, as multipliers are an extra dimension of variables."""
         return {}
 
     def extra_dimensions(self, definition: Definition) -> dict[str, np.ndarray]:
@@ -165,14 +167,14 @@ class Periodic(Described):
 
     def places(self) -> dict[str, Variable]:
         """Return name → variable of the base motion's start along each coordinate, velocity or state."""
-        moving = self.description.kept or self.description.states.values()
-        names = [(p.name, p.unit, p.meaning) for p in moving]
+        variables = self.description.kept or self.description.states.values()
+        names = [(p.name, p.unit, p.meaning) for p in variables]
         if self.description.kept:
-            names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in moving]
+            names += [(p.velocity.name, f"{p.unit} s-1", f"rate of change of {p.meaning}") for p in variables]
         return table(*(Variable(f"{n}_start", unit, f"{words}, where a period begins") for n, unit, words in names))
 
     def columns(self, points: Mapping[str, np.ndarray], integration: OnePeriod) -> dict[str, np.ndarray]:
-        """Return the variational flow beside what is measured; see `sweeps.mechanics.periodic`."""
+        """Return the columns of the variational flow and of the measurement; see `sweeps.mechanics.periodic`."""
         from sweeps.mechanics import periodic
 
         columns = periodic.survey(self.mechanism, self.slots(points), integration.tolerance)
@@ -180,13 +182,13 @@ class Periodic(Described):
         return {name: columns.get(name, missing) for name in self.variables(PeriodicDefinition)}
 
     def refusal(self, values: list[np.ndarray]) -> str:
-        """Return why none of these points has a periodic motion to measure; nothing if one has."""
+        """Return why none of these points has a periodic motion to measure; "" if one has."""
         from sweeps.mechanics import periodic
 
         return periodic.refusal(self.mechanism, values)
 
     def examples(self, definition: Definition | None = None) -> tuple[Example, ...]:
-        """Return the calls of all periodic systems, and what encloses functions of the time that are no plain waves."""
+        """Return the calls of all periodic systems, and the enclosures of functions of time other than sine waves."""
         encloses = self.mechanism.steepness.functions or self.description.switches
         return *super().examples(definition), *([ENCLOSURES] if encloses else [])
 
@@ -194,20 +196,20 @@ class Periodic(Described):
         return self.mechanism.perturbed_code(True)
 
     def reference(self) -> Reference:
-        """Return the trace of the monodromy matrix, found again by SciPy."""
+        """Return the trace of the monodromy matrix by SciPy."""
         return reference_of(self)
 
 
-STEP = 1e-30  # of a complex step: its square is nothing beside a double
+STEP = 1e-30  # complex step of a derivative; its square is below the rounding
 MAX_PERIOD_ANGLE = 1000.0  # rad, the fastest rate times the period; SciPy does not integrate longer periods
 
 
 def reference_of(system: Periodic) -> Reference:
     """Return the trace by SciPy's DOP853 on the variational equations.
 
-    The equations are the description's, as SymPy writes them for NumPy, and a complex step differentiates them: nothing
-    is shared with the generated integrators or with theory's Jacobian. Only the states of the base motion are taken
-    from these, at the starts of segments that are so short that no large multiplier ruins the motion.
+    The equations are the description's, as SymPy writes them for NumPy, differentiated by a complex step, without code
+    of the generated integrators or theory's Jacobian. Only the states of the base motion at the starts of segments are
+    theirs; segments are so short that no large multiplier ruins the motion.
     """
     from sweeps.mechanics.periodic import BaseMotions
 
@@ -215,10 +217,13 @@ def reference_of(system: Periodic) -> Reference:
     rates = rates_of(model.equations)
 
     @cache
-    def trace(given, slot):
+    def trace(parameter_values, slot):
         from scipy.integrate import solve_ivp
 
-        base, n = BaseMotions(model, [np.array([value]) for value in given], np.array([slot])), model.equations.n
+        base, n = (
+            BaseMotions(model, [np.array([value]) for value in parameter_values], np.array([slot])),
+            model.equations.n,
+        )
         T, K, steps, M = (
             float(base.period[0]),
             int(max(base.num_nodes, base.num_pieces)[0]),
@@ -228,26 +233,30 @@ def reference_of(system: Periodic) -> Reference:
         if not T * base.scale[0] < MAX_PERIOD_ANGLE:
             return np.nan
 
-        def both(t, y, at):
+        def variational_rates(t, y, at):
             J = np.array([rates(at, y[:n] + step, t).imag / STEP for step in steps]).T
             return np.concatenate([rates(at, y[:n], t), (J @ y[n:].reshape(n, n)).ravel()])
 
-        begin, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
+        starts, _, parameters = base.between_jumps(np.arange(K) / K)  # segments that end at the jumps
         parameters = np.array([np.broadcast_to(p, (K, 1))[:, 0] for p in parameters])
-        for k, times in enumerate(pairwise(T * np.append(begin, 1.0))):
+        for k, times in enumerate(pairwise(T * np.append(starts, 1.0))):
             y, at = [*base.nodes[0, min(k, int(base.num_nodes[0]) - 1)], *M.ravel()], (tuple(parameters[:, k]),)
-            M = solve_ivp(both, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at).y[n:, -1].reshape(n, n)
+            M = (
+                solve_ivp(variational_rates, times, y, "DOP853", rtol=1e-12, atol=1e-15, args=at)
+                .y[n:, -1]
+                .reshape(n, n)
+            )
         return float(np.trace(M))
 
     def of_point(point):
-        given = tuple(float(point[name]) for name in model.names) or (0.0,)
-        return trace(given, model.system.names.index(str(point["equilibrium"])))
+        parameter_values = tuple(float(point[name]) for name in model.names) or (0.0,)
+        return trace(parameter_values, model.system.names.index(str(point["equilibrium"])))
 
     return trace_reference(of_point)
 
 
 def trace_reference(trace: Callable[[Mapping], float]) -> Reference:
-    """Return a reference to traces of points that SciPy finds."""
+    """Return a reference for traces, from the function that computes that of a point."""
 
     def allowed(point, _):
         return 1e-9 * max(1.0, abs(trace(point)))

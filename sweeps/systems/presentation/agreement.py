@@ -94,15 +94,15 @@ def _columns(ds, specs: Specs, quantity: Compared, box: Mapping[str, slice], siz
     shape = [len(range(n)[box[dim]]) for dim, n in sizes.items()]
 
     def read(name: str, missing: float = math.nan) -> np.ndarray:
-        part = ds[name].isel({dim: box[dim] for dim in ds[name].dims}) if name in ds.variables else None
-        return np.broadcast_to(missing if part is None else along(part, tuple(sizes)), shape).reshape(-1)
+        block = ds[name].isel({dim: box[dim] for dim in ds[name].dims}) if name in ds.variables else None
+        return np.broadcast_to(missing if block is None else along(block, tuple(sizes)), shape).reshape(-1)
 
     components, flag = [specs[name] for name in quantity.names], of_role(specs, Role.HEADLINE)
     theory = _size(read(spec.truth) for spec in components)
     deviation = _size(read(spec.name) - read(spec.truth) for spec in components)
     error = _size(read(spec.error) for spec in components)
     scale = np.abs(read(components[0].scale)) if components[0].scale else np.where(theory > 0, theory, np.nan)
-    code, expected = read(flag), read(specs[flag].truth)
+    code, predicted = read(flag), read(specs[flag].truth)
     open_codes = [code for code, name in _meanings(ds, specs, Role.HEADLINE).items() if name in UNDECIDED]
     return {
         "theory": theory / np.abs(read(quantity.per, 1.0)),
@@ -110,7 +110,7 @@ def _columns(ds, specs: Specs, quantity: Compared, box: Mapping[str, slice], siz
         "error": error / scale,
         "ratio": np.where(deviation == 0, 0.0, deviation / error) + 0.0 * scale,
         "flag": code,
-        "differs": (code != expected) & np.isfinite(expected) & ~np.isin([code, expected], open_codes).any(axis=0),
+        "differs": (code != predicted) & np.isfinite(predicted) & ~np.isin([code, predicted], open_codes).any(axis=0),
         "status": read(of_role(specs, Role.STATUS), 0),
         "possible": read(of_role(specs, Role.EXISTENCE), 0) >= 0,
         "epsilon": read("epsilon"),
@@ -176,8 +176,8 @@ def draw(
 
 def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], appearance: Appearance) -> str:
     stride, first = comparisons[0].stride, comparisons[0]
-    ending = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
-    drawn_fraction = "all drawn" if stride == 1 else f"every {stride:,}{ending} drawn"
+    suffix = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
+    drawn_fraction = "all drawn" if stride == 1 else f"every {stride:,}{suffix} drawn"
     rows = [f"{ds.attrs.get('title', '')}:  {wording.format_count(first.points, 'point', 'points')}, {drawn_fraction}"]
     for role, counts in first.counts.items():
         meanings, name = _meanings(ds, specs, role), of_role(specs, role).replace("_", " ").capitalize()
@@ -204,9 +204,9 @@ def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], appear
     marker_size = float(np.clip(40.0 / max(np.count_nonzero(drawable), 1) ** 0.4, 1.2, 5.0))
     point = {"marker": "o", "ms": marker_size, "mew": 0.0, "alpha": 0.5 if drawable.size > 500 else 0.85}
     mark = {"ms": 4.0, "mew": 0.9, "mfc": "none", "color": colors.INK}
-    settled = drawable & ~columns["differs"] & (columns["status"] == 0)
-    possible = settled & columns["possible"]
-    groups = [("impossible", settled & ~columns["possible"], "physically impossible", point | {"color": IMPOSSIBLE})]
+    is_settled = drawable & ~columns["differs"] & (columns["status"] == 0)
+    possible = is_settled & columns["possible"]
+    groups = [("impossible", is_settled & ~columns["possible"], "physically impossible", point | {"color": IMPOSSIBLE})]
     for number, name in (_meanings(ds, specs, Role.HEADLINE) or {math.nan: ""}).items():
         dot = {"color": appearance.color(name) or colors.STABLE}
         groups.append(
@@ -224,8 +224,8 @@ def _draw_comparison(ratio_ax: Axes, theory_ax: Axes, comparison: Agreement, gro
     theory = np.maximum(columns["theory"], MIN_THEORY * np.nanmax(columns["theory"]))
     with_theory = (columns["status"] == 0) & (columns["theory"] > 0)
     draw_ratios(ratio_ax, columns["ratio"][with_theory], columns["epsilon"][with_theory])
-    settled = np.any([with_theory for _, with_theory, _, props in groups if props["marker"] == "o"], axis=0)
-    _draw_errors(theory_ax, theory, columns["error"], settled)
+    is_settled = np.any([with_theory for _, with_theory, _, props in groups if props["marker"] == "o"], axis=0)
+    _draw_errors(theory_ax, theory, columns["error"], is_settled)
     for name, with_theory, words, props in groups:
         if with_theory.any():
             deviation = np.clip(columns["deviation"][with_theory], EXACT, MAX_DEVIATION)
@@ -260,9 +260,13 @@ def draw_ratios(ax: Axes, ratio: np.ndarray, epsilon: np.ndarray) -> None:
         ax.hist(ratios, RATIOS, color=colors.STABLE, alpha=float(shade), zorder=2, gid="ratio", label=label)
     if len(groups) > 1:
         ax.legend(loc="upper left", fontsize=7.5, frameon=False, reverse=True)
-    fraction_ax, ascending = ax.twinx(), np.sort(ratio[finite])
+    fraction_ax, sorted_ratios = ax.twinx(), np.sort(ratio[finite])
     fraction_ax.plot(
-        ascending, np.arange(1, ascending.size + 1) / ascending.size, color=colors.INK, lw=1.0, gid="cumulative"
+        sorted_ratios,
+        np.arange(1, sorted_ratios.size + 1) / sorted_ratios.size,
+        color=colors.INK,
+        lw=1.0,
+        gid="cumulative",
     )
     fraction_ax.set(ylim=(0.0, 1.05), ylabel="cumulative fraction")
     for count in MARKED_RATIOS:

@@ -46,8 +46,8 @@ def draw(
     stride = coprime_stride([ds.sizes["point"]], MAX_DRAWN)
     variables = [flag, *([measured] if measured else [])]
     points, along, panels = _panels(ds[variables].isel(point=slice(None, None, stride)))
-    shown = "all shown" if stride == 1 else f"one in {stride:,} shown"
-    subtitle = f"{ds.attrs.get('title', '')}:  {ds.sizes['point']:,} points, {shown}".strip()
+    shown_count = "all shown" if stride == 1 else f"one in {stride:,} shown"
+    subtitle = f"{ds.attrs.get('title', '')}:  {ds.sizes['point']:,} points, {shown_count}".strip()
     width = 0.8 + 2.9 * len(panels)
     figure = canvas.make_figure(width, 6.4 if measured else 4.2, "Sampled points", subtitle, ax=ax)
     heights = (1.6, 1.0) if measured else (1.0,)

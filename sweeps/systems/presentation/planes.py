@@ -20,11 +20,11 @@ def sides(values: xr.DataArray, panels: Collection[str]) -> tuple[str, str | Non
     Dimensions in `panels`, which have a panel for each value, are excluded.
     """
     names = [str(name) for name in values.dims if name not in panels]
-    varying = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])
-    if len(varying) < 2:
-        return (*varying, names[0])[0], None, None
-    y, x = sorted(varying[:2], key=names.index)
-    return x, y, varying[2] if len(varying) > 2 else None
+    free_names = sorted((name for name in names if values.sizes[name] > 1), key=lambda name: -values.sizes[name])
+    if len(free_names) < 2:
+        return (*free_names, names[0])[0], None, None
+    y, x = sorted(free_names[:2], key=names.index)
+    return x, y, free_names[2] if len(free_names) > 2 else None
 
 
 def cut_indices(values: xr.DataArray, panel_sides: Iterable[str | None], full_dims: Collection[str | None]) -> dict:
@@ -90,12 +90,12 @@ def label_axes(ax: Axes, panel: xr.Dataset, x: str, y: str, symbols: Mapping = {
 
 def merge_equal(panels: Iterable[tuple[str, xr.Dataset]], names: Iterable[str]) -> list[tuple[str, xr.Dataset]]:
     """Return (title, panel) pairs; panels with equal variables `names` are merged, and their titles joined."""
-    merged: list[tuple[str, xr.Dataset]] = []
+    unique_panels: list[tuple[str, xr.Dataset]] = []
     for title, panel in panels:
-        for k, (titles, earlier) in enumerate(merged):
+        for k, (titles, earlier) in enumerate(unique_panels):
             if all(np.allclose(panel[name].values, earlier[name].values, 1e-3, 1e-3, equal_nan=True) for name in names):
-                merged[k] = (f"{titles};  {title}", earlier)
+                unique_panels[k] = (f"{titles};  {title}", earlier)
                 break
         else:
-            merged.append((title, panel))
-    return merged
+            unique_panels.append((title, panel))
+    return unique_panels

@@ -116,11 +116,11 @@ class Regimes:
             label: name of the growth on the scale.
             more_handles: legend entries in addition to those of the regimes.
         """
-        shaded = sorted(self.shaded_codes) if self.top else []
-        if shaded:
-            scale, _ = make_axes(list(axes), fraction=0.05, pad=0.02, aspect=26 / len(shaded), shrink=0.8)
-            steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded)
-            self._mesh(scale, np.arange(len(shaded) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
+        shaded_names = sorted(self.shaded_codes) if self.top else []
+        if shaded_names:
+            scale, _ = make_axes(list(axes), fraction=0.05, pad=0.02, aspect=26 / len(shaded_names), shrink=0.8)
+            steps = np.arange(SHADES)[:, None] + SHADES * np.array(shaded_names)
+            self._mesh(scale, np.arange(len(shaded_names) + 1), np.linspace(0.0, 1.0, SHADES + 1), steps)
             ticks = [0.0, 0.5, 1.0]
             zero, quarter, full = (wording.format_number(self.top * tick**2, 3) for tick in ticks)
             scale.set_yticks(ticks, [zero, quarter, f"≥ {full}" if self.max_growth > self.top else full])

@@ -72,7 +72,7 @@ PERTURBATION_PARAMETERS = (make_epsilon(1e-30, "the size of the system", "relati
 
 _EIGENVALUE = Variable("eigenvalue", "1", "eigenvalue, by ascending imaginary, then real part", "i1")
 LAYOUT = make_layout(PERTURBATION_PARAMETERS, _EIGENVALUE, 12, VARIABLES | INVARIANTS, VARIABLES)
-COORDINATES = LAYOUT.coordinates  # in addition to the parameters
+COORDINATES = LAYOUT.coordinates  # the coordinates without the parameters
 
 
 MAX_RUNS = 4
@@ -166,7 +166,9 @@ class RelativeEquilibrium(Described):
 
 
 STEP = 1e-30  # complex step of a derivative, relative to the states' sizes; its square is below the rounding
-PERTURBATION = 3e-5  # of a motion, relative to the states' sizes; its cube and DOP853's tolerance over it are similar
+PERTURBATION = (
+    3e-5  # perturbation of a motion, relative to the states' sizes; its cube and DOP853's tolerance over it are similar
+)
 TOLERANCE = 1e-13  # relative error allowed on a motion
 MIN_SINGULAR_VALUE = (
     1e-9  # of the gradients of the conserved quantities, relative to the largest; below, they are dependent
@@ -205,8 +207,8 @@ class Linearised:
 
         self.model, equations = model, model.equations
         self.rates = rates_of(equations)
-        conserved = list(equations.system.conserved_quantities.values())
-        self._conserved = sp.lambdify((*equations.parameters, *equations.states), conserved, "numpy")
+        conserved_quantities = list(equations.system.conserved_quantities.values())
+        self._conserved_values = sp.lambdify((*equations.parameters, *equations.states), conserved_quantities, "numpy")
         self._cached_solve = lru_cache(MAX_CACHED_POINTS)(self._solve)
 
     def at(self, point: Mapping[str, object]) -> tuple[Eigenvalues, Eigenvalues]:
@@ -219,12 +221,12 @@ class Linearised:
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
         x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
         x[: self.model.equations.m] = theory["place"][0]
-        undefined = Eigenvalues(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
+        nan_result = Eigenvalues(np.full(self.model.n, np.nan), np.ones(self.model.n), S, 0.0)
         if (
             not (np.isfinite(x).all() and np.isfinite(S))
             or np.abs(self.rates(parameters, x) / sizes).max() > MAX_RATE * S
         ):
-            return undefined, undefined
+            return nan_result, nan_result
         basis = self._free_directions(parameters, x, sizes)
         steps = 1j * STEP * sizes * np.eye(x.size)
         J = np.array([self.rates(parameters, x + step).imag / STEP / sizes for step in steps]).T
@@ -237,7 +239,7 @@ class Linearised:
         if not self.model.system.conserved_quantities:
             return np.eye(x.size)
         steps = 1j * STEP * sizes * np.eye(x.size)
-        slopes = [np.imag(self._conserved(*parameters, *(x + step))) / STEP for step in steps]
+        slopes = [np.imag(self._conserved_values(*parameters, *(x + step))) / STEP for step in steps]
         _, singular, vh = np.linalg.svd(np.array(slopes, dtype=float).T)
         return vh[int((singular > MIN_SINGULAR_VALUE * singular.max()).sum()) :].T
 
@@ -268,7 +270,7 @@ def _sort_eigenvalues(values_and_vectors, S, error):
     order = np.argsort(values.imag)
     values, right = values[order].astype(complex), right[:, order]
     gaps = np.diff(values.imag) / S
-    is_ordered = not ((gaps > AMBIGUOUS_GAP[0]) & (gaps < AMBIGUOUS_GAP[1])).any()
+    has_clear_order = not ((gaps > AMBIGUOUS_GAP[0]) & (gaps < AMBIGUOUS_GAP[1])).any()
     group_starts = np.concatenate([[0], np.flatnonzero(gaps > AMBIGUOUS_GAP[0]) + 1, [values.size]])
     sorted_numbers = np.concatenate([a + np.argsort(values.real[a:b]) for a, b in pairwise(group_starts)])
     values, right = values[sorted_numbers], right[:, sorted_numbers]
@@ -277,28 +279,30 @@ def _sort_eigenvalues(values_and_vectors, S, error):
             condition = np.linalg.norm(np.linalg.inv(right), axis=1)
         except np.linalg.LinAlgError:
             condition = np.full(values.size, np.inf)
-    return Eigenvalues(values if is_ordered else np.full(values.size, np.nan), condition, S, error)
+    return Eigenvalues(values if has_clear_order else np.full(values.size, np.nan), condition, S, error)
 
 
-def _error_bound(solved: Eigenvalues, number: int) -> float:
+def _error_bound(eigenvalues: Eigenvalues, number: int) -> float:
     """Return a bound of the method's error, s-1: that of the matrix times the condition number, or its n-th root."""
-    n = solved.values.size
-    return solved.scale * min(10.0 * solved.error * float(solved.condition[number]), (n * solved.error) ** (1.0 / n))
+    n = eigenvalues.values.size
+    return eigenvalues.scale * min(
+        10.0 * eigenvalues.error * float(eigenvalues.condition[number]), (n * eigenvalues.error) ** (1.0 / n)
+    )
 
 
-def _eigenvalue(part: str) -> Callable:
-    return lambda solved, k: (getattr(solved.values[k], part), _error_bound(solved, k))
+def _eigenvalue(name: str) -> Callable:
+    return lambda eigenvalues, k: (getattr(eigenvalues.values[k], name), _error_bound(eigenvalues, k))
 
 
-def _growth(solved: Eigenvalues, _) -> tuple[float, float]:
-    return solved.values.real.max(), max(_error_bound(solved, k) for k in range(solved.values.size))
+def _growth(eigenvalues: Eigenvalues, _) -> tuple[float, float]:
+    return eigenvalues.values.real.max(), max(_error_bound(eigenvalues, k) for k in range(eigenvalues.values.size))
 
 
 def _invariant(name: str) -> Callable:
-    def value(solved, _):
-        S, D = 0.5 * (solved.values**2).sum().real, solved.values.prod().real
+    def value(eigenvalues, _):
+        S, D = 0.5 * (eigenvalues.values**2).sum().real, eigenvalues.values.prod().real
         values = {"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}
-        return values[name], 100.0 * JACOBIAN_ERROR * solved.scale ** POWERS[name]
+        return values[name], 100.0 * JACOBIAN_ERROR * eigenvalues.scale ** POWERS[name]
 
     return value
 
@@ -318,7 +322,7 @@ def reference_of(system: RelativeEquilibrium) -> Reference:
     Invariants, which are determinants of the Jacobian, come from LAPACK both times.
     """
     equations, references = Linearised(system.mechanism), []
-    quantities = {f"eigenvalue_{part}": _eigenvalue(part) for part in ("real", "imag")} | {"growth_rate": _growth}
+    quantities = {f"eigenvalue_{name}": _eigenvalue(name) for name in ("real", "imag")} | {"growth_rate": _growth}
     quantities |= {name: _invariant(name) for name in POWERS if system.mechanism.n == 4}
     for name, quantity in quantities.items():
         for suffix in ("_theory", ""):

@@ -1,4 +1,4 @@
-r"""Numbers behind the pictures: signed rates, the power law of deviations in ε, and periods in days."""
+r"""Signed rates, fits of deviations from theory to a power law in ε, and observed periods, for figures and pages."""
 
 import math
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from sweeps.reading.definitions import definition_of
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.motion import DAY
 
-# Below, rounding and the tolerance of the integration stand in for the law; above, its next term does.
+# Smaller deviations are those of rounding and integration, larger ones have contributions of higher order.
 MIN_FIT_DEVIATION, MAX_FIT_DEVIATION = 1e-11, 1e-2
 FLOOR_FACTOR = 10.0
 FLOOR_SPAN = 3.0
@@ -28,7 +28,13 @@ def signed_rate(omega_squared, omega0):
 
 
 def power_law(x, y, low: float = MIN_FIT_DEVIATION, high: float = MAX_FIT_DEVIATION) -> tuple[float, float, int]:
-    r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with low ≤ y ≤ high.
+    r"""Fit the exponent of y ∝ x^p by least squares of ln y against ln x, over the points with `low` ≤ y ≤ `high`.
+
+    Args:
+        x: positive numbers, shape (n,).
+        y: positive numbers, shape (n,).
+        low: lower bound of y.
+        high: upper bound of y.
 
     Returns:
         (p, its standard error, number of points fitted); p and its error are NaN below `MIN_FIT_POINTS` points.
@@ -43,16 +49,16 @@ def power_law(x, y, low: float = MIN_FIT_DEVIATION, high: float = MAX_FIT_DEVIAT
 
 
 def deviation_floor(epsilon, deviation, error) -> float:
-    """Return the deviation below which a series shows no law: ten times its value at the least ε.
+    """Return the deviation below which a series does not follow the law: ten times its value at the least ε.
 
     Args:
         epsilon: size of the perturbation, ascending, shape (n,).
-        deviation: |Ω²/Ω²_theory − 1| there, shape (n,).
-        error: the relative error of the reduced Ω², shape (n,): what no amplitude makes.
+        deviation: |Ω²/Ω²_theory − 1|, shape (n,).
+        error: relative error of the reduced Ω², shape (n,), without effects of the amplitude.
 
     Returns:
-        The larger of `FLOOR_FACTOR` times the one's median and the other's, from the least ε with values up to
-        `FLOOR_SPAN` times that; infinite where there is no value.
+        The larger of `FLOOR_FACTOR` times the median deviation and the median error, over ε up to `FLOOR_SPAN` times
+        the least one; infinite without a finite value.
     """
     epsilon, deviation, error = (np.asarray(values, float) for values in (epsilon, deviation, error))
     finite = np.isfinite(deviation) & np.isfinite(error)
@@ -65,17 +71,17 @@ def deviation_floor(epsilon, deviation, error) -> float:
 def fit_breakdown(ds: Dataset) -> Dataset:
     r"""Fit the exponent p of |Ω²/Ω²_theory − 1| ∝ ε^p for each body and axis.
 
-    The fit uses points with status ok whose deviation lies between 1e-11 and 1e-2 and above `deviation_floor`.
-    Second-order perturbation theory has p = 2 wherever Ω² ≠ 0 (the leading correction is quadratic by the symmetry of
+    The fit uses points with status ok and a deviation between 1e-11 and 1e-2 and above `deviation_floor`.
+    Second-order perturbation theory has p = 2 for Ω² ≠ 0 (the leading correction is quadratic by the symmetry of
     Euler's equations under ω_b, ω_c → −ω_b, −ω_c).
 
     Args:
-        ds: a map with the dimension epsilon; what it holds of omega_squared is read whole, so select first.
+        ds: a map with the dimension epsilon; its omega_squared and errors are read into memory.
 
     Returns:
         A Dataset with `deviation` and `floor` (1; over all dimensions, and over all but epsilon), and `slope`,
         `slope_stderr`, `fitted` (1; over all but epsilon): p, its standard error and the number of points fitted.
-        NaN where the theory is 0 or fewer than `MIN_FIT_POINTS` points remain.
+        NaN if the theory is 0 or fewer than `MIN_FIT_POINTS` points remain.
     """
     import xarray as xr
 
@@ -93,25 +99,25 @@ def fit_breakdown(ds: Dataset) -> Dataset:
     return xr.Dataset({"deviation": deviation, "floor": floor, "slope": slope, "slope_stderr": error, "fitted": fitted})
 
 
-# -- periods of bodies that people have observed
+# -- observed periods
 
 
 @dataclass(frozen=True)
 class Period:
-    """One body's period, measured and observed."""
+    """Measured and observed period of a body."""
 
     body: str  #: its name
-    axis: int  #: the axis it spins about in nature
-    measured_days: float  #: `euler_period` of the rigid body, as measured from its motion, days; NaN without one
-    observed_days: float  #: what people measured, days of 86,400 s
-    what: str  #: what has the observed period
-    note: str  #: what a reader should know
+    axis: int  #: the usual spin axis
+    measured_days: float  #: `euler_period` of the rigid body, measured from its motion, days; NaN without one
+    observed_days: float  #: observed period, days of 86,400 s
+    what: str  #: motion with this period
+    note: str  #: remark for the reader
 
 
 def compare_periods(ds: Dataset) -> list[Period]:
     """Return measured and observed periods of the bodies of a map with an `observed` entry and an axis.
 
-    Of several omega0, epsilon and phase, the least epsilon and else the first is taken.
+    Dimensions omega0 and phase are cut at their first value, epsilon at its least.
     """
     first = {dim: 0 for dim in ("omega0", "phase") if dim in ds.dims}
     if "epsilon" in ds.dims:
@@ -122,7 +128,7 @@ def compare_periods(ds: Dataset) -> list[Period]:
 
 
 def _observations(ds: Dataset) -> Iterator[Period]:
-    """Yield the observations in a map's definition: plain values, of which any may be of any type."""
+    """Yield the observations in a map's definition, which may contain values of any type."""
     from pydantic import ValidationError
 
     from sweeps.systems.rigid_body.system import Observed
@@ -134,7 +140,12 @@ def _observations(ds: Dataset) -> Iterator[Period]:
         name, axis, note = entry.get("name"), entry.get("axis"), entry.get("note")
         if isinstance(name, str) and name in names and isinstance(axis, int):
             with suppress(ValidationError):
-                observed = Observed.model_validate(entry.get("observed"))
+                observation = Observed.model_validate(entry.get("observed"))
                 yield Period(
-                    name, axis, math.nan, observed.period_days, observed.what, note if isinstance(note, str) else ""
+                    name,
+                    axis,
+                    math.nan,
+                    observation.period_days,
+                    observation.what,
+                    note if isinstance(note, str) else "",
                 )

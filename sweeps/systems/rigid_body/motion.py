@@ -1,4 +1,4 @@
-"""The motion of a rigid body from any start: in closed form and by direct integration."""
+"""Motion of a rigid body from any start, in closed form and by direct integration."""
 
 import math
 from collections.abc import Mapping
@@ -40,9 +40,13 @@ def integrate_from(
 ) -> Dataset:
     """Return the motion of a free rigid body from any start, in closed form and by direct integration.
 
-    `spun` has omega0, epsilon and phase of a start about an axis; `start` is as `sweeps.motion` takes it. `times` are
-    instants, the first of which is the start, or a duration (s, "2 min") with so many samples, 32 a rotation and 400 to
-    100,000 where they are left out; None for what shows the motion.
+    Args:
+        body: the body.
+        spun: omega0, epsilon and phase of a start about an axis.
+        start: initial state, as for `sweeps.motion`.
+        times: instants, beginning at the start; or a duration (s, "2 min"); None for one that shows the motion.
+        tolerance: relative truncation error of the integration.
+        samples: number of instants of a duration; left out, 32 per rotation, from 400 to 100,000.
     """
     import xarray as xr
 

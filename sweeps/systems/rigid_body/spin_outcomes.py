@@ -1,4 +1,4 @@
-r"""The answer for one body, `polhode body`: the body as given, and the outcome of its three spins.
+r"""Outcome of the spins of one body, for `polhode body`: the body, and its perturbed spin about each axis.
 
 Linear theory gives the e-folding time :math:`1/\sqrt{-\Omega^2}` and the Euler period :math:`2\pi/\sqrt{\Omega^2}` of a
 small perturbation; the closed form gives, for a perturbation of given size, the time between flips, 2K/p, the wobble
@@ -32,31 +32,38 @@ REGIMES = tuple(VERDICTS)
 
 @dataclass(frozen=True)
 class Spin:
-    """A spin about one principal axis, perturbed."""
+    """A perturbed spin about a principal axis."""
 
     axis: int  #: 1, 2 or 3
-    moment: float  #: moment about it, kg m2 (or the unit of the ratios)
+    moment: float  #: moment about the axis, kg m2 (or the unit of the ratios)
     regime: str  #: one of `REGIMES`
-    e_folding_time: float | None  #: s, in which a small perturbation grows by a factor e; None where it does not
-    flip_period: float | None  #: s between two changes of sign of the spin; None where it keeps its sign
-    euler_period: float | None  #: s in which a small perturbation turns about the axis; None where it does not
+    e_folding_time: float | None  #: s, time in which a small perturbation grows by a factor e; None if it does not grow
+    flip_period: float | None  #: s, time between two changes of sign of the spin; None if it keeps its sign
+    euler_period: float | None  #: s, period of a small perturbation in the body; None if it does not oscillate
     max_tilt: float  #: degrees, largest angle of the angular velocity from the axis
-    #: s in which the axis goes round the angular momentum, seen from space, at a small perturbation: the spin rate and
-    #: that of the perturbation's turn in the body add about the greatest moment and subtract about the least; None
-    #: where it does not.
+    #: s, precession period of the axis about L in the inertial frame, for a small perturbation: the spin rate plus
+    #: (greatest moment) or minus (least moment) the frequency of the perturbation in the body; None if unstable.
     space_period: float | None = None
-    #: s, the Euler period and the space period of the motion itself, at its perturbation; None where it flips.
+    #: s, the Euler period and the space period at the given perturbation; None if the body flips.
     wobble_period: float | None = None
     precession_period: float | None = None
-    precession_turns: float | None = None  #: the latter in turns of the spin
-    #: largest share of half a turn that the body twists about its least axis while that comes round once, thrown on the
-    #: separatrix; None about the other axes.
+    precession_turns: float | None = None  #: precession period in turns of the spin
+    #: largest twist about the axis of least inertia per revolution of this axis about L, thrown on the separatrix, as a
+    #: fraction of a half turn; None for stable axes.
     twist: float | None = None
 
 
-@np.errstate(all="ignore")  # plain kernels say what compiled ones leave unsaid: infinities are known here
+@np.errstate(all="ignore")  # plain kernels warn of infinities, which are treated here
 def predict_spins(moments: Moments, omega0: float, epsilon: float, phase: float, axes: Axes = AXES) -> list[Spin]:
-    """Return the perturbed spins of a body about some of its axes."""
+    """Return the perturbed spins of a body about some of its axes.
+
+    Args:
+        moments: principal moments, kg m2 (or ratios).
+        omega0: spin rate, rad s-1.
+        epsilon: size of the perturbation, relative.
+        phase: direction of the perturbation, rad.
+        axes: spin axes.
+    """
     return [_predict_spin(moments, axis, omega0, epsilon, phase) for axis in axes]
 
 
@@ -66,8 +73,8 @@ def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: floa
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
     top = exact.set_up(*moments, *initial_state(point)[1])
     tilt = math.degrees(exact.max_tilt(top, axis))
-    slow = rate if regime == "stable_major" else -rate  # of the wobble, in space
-    space = abs(abs(omega0) + slow) if regime.startswith("stable") and rate > 0 else 0.0
+    wobble_rate = rate if regime == "stable_major" else -rate  # contribution of the wobble to the precession, rad s-1
+    space_rate = abs(abs(omega0) + wobble_rate) if regime.startswith("stable") and rate > 0 else 0.0
     euler = 2 * math.pi / rate if regime.startswith("stable") and rate > 0 else None
     wobble, precession = (
         (None, None) if tilt > 90 or not euler else _exact_periods(moments, axis, omega0, epsilon, phase)
@@ -80,7 +87,7 @@ def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: floa
         flip_period=float(exact.flip_period(top)) if tilt > 90 else None,
         euler_period=euler,
         max_tilt=tilt,
-        space_period=2 * math.pi / space if space else None,
+        space_period=2 * math.pi / space_rate if space_rate else None,
         wobble_period=wobble,
         precession_period=precession,
         precession_turns=precession and abs(omega0) * precession / (2 * math.pi),
@@ -89,7 +96,7 @@ def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: floa
 
 
 def _exact_periods(moments, axis: int, omega0: float, epsilon: float, phase: float) -> tuple[float, float | None]:
-    """Return the wobble period of a motion that keeps its axis, and the mean period of that axis about L, s."""
+    """Return the wobble period of a motion that does not flip, and the mean period of its axis about L, s."""
     ratios = np.roll(moments, 1 - axis) / max(moments)  # from the axis, in cyclic order
     across = epsilon * math.cos(phase), epsilon * math.sin(phase)
     wobble, rate, sigma = tumbling.periods(*map(float, ratios), math.copysign(1.0, omega0), *across)
@@ -101,8 +108,13 @@ def _exact_periods(moments, axis: int, omega0: float, epsilon: float, phase: flo
 def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | None:
     """Return the twist about the handle per revolution of the handle about L, rad, in closed form.
 
-    The body is spun about `axis` and perturbed as `spun` says. None about the axis of least moment, the handle, whose
-    direction stays near L: nobody counts its revolutions; and where another moment is as small: no axis is the handle.
+    The result is None for a spin about the handle, the axis of least moment, as its direction then stays near L, and
+    for two equal least moments, as no axis is the handle.
+
+    Args:
+        moments: principal moments, kg m2 (or ratios).
+        axis: spin axis.
+        spun: omega0, epsilon and phase.
     """
     order = np.argsort(moments, kind="stable")
     if order[0] == axis - 1 or moments[order[0]] == moments[order[1]]:
@@ -116,7 +128,7 @@ def twist_of(moments: Moments, axis: int, spun: Mapping[str, float]) -> float | 
 
 
 def describe_spin(spin: Spin) -> str:
-    """Return the outcome of a perturbed spin in one sentence or two."""
+    """Return the outcome of a perturbed spin in words."""
     if spin.regime == "unstable":
         text = f"unstable: perturbations grow e-fold in {format_span(spin.e_folding_time)}"
         if spin.flip_period is None:
@@ -133,20 +145,20 @@ def describe_spin(spin: Spin) -> str:
         wobble = f"{verdict.words}: wobble period {format_span(spin.euler_period)} as ε → 0 (body frame)"
         flips = format_span(spin.flip_period)
         return f"{wobble}; this perturbation is too large, and the body flips every {flips}{remark}"
-    wobble = f"wobble period {_at_its_size(spin.wobble_period, spin.euler_period, 'body frame')}"
+    wobble = f"wobble period {_format_period(spin.wobble_period, spin.euler_period, 'body frame')}"
     text = f"{verdict.words}: {wobble}, tilt at most {spin.max_tilt:.2g}°"
     if spin.precession_period is not None:
         turns = f"{spin.precession_turns:.4g} turns"
         turns = turns if spin.precession_turns >= 1.5 else turns.replace("turns", "of a turn")
         frame = f"inertial frame; {turns}"
-        text += f"; precession period about L {_at_its_size(spin.precession_period, spin.space_period, frame)}"
+        text += f"; precession period about L {_format_period(spin.precession_period, spin.space_period, frame)}"
     return text + remark
 
 
-def _at_its_size(period: float, limit: float | None, frame: str) -> str:
-    """Return a period in words, with its limit for small perturbations where that differs."""
-    here, small = format_span(period), format_span(limit) if limit else ""
-    return f"{here} ({frame})" if small in ("", here) else f"{here} ({frame}; {small} as ε → 0)"
+def _format_period(period: float, limit: float | None, frame: str) -> str:
+    """Return a period in words, with its limit for small perturbations if that differs."""
+    text, limit_text = format_span(period), format_span(limit) if limit else ""
+    return f"{text} ({frame})" if limit_text in ("", text) else f"{text} ({frame}; {limit_text} as ε → 0)"
 
 
 # -- the answer
@@ -169,7 +181,13 @@ def load_body(values: Mapping, load: Callable[[Mapping], Definition]) -> Definit
 
 
 def check_body(values: Mapping, spin: Mapping[str, object], load: Callable[[Mapping], Definition]) -> SpunBody:
-    """Return a body checked by the rules of a definition, with its requested spin."""
+    """Return a body checked by the rules of a definition.
+
+    Args:
+        values: the body's entry of a definition.
+        spin: omega0, epsilon and phase, each None if not requested.
+        load: makes a definition of a mapping.
+    """
     rates = {name: spin[name] for name in DEFAULTS if spin.get(name) is not None}
     grid = {} if "omega0" in rates else {"omega0": 1.0}
     body = load_body({"bodies": [values | rates], "grid": grid}, load).bodies[0]
@@ -184,19 +202,22 @@ def spin_setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
 
 
 def body_of(body: object, source: object, spin: Mapping[str, object], load: Callable) -> tuple[SpunBody, dict]:
-    """Return a body, and the spin rate and perturbation that are given, else its own, else the default ones.
+    """Return a body, and its spin rate and perturbation: as given, else its own, else the default ones.
 
-    The body is a name or a part of one, of those that the definition `source` lists, a body's mapping as in a
-    definition, three moments, or a tensor of inertia; `load` reads a definition: a mapping, a path, or the name of one
-    that ships.
+    Args:
+        body: a name, or part of a name, of a body in the definition `source`; or a body's mapping as in a definition,
+            three moments, or a tensor of inertia.
+        source: a path, or the name of a shipped definition.
+        spin: omega0, epsilon and phase, each None if not given.
+        load: makes a definition of a mapping, a path or a name.
     """
     if isinstance(body, str):
         bodies = bodies_by_name(load(source), source)
-        selected = bodies[match_name(body, list(bodies), "body", DefinitionError)]
-        requested = check_body({"name": selected.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
+        chosen_body = bodies[match_name(body, list(bodies), "body", DefinitionError)]
+        requested = check_body({"name": chosen_body.name, "ratios": dict.fromkeys(MOMENTS, 1.0)}, spin, load)
     else:
-        selected = requested = check_body({"name": "your body"} | body_entry(body), spin, load)
-    return selected, spin_setting(requested, selected)
+        chosen_body = requested = check_body({"name": "your body"} | body_entry(body), spin, load)
+    return chosen_body, spin_setting(requested, chosen_body)
 
 
 def predict_body(
@@ -204,10 +225,14 @@ def predict_body(
 ) -> tuple[dict, list[str], list[tuple[str, str]], list[str]]:
     """Return the answer for machines and for people.
 
-    With `thrown` the twist of the throw is added, but not about the handle, whose direction then stays near L.
+    Args:
+        body: the body.
+        spun: omega0, epsilon and phase.
+        axes: spin axes.
+        with_throw: True to add the twist of the throw.
 
     Returns:
-        Facts in SI units, angles in rad; lines about the body; (axis, outcome) of each spin; and what is known.
+        Facts in SI units, angles in rad; lines on the body; (axis, outcome) of each spin; lines on observations.
     """
     facts = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
@@ -234,7 +259,7 @@ def predict_body(
 
 
 def axes_of(value: object) -> Axes:
-    """Return the one axis that is asked for, or all three."""
+    """Return the requested axis, or all three."""
     if value not in (None, *AXES):
         raise DefinitionError(f"body: axis: {display(value)} is out of range; allowed: 1, 2 or 3")
     return AXES if value is None else (int(value),)

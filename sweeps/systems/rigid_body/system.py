@@ -32,7 +32,7 @@ from sweeps.systems.reintegration import (
 from sweeps.systems.shared_variables import STEPS, make_status, parse_rows, regime_pair
 from sweeps.systems.system import Example, Point, Reference
 
-SHAREABLE = ("omega0", "epsilon", "phase")  # what a body may give, and the grid gives where it does not
+SHAREABLE = ("omega0", "epsilon", "phase")  # parameters that a body may have; the grid has them otherwise
 ARGUMENTS = ("axis", *MOMENTS, *SHAREABLE)
 
 STATUSES = statuses.STATUSES[: statuses.NON_FINITE + 1]
@@ -130,14 +130,14 @@ GridEntries = grid_model("GridEntries", PARAMETERS, __name__, RATIOS)
 
 
 class Observed(Strict):
-    """What people measured of a body's motion: for comparison only, nothing is computed from it."""
+    """The observed motion of a body, for comparison only."""
 
     period_days: Positive = key("observed period, days of 86,400 s: > 0", ...)
     what: Annotated[str, line_of_text(100)] = key("the motion that has this period: one line of text", ...)
 
 
 class SpunBody(Body):
-    """One real body, and how it spins."""
+    """A real body and its spin."""
 
     omega0: in_unit("rad s-1", SignedSpin) = key("spin rate of this body, rad s-1: 1e-150 ≤ |omega0| ≤ 1e150")
     epsilon: in_unit("1", Epsilon) = key("size of the perturbation of this body, relative: 0 < epsilon < 1")
@@ -147,7 +147,7 @@ class SpunBody(Body):
 
 
 class RigidBodyIntegration(Integration):
-    """How each run of a rigid body is made."""
+    """Method, length and accuracy of each run of a rigid body, and optional measurements."""
 
     propagator: Annotated[str, choice(tuple(PROPAGATORS))] = key(
         "integration method: " + " or ".join(f"{name} ({each.summary})" for name, each in PROPAGATORS.items()), "direct"
@@ -162,9 +162,9 @@ class RigidBodyIntegration(Integration):
 
     @property
     def table(self) -> dict[str, Variable]:
-        """Name → variable of a map that is made so."""
-        omitted = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
-        return {name: variable for name, variable in self._possible.items() if name not in omitted}
+        """Name → variable of a map with these settings."""
+        omitted_names = set(TERMS) if self.variables is None else set(self._possible) - set(self.variables)
+        return {name: variable for name, variable in self._possible.items() if name not in omitted_names}
 
     @property
     def _possible(self) -> dict[str, Variable]:
@@ -177,15 +177,15 @@ class RigidBodyIntegration(Integration):
         names, problems = self._possible, []
         for i, name in enumerate(self.variables or ()):
             if name not in names:
-                wrong = "is not a variable of this sweep" + hint(name, names)
-                problems.append(Problem(("variables", i), display(name), wrong, ", ".join(names)))
+                reason = "is not a variable of this sweep" + hint(name, names)
+                problems.append(Problem(("variables", i), display(name), reason, ", ".join(names)))
         if problems:
             raise refusals(problems)
         return self
 
 
 class NearAxisDefinition(BodiesDefinition):
-    """A sweep of bodies that spin near their principal axes: about which axes, over which moments or bodies."""
+    """A sweep of spins near principal axes, over moments or bodies."""
 
     shareable: ClassVar = SHAREABLE
     axes: Axes = key(AXES, (1, 2, 3))
@@ -205,7 +205,7 @@ class RigidBodyDefinition(NearAxisDefinition):
 
     @property
     def differing_bits(self) -> str:
-        """Why single points have other bits: `collapse` integrates equivalent points once."""
+        """Why single points differ in the last bits: `collapse` integrates equivalent points once."""
         return "a collapsed map holds other points' motions in its own units" if self.integration.collapse else ""
 
 
@@ -219,7 +219,7 @@ SURVEY = (
     Example("near_axis.survey", "survey", (A_POINT, *RUN), is_last=True),
 )
 FLIPPED = Example("near_axis.survey", "flipped", (A_POINT,))
-ON_REQUEST = {  # key of `integration` → what it compiles
+ON_REQUEST = {  # key of `integration` → call that compiles its kernels
     "flips": FLIPPED,
     "attitude": Example("events.in_space", "survey", (A_POINT, *RUN)),
     "collapse": Example("near_axis.survey", "collapsed", (A_POINT, *RUN), is_last=True),
@@ -227,7 +227,7 @@ ON_REQUEST = {  # key of `integration` → what it compiles
 
 # -- the system
 
-COMPARED_POINTS = 32  # points of a block that a collapsed sweep also integrates as themselves
+COMPARED_POINTS = 32  # points of a block that a collapsed sweep also integrates individually
 
 
 class RigidBody(FreeBody):
@@ -253,15 +253,15 @@ class RigidBody(FreeBody):
         return *self.compiled, *(ON_REQUEST[name] for name in requested)
 
     def columns(self, points: Mapping[str, np.ndarray], integration: RigidBodyIntegration) -> dict[str, np.ndarray]:
-        """Return linear theory beside what is measured; see `kernels.near_axis.survey`."""
-        from kernels.events import in_space  # noqa: F401  (what a map's fingerprint covers is imported with it)
+        """Return linear theory and the measured columns; see `kernels.near_axis.survey`."""
+        from kernels.events import in_space  # noqa: F401  (a map's fingerprint covers it)
         from kernels.near_axis import survey
 
         settings = integration.rotations, integration.samples_per_rotation, integration.tolerance
         options = {"propagator": integration.propagator, "nonlinear": integration.flips, "wanted": integration.table}
         columns = survey.survey(points, *settings, collapse=integration.collapse, **options)
         if integration.collapse and "omega_squared" in columns:
-            _compare_with_some_in_full(columns, points, settings, options)
+            _compare_with_individual_runs(columns, points, settings, options)
         if integration.attitude:
             columns |= _in_space(points, settings, columns, integration.table)
         return columns
@@ -309,7 +309,13 @@ def initial_state(point: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
-    """Return the time of two flips, or two wobble periods, s; four rotations where neither ends in MAX_ROTATIONS."""
+    """Return the time of two flips, or two wobble periods, s; four rotations if it exceeds MAX_ROTATIONS rotations.
+
+    Args:
+        moments: principal moments, kg m2, shape (3,).
+        omega: initial angular velocity, rad s-1, shape (3,).
+        rotation: time of one rotation, s.
+    """
     from kernels.free import exact
     from sweeps.systems.motion import motion_span
 
@@ -319,77 +325,84 @@ def span_of(moments: np.ndarray, omega: np.ndarray, rotation: float) -> float:
 
 
 def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
-    """Return the columns of the body seen from space.
+    """Return the columns of the motion in the inertial frame.
 
-    The rate of the spin axis is that of psi and of the wobble together; its error is theirs, and what the part of a
-    wobble that the run does not show may change. Both are missing where the motion does not encircle the axis.
+    The precession rate of the spin axis is the sum of the rates of psi and of the wobble; its error is the sum of
+    their errors and of the effect of an incomplete wobble at the end of the run. Both are missing if the motion
+    does not encircle the axis.
     """
     from kernels.events import in_space
     from kernels.free import linear
     from kernels.near_axis import survey
 
-    of_space = in_space.survey(points, *settings)
-    needed = {"frequency", "frequency_error", "regime"}
-    wobble = columns if needed <= columns.keys() else survey.measured(points, *settings, wanted=needed)
+    space_columns = in_space.survey(points, *settings)
+    wobble_names = {"frequency", "frequency_error", "regime"}
+    wobble = columns if wobble_names <= columns.keys() else survey.measured(points, *settings, wanted=wobble_names)
     senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
     sense = np.select([wobble["regime"] == flag for flag in senses], list(senses.values()), np.nan)
-    moments, first = np.stack([points[name] for name in MOMENTS]), points["axis"] - 1
-    Ia, Ib, Ic = (np.take_along_axis(moments, (first + k)[None] % 3, axis=0)[0] for k in range(3))
+    moments, axis_index = np.stack([points[name] for name in MOMENTS]), points["axis"] - 1
+    Ia, Ib, Ic = (np.take_along_axis(moments, (axis_index + k)[None] % 3, axis=0)[0] for k in range(3))
     b, c = (points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
     spin = np.abs(points["omega0"])
     psi_spread, spin_spread = in_space.wandering(Ia, Ib, Ic, b, c)
     sense[np.isnan(spin_spread)] = np.nan
-    slow, off = wobble["frequency"], wobble["frequency_error"]
-    of_space["space_rate"] = of_space.pop("psi_rate") + sense * slow
-    error = np.abs(sense) * (psi_spread * spin + off + (slow + off) * spin_spread)
-    of_space["space_rate_error"] = of_space.pop("psi_rate_error") + error
-    return {name: values for name, values in of_space.items() if name in wanted}
+    wobble_rate, wobble_error = wobble["frequency"], wobble["frequency_error"]
+    space_columns["space_rate"] = space_columns.pop("psi_rate") + sense * wobble_rate
+    error = np.abs(sense) * (psi_spread * spin + wobble_error + (wobble_rate + wobble_error) * spin_spread)
+    space_columns["space_rate_error"] = space_columns.pop("psi_rate_error") + error
+    return {name: values for name, values in space_columns.items() if name in wanted}
 
 
-def _compare_with_some_in_full(columns, points, settings, options):
-    """Integrate a few points as themselves and hold what was collapsed against them.
+def _compare_with_individual_runs(columns, points, settings, options):
+    """Integrate a few points individually and compare the collapsed columns with them.
 
-    Every column is compared, bit for bit, with that of the same motion at the point's own spin rate; and Ω² with that
-    of the body's own moments. Raise an ArithmeticError where a column is another, or Ω² by more than both errors and
-    1e-12 of ω0² (times the square of the moments' ratio, by which the rounding of a needle's moments grows): the
-    collapse is wrong, and no map is written.
+    Every column is compared, bit for bit, with that of the same motion at the point's own spin rate, and Ω² with that
+    of the body's own moments. Raise an ArithmeticError if a column differs, or Ω² by more than both errors and 1e-12 of
+    ω0² (times the square of the ratio of the moments, by which the rounding of a needle's moments grows): then no map
+    is written.
     """
     from kernels.near_axis import survey
 
     size = next(iter(points.values())).size
-    some = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
-    sample = {name: values[some] for name, values in points.items()}
-    both = {"wanted": {*options["wanted"], "omega_squared_error"}}
-    at_their_spin = survey.measured(survey.as_motions(sample), *settings, rounded=True, **options | both)
+    indices = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
+    sample = {name: values[indices] for name, values in points.items()}
+    compared = {"wanted": {*options["wanted"], "omega_squared_error"}}
+    at_their_spin = survey.measured(survey.as_motions(sample), *settings, rounded=True, **options | compared)
     for name in columns.keys() & at_their_spin.keys():
-        if not np.array_equal(at_their_spin[name], columns[name][some], equal_nan=True):
+        if not np.array_equal(at_their_spin[name], columns[name][indices], equal_nan=True):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
     if "omega_squared" not in columns:
         return
-    wanted = {"omega_squared", "omega_squared_error"}
-    full = survey.measured(sample, *settings, **options | {"nonlinear": False, "wanted": wanted})
+    rate_names = {"omega_squared", "omega_squared_error"}
+    full = survey.measured(sample, *settings, **options | {"nonlinear": False, "wanted": rate_names})
     moments = np.stack([sample[name] for name in MOMENTS])
-    with np.errstate(over="ignore"):  # an infinite ratio allows anything: nothing of such a body is a number
+    with np.errstate(over="ignore"):  # an infinite ratio allows any deviation, as such a body has no finite columns
         allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))
     spin = np.abs(sample["omega0"])
-    ours, theirs = columns["omega_squared"][some], full["omega_squared"]
-    same = (ours == theirs) | (np.isnan(ours) & np.isnan(theirs))  # infinite or missing in both
-    apart = np.abs(np.subtract(ours, theirs, out=np.zeros_like(ours), where=~same)) / spin / spin
+    collapsed_rates, individual_rates = columns["omega_squared"][indices], full["omega_squared"]
+    is_equal = (collapsed_rates == individual_rates) | (
+        np.isnan(collapsed_rates) & np.isnan(individual_rates)
+    )  # infinite or missing in both
+    deviations = (
+        np.abs(np.subtract(collapsed_rates, individual_rates, out=np.zeros_like(collapsed_rates), where=~is_equal))
+        / spin
+        / spin
+    )
     errors = full["omega_squared_error"] + at_their_spin["omega_squared_error"]
     allowed += np.nan_to_num(errors) / spin / spin
-    if not (apart <= allowed).all():
-        raise ArithmeticError(f"collapsed and integrated points differ by {(apart / allowed).max():.2g}e-12")
+    if not (deviations <= allowed).all():
+        raise ArithmeticError(f"collapsed and integrated points differ by {(deviations / allowed).max():.2g}e-12")
 
 
-MAX_CLOSED_FORM_SAMPLES = 1_000_000  # of one run that is computed again in closed form
+MAX_CLOSED_FORM_SAMPLES = 1_000_000  # samples of a run; longer ones are not computed in closed form
 
 
-def _seen_from_axis(point: Mapping[str, float]) -> np.ndarray:
+def _moments_from_axis(point: Mapping[str, float]) -> np.ndarray:
     return np.roll([point["I1"], point["I2"], point["I3"]], 1 - int(point["axis"]))
 
 
 def _point_spacing(point, integration) -> float:
-    return sample_spacing(np.abs(euler_coefficients(_seen_from_axis(point))).max(), integration.samples_per_rotation)
+    return sample_spacing(np.abs(euler_coefficients(_moments_from_axis(point))).max(), integration.samples_per_rotation)
 
 
 def _sample_times(point, integration) -> np.ndarray:
@@ -402,7 +415,7 @@ def rotation_by_scipy(point: Mapping[str, float], integration) -> float:
 
     if integration.samples > MAX_STEPPED_SAMPLES:
         return math.nan
-    ca, cb, cc = euler_coefficients(_seen_from_axis(point))
+    ca, cb, cc = euler_coefficients(_moments_from_axis(point))
     times, e2 = _sample_times(point, integration), point["epsilon"] ** 2
     start = [math.copysign(1.0, point["omega0"]), math.cos(point["phase"]), math.sin(point["phase"])]
 
@@ -426,7 +439,7 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
         return math.nan
     epsilon, phase, axis = point["epsilon"], point["phase"], int(point["axis"])
     start = [math.copysign(1.0, point["omega0"]), epsilon * math.cos(phase), epsilon * math.sin(phase)]
-    moments, times = _seen_from_axis(point), _sample_times(point, integration)
+    moments, times = _moments_from_axis(point), _sample_times(point, integration)
     omega = exact.rotation(np.roll(moments, axis - 1), np.roll(start, axis - 1), times)
     components = np.roll(omega, 1 - axis, axis=1)
     return squared_rate(components[:, 1:] / epsilon, times[1], components[:, 0]) * point["omega0"] ** 2
@@ -435,8 +448,8 @@ def rotation_in_closed_form(point: Mapping[str, float], integration) -> float:
 def allowed_deviation(point: Mapping[str, float], integration) -> float:
     """Return the allowed distance of a measured Ω² from a reference, s-2.
 
-    Samples that are wrong by δ, relative to the largest so far, move D by 2δ, hence Ω² by 4δ/h². Both ways may be wrong
-    by the tolerance, and the references by `ROUNDING_ERROR`.
+    Errors δ of samples, relative to the largest so far, change D by 2δ, hence Ω² by 4δ/h². Both methods may have errors
+    of the tolerance, and the references of `ROUNDING_ERROR`.
     """
     h = _point_spacing(point, integration)
     return 8.0 * (integration.tolerance + ROUNDING_ERROR) / h**2 * point["omega0"] ** 2

@@ -104,13 +104,13 @@ class TumblingDefinition(FollowedDefinition):
         if self.grid.energy is None:
             return self
         ends = [] if self.bodies else [_ends(getattr(self.grid, name)) for name in MOMENTS]
-        ratios = [greatest / least for (_, greatest), (least, _) in permutations(ends, 2)]
+        ratios = [maximum / minimum for (_, maximum), (minimum, _) in permutations(ends, 2)]
         max_energy = max(ratios or [max(body.moments) / min(body.moments) for body in self.bodies])
-        least, greatest = _ends(self.grid.energy)
-        if greatest <= max_energy:
+        minimum, maximum = _ends(self.grid.energy)
+        if maximum <= max_energy:
             return self
-        reason = f"reaches {greatest:.6g}, above the maximum of every body of the sweep"
-        value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{least:g} … {greatest:g}"
+        reason = f"reaches {maximum:.6g}, above the maximum of every body of the sweep"
+        value = display(self.grid.energy) if isinstance(self.grid.energy, float) else f"{minimum:g} … {maximum:g}"
         raise refusals([Problem(("grid", "energy"), value, reason, f"1 to I_max/I_min, at most {max_energy:.6g} here")])
 
 
@@ -183,12 +183,12 @@ def period_by_scipy(point: Mapping[str, float], integration: Once) -> float:
     if not period < 200.0 * math.pi or moments[2] < float(point["energy"]) * moments[0]:
         return math.nan
 
-    def crossing(t, y):
+    def axis_crossing(t, y):
         return y[1]
 
-    crossing.direction = math.copysign(1.0, c[1] * omega[2] * omega[0])
+    axis_crossing.direction = math.copysign(1.0, c[1] * omega[2] * omega[0])
     rates = lambda t, w: [c[i] * w[i - 2] * w[i - 1] for i in range(3)]  # noqa: E731
-    run = solve_ivp(rates, (0, 1.2 * period), omega, "DOP853", events=crossing, rtol=1e-13, atol=1e-15)
+    run = solve_ivp(rates, (0, 1.2 * period), omega, "DOP853", events=axis_crossing, rtol=1e-13, atol=1e-15)
     ends = run.t_events[0][run.t_events[0] > 0.5 * period]
     return float(ends[0]) / float(point["omega0"]) if ends.size else math.nan
 

@@ -69,7 +69,16 @@ class BodyAnswer:
 def answer(
     body: object, axis: object, twist: bool, source: object, setting: Mapping[str, object], load: Callable
 ) -> BodyAnswer:
-    """Return the answer for one body; see `sweeps.body`, and for `source` and `load` `body_of`."""
+    """Return the answer for one body; see `sweeps.body`.
+
+    Args:
+        body: the body, as for `sweeps.body`.
+        axis: spin axis, or None for all.
+        twist: True to add the twist of a throw.
+        source: the definition with the body's name, see `spin_outcomes.body_of`.
+        setting: spin, uncertainty and sampling by name.
+        load: makes a definition of a mapping, a path or a name.
+    """
     if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty"}):
         allowed = ", ".join(("axis", "twist", "definition", *SPIN, "uncertainty", *SAMPLING))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")

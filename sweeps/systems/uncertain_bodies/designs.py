@@ -150,8 +150,8 @@ def sobol_indices(
     variance = ((fA**2 + fB**2) / 2).reshape(shape).mean(axis=1)
     indices = {name: [] for name in ("first", "first_error", "total", "total_error")}
     for values in fM:
-        mixed = values - centre
-        for name, terms in (("first", fB * (mixed - fA)), ("total", (fA - mixed) ** 2 / 2)):
+        f_AB = values - centre
+        for name, terms in (("first", fB * (f_AB - fA)), ("total", (fA - f_AB) ** 2 / 2)):
             value, error = _ratio(terms.reshape(shape).mean(axis=1), variance)
             indices[name].append(value)
             indices[f"{name}_error"].append(error)

@@ -142,10 +142,10 @@ class _Body:
 
         spin = points["omega0"]
         order = np.argsort(np.abs(squares / spin / spin))  # motions of similar duration together
-        ordered, tolerance = {name: values[order] for name, values in points.items()}, self.integration.tolerance
+        sorted_points, tolerance = {name: values[order] for name, values in points.items()}, self.integration.tolerance
 
         def measure_tile(draws):
-            return survey.flipped({name: values[draws] for name, values in ordered.items()}, tolerance)
+            return survey.flipped({name: values[draws] for name, values in sorted_points.items()}, tolerance)
 
         back = np.argsort(order)
         columns = {name: values[back] for name, values in self._run_tiles(measure_tile, order.size, 1024).items()}

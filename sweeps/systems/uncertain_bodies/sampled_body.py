@@ -18,22 +18,36 @@ from sweeps.systems.uncertain_bodies.distribution import Distribution
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
 from sweeps.systems.uncertain_bodies.system import VARIABLES, UncertainBody, UncertainDefinition
 
-OPTIONS = ("draws", "seed", "turns", "method", "twist", "axes")  # of the command line, and keys of a definition
+OPTIONS = (
+    "draws",
+    "seed",
+    "turns",
+    "method",
+    "twist",
+    "axes",
+)  # options of the command line that are keys of a definition
 
 
 @dataclass(frozen=True)
 class Answer:
-    """One body, drawn and measured."""
+    """A sampled and measured body."""
 
-    body: UncertainBody  #: as it was given, and spun
-    distribution: Distribution  #: of its moments and its spin
-    sampling: measuring.BodySampling  #: how it was sampled
+    body: UncertainBody  #: the nominal body and its spin
+    distribution: Distribution  #: distribution of its moments and its spin
+    sampling: measuring.BodySampling  #: number and method of the draws
     #: axis → its summary and its draws, see `sweeps.systems.uncertain_bodies.measuring.measured`.
     axes: dict[int, tuple[dict, dict]]
 
 
 def definition_of(bodies: object, uncertainty: object, omega0: float | str, other_keys: Mapping) -> dict:
-    """Return the mapping of a definition from the arguments of `sweeps.uncertainty`."""
+    """Return the mapping of a definition from the arguments of `sweeps.uncertainty`.
+
+    Args:
+        bodies: a body's mapping, moments or tensor, or a list of mappings.
+        uncertainty: standard deviations, as in a definition.
+        omega0: spin rate of bodies without their own, rad s-1.
+        other_keys: all further keys of the definition.
+    """
     entries = [bodies] if isinstance(bodies, Mapping) else bodies
     if not (isinstance(entries, list | tuple) and entries and all(isinstance(body, Mapping) for body in entries)):
         entries = [{"name": "body"} | body_entry(bodies)]

@@ -27,7 +27,7 @@ from sweeps.systems.uncertain_bodies import designs, distribution, measuring
 from sweeps.systems.uncertain_bodies.measuring import BodySampling
 from sweeps.systems.uncertain_bodies.possible import ENTRIES
 
-LEAST_INERTIA = f"about the axis of least inertia: {VERDICTS['stable_minor'].more}"
+MINOR_AXIS_REMARK = f"about the axis of least inertia: {VERDICTS['stable_minor'].more}"
 _PROBABILITY_ERROR = "; at least one draw; where all draws agree, the far end of the 95 % Wilson interval over 1.96"
 
 

@@ -34,10 +34,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     for ax, mode in zip(axes, WORDS, strict=True):
         with np.errstate(divide="ignore"):
             excess = np.log10(triangle.values(ds, f"energy_{mode}", cut) - 1.0)
-        excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", cut) > MAX_EXCLUSION)
+        is_excluded = 1.0 * (triangle.values(ds, f"exclusion_{mode}", cut) > MAX_EXCLUSION)
         mesh = ax.pcolormesh(*triangle.places(ds, axis_scales.cell_edges), excess, **props)
-        hatching = ax.contourf(*triangle.places(ds), excluded, [0.5, 1.5], colors="none", hatches=["////"])
-        hatching.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
+        hatched_area = ax.contourf(*triangle.places(ds), is_excluded, [0.5, 1.5], colors="none", hatches=["////"])
+        hatched_area.set(edgecolor=colors.QUIET, lw=0.0, gid="excluded")
         triangle.frame(ax, 3, False)
         ax.set_title(WORDS[mode])
     figure.colorbar(mesh, ax=axes, label=r"$\log_{10}(2TI_3/L^2 - 1)$", extend="both", shrink=0.8)

@@ -35,21 +35,21 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     Equal panels are drawn once; a mode that is marginal everywhere is named only.
     """
     x, y, _ = planes.sides(ds["omega_squared"], ("equilibrium", "mode"))
-    selected = _select(ds, x, y)
-    panels, marginal = _panels(selected)
+    subset = _select(ds, x, y)
+    panels, marginal = _panels(subset)
     coordinates = [name for name in ds.data_vars if name.endswith("_equilibrium")]
-    has_equilibria = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves_over(selected[coordinates[0]], x)
+    has_equilibria = len(coordinates) == 1 and ds.sizes["equilibrium"] > 1 and _moves_over(subset[coordinates[0]], x)
     count = len(panels)
     is_above = has_equilibria and sheets.is_narrow()  # the equilibria above the panels, and not next to them
     rows, columns, size = canvas.arrange_panels(
         count, (3.3, 2.7), (1.0 + EQUILIBRIA_WIDTH * (has_equilibria and not is_above), 1.5 + 2.7 * is_above)
     )
-    subtitle = "\n".join([planes.subtitle(ds, selected, ds["omega_squared"], APPEARANCE), *marginal])
+    subtitle = "\n".join([planes.subtitle(ds, subset, ds["omega_squared"], APPEARANCE), *marginal])
     figure = canvas.make_figure(*size, ds.attrs.get("title", ""), subtitle, ax=ax)
-    is_left = int(has_equilibria and not is_above)
-    ratios_of_width = [EQUILIBRIA_WIDTH / 3.3] * is_left + [1.0] * columns
-    grid = figure.add_gridspec(rows + is_above, columns + is_left, width_ratios=ratios_of_width)
-    axes = [figure.add_subplot(grid[is_above + k // columns, is_left + k % columns]) for k in range(rows * columns)]
+    num_left = int(has_equilibria and not is_above)
+    ratios_of_width = [EQUILIBRIA_WIDTH / 3.3] * num_left + [1.0] * columns
+    grid = figure.add_gridspec(rows + is_above, columns + num_left, width_ratios=ratios_of_width)
+    axes = [figure.add_subplot(grid[is_above + k // columns, num_left + k % columns]) for k in range(rows * columns)]
     image, num_maps = None, 0
     max_value = float(np.nanmax(np.abs([panel["measured"].values for _, panel in panels]), initial=0.0)) or 1.0
     for ax, (title, panel) in zip(axes, panels, strict=False):
@@ -63,7 +63,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         else:
             image, num_maps = _draw_map(ax, panel, x, y, max_value), num_maps + 1
     if has_equilibria:
-        _draw_equilibria(figure.add_subplot(grid[0, :] if is_above else grid[:, 0]), selected, coordinates[0], x, y)
+        _draw_equilibria(figure.add_subplot(grid[0, :] if is_above else grid[:, 0]), subset, coordinates[0], x, y)
     for ax in axes[count:]:
         ax.set_axis_off()
     if len(axes) == count == num_maps:
@@ -72,15 +72,15 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     if image is not None:
         bar = figure.colorbar(image, ax=axes[:count], shrink=0.9, aspect=30, pad=0.02)
         bar.set_label("measured $\\omega^2$ / rate scale$^2$\nabove 0 stable, below unstable")
-    canvas.draw_legend(figure, _missing_entries(figure, selected))
+    canvas.draw_legend(figure, _missing_entries(figure, subset))
     return figure
 
 
-def _panels(selected):
+def _panels(subset):
     """Return (title, content) of each panel, equal ones once, and a line for each mode that is marginal everywhere."""
-    all_modes = [{"equilibrium": e, "mode": m} for e in selected["equilibrium"].values for m in selected["mode"].values]
+    all_modes = [{"equilibrium": e, "mode": m} for e in subset["equilibrium"].values for m in subset["mode"].values]
     panels = planes.merge_equal(
-        ((_panel_title(selected, *mode_of.values()), selected.sel(mode_of)) for mode_of in all_modes),
+        ((_panel_title(subset, *mode_of.values()), subset.sel(mode_of)) for mode_of in all_modes),
         ("measured", "regime"),
     )
     is_marginal = [
@@ -94,18 +94,18 @@ def _select(ds, x, y):
     """Select the middle of every dimension except x and y, and at most `planes.MAX_DRAWN` values of these."""
     names = ["omega_squared", "omega_squared_theory", "rate_scale", "regime", "status"]
     names += [name for name in ds.data_vars if name.endswith("_equilibrium") or name == "regime_theory"]
-    selected = ds[names].isel(planes.cut_indices(ds["omega_squared"], (x, y), ("equilibrium", "mode"))).load()
-    rate_scale_squared = selected["rate_scale"] ** 2
-    return selected.assign(
-        measured=selected["omega_squared"] / rate_scale_squared,
-        theory=selected["omega_squared_theory"] / rate_scale_squared,
+    subset = ds[names].isel(planes.cut_indices(ds["omega_squared"], (x, y), ("equilibrium", "mode"))).load()
+    rate_scale_squared = subset["rate_scale"] ** 2
+    return subset.assign(
+        measured=subset["omega_squared"] / rate_scale_squared,
+        theory=subset["omega_squared_theory"] / rate_scale_squared,
     )
 
 
-def _panel_title(selected, equilibrium, mode):
+def _panel_title(subset, equilibrium, mode):
     name = str(equilibrium).replace("_", " ")
     name = f"equilibrium {name}" if name.isdigit() else name
-    return name if selected.sizes["mode"] == 1 else f"{name}, mode {mode}"
+    return name if subset.sizes["mode"] == 1 else f"{name}, mode {mode}"
 
 
 def _draw_map(ax, panel, x, y, max_value):
@@ -121,8 +121,8 @@ def _draw_map(ax, panel, x, y, max_value):
     rows, columns = np.nonzero(panel["regime"].values == REGIMES.index("marginal") - 1)
     if rows.size:
         step = max(1, math.ceil(math.sqrt(rows.size / MAX_DOTS)))
-        drawn = (rows % step == 0) & (columns % step == 0)
-        rows, columns = rows[drawn], columns[drawn]
+        on_lattice = (rows % step == 0) & (columns % step == 0)
+        rows, columns = rows[on_lattice], columns[on_lattice]
         props = {"color": colors.INK, "gid": "marginal", "label": "marginal"}
         ax.plot(panel[x].values[columns], panel[y].values[rows], "o", ms=2.0, mew=0.0, **props)
     planes.label_axes(ax, panel, x, y)
@@ -190,9 +190,9 @@ def _draw_over_one(ax, panel, x):
     ax.set(xlabel=wording.axis_label(panel, x), ylabel=r"$\omega^2$ / rate scale$^2$")
 
 
-def _draw_equilibria(ax, selected, name, x, y):
+def _draw_equilibria(ax, subset, name, x, y):
     """Draw the equilibria over x, at the middle of y, in the colours of their regimes."""
-    row = (selected.isel({y: selected.sizes[y] // 2}) if y else selected).isel(mode=0)
+    row = (subset.isel({y: subset.sizes[y] // 2}) if y else subset).isel(mode=0)
     line = {"color": colors.INK, "lw": 1.0, "gid": "place"}
     line_styles = (("-", "stable"), ((0, (4, 2)), "unstable")) if "regime_theory" in row else ()
     for k, (line_style, regime) in enumerate(line_styles):
@@ -209,10 +209,10 @@ def _draw_equilibria(ax, selected, name, x, y):
     positions, regimes = row[name].transpose("equilibrium", x).values, row["regime"].transpose("equilibrium", x).values
     draw_points(ax, np.broadcast_to(row[x].values, regimes.shape), positions, regimes, REGIMES[1:], APPEARANCE, ms=2.6)
     axis_scales.set_scale(ax.xaxis, row[x].values)
-    fixed_text = f", {wording.format_coordinate(selected, y, selected[y].values[selected.sizes[y] // 2])}" if y else ""
+    fixed_text = f", {wording.format_coordinate(subset, y, subset[y].values[subset.sizes[y] // 2])}" if y else ""
     ax.set_title(f"equilibria{fixed_text}", loc="left")
-    symbol, unit = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium")), selected[name].attrs.get("units", "1")
-    ax.set(xlabel=wording.axis_label(selected, x), ylabel=wording.with_unit(symbol, unit, "  ({})"))
+    symbol, unit = GREEK.sub(r"$\\\1$", name.removesuffix("_equilibrium")), subset[name].attrs.get("units", "1")
+    ax.set(xlabel=wording.axis_label(subset, x), ylabel=wording.with_unit(symbol, unit, "  ({})"))
 
 
 def _extend_to_bifurcation(x, position):
@@ -229,14 +229,14 @@ def _extend_to_bifurcation(x, position):
         return x, position
     start = max(start, x[first[0] - 1])
     root = np.sign(position[first[0]]) * np.sqrt(first_square) * np.linspace(0.0, 1.0, 20)
-    extended_x = start + (x[first[0]] - start) * np.linspace(0.0, 1.0, 20) ** 2
-    return np.concatenate([extended_x, x[first[0] :]]), np.concatenate([root, position[first[0] :]])
+    branch_x = start + (x[first[0]] - start) * np.linspace(0.0, 1.0, 20) ** 2
+    return np.concatenate([branch_x, x[first[0] :]]), np.concatenate([root, position[first[0] :]])
 
 
-def _missing_entries(figure, selected):
+def _missing_entries(figure, subset):
     """Return the legend's entry for cells without a value; [] without such cells."""
     meshes = [artist for ax in figure.axes for artist in ax.collections if artist.get_gid() == "measured"]
     if any(np.ma.getmaskarray(mesh.get_array()).any() for mesh in meshes):
-        codes = np.unique(selected["status"].values[np.isnan(selected["measured"].values)])
+        codes = np.unique(subset["status"].values[np.isnan(subset["measured"].values)])
         return [Patch(facecolor=colors.MISSING, label=missing_words(codes))]
     return []

@@ -24,21 +24,21 @@ def draw(ds: xr.Dataset, appearance: Appearance, ax: Axes | None = None) -> Figu
 
     `appearance` has the words and symbols, `ax` is the place of the figure within another one.
     """
-    selected = ds[["trace", "trace_theory", "trace_error", "regime_theory"]].sortby("epsilon")
-    varying = [name for name in selected["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
-    selected = selected.isel({name: 0 for name in selected["trace"].dims if name not in (*varying, "epsilon")}).load()
-    combinations = list(product(*(range(ds.sizes[name]) for name in varying)))
+    subset = ds[["trace", "trace_theory", "trace_error", "regime_theory"]].sortby("epsilon")
+    free_dims = [name for name in subset["trace"].dims if name != "epsilon" and ds.sizes[name] > 1]
+    subset = subset.isel({name: 0 for name in subset["trace"].dims if name not in (*free_dims, "epsilon")}).load()
+    combinations = list(product(*(range(ds.sizes[name]) for name in free_dims)))
     figure = canvas.make_figure(6.8, 4.6, "How far linear theory holds", ds.attrs.get("title", ""), ax=ax)
-    axes, epsilon = figure.subplots(), selected["epsilon"].values
+    axes, epsilon = figure.subplots(), subset["epsilon"].values
     for order, k in enumerate(spaced_indices(len(combinations), MAX_SERIES)):
-        series = selected.isel(dict(zip(varying, combinations[k], strict=True)))
+        series = subset.isel(dict(zip(free_dims, combinations[k], strict=True)))
         size = np.maximum(1.0, np.abs(series["trace_theory"].values))
         deviation, error = (
             np.abs(series["trace"] - series["trace_theory"]).values / size,
             series["trace_error"].values / size,
         )
         slope, _, _ = power_law(epsilon, deviation, deviation_floor(epsilon, deviation, MIN_DRAWN * size))
-        label = [f"{appearance.symbol(name)} = {wording.format_number(float(series[name]), 3)}" for name in varying]
+        label = [f"{appearance.symbol(name)} = {wording.format_number(float(series[name]), 3)}" for name in free_dims]
         label += [appearance.words(REGIMES[1 + int(series["regime_theory"][0])])]
         label += [f"exponent {slope:.2f}"] if np.isfinite(slope) else []
         line: dict[str, Any] = {"color": colors.SERIES_COLORS[order % len(colors.SERIES_COLORS)], "linewidth": 1.5}

@@ -46,18 +46,18 @@ def draw(
     Returns:
         The figure; None if fewer than two parameters vary, or if it had a single colour.
     """
-    selected = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
-    x, y, third = planes.sides(selected["regime"], ())
+    subset = ds[["regime", "growth_per_period", "status", *_margins(ds)]].sel(at)
+    x, y, third = planes.sides(subset["regime"], ())
     if y is None:
         return None
-    selected = selected.isel(planes.cut_indices(selected["regime"], (x, y), (third,))).load()
-    if np.unique(selected["regime"]).size == 1 and not (selected["growth_per_period"] > 0.0).any():
+    subset = subset.isel(planes.cut_indices(subset["regime"], (x, y), (third,))).load()
+    if np.unique(subset["regime"]).size == 1 and not (subset["growth_per_period"] > 0.0).any():
         return None
-    values = selected[third].values[:MAX_PANELS] if third else [None]
+    values = subset[third].values[:MAX_PANELS] if third else [None]
     figure, axes = canvas.make_panels(len(values), (4.2, 3.4), ds.attrs.get("title", ""), subtitle, ax)
     regimes = Regimes(REGIMES, appearance, FULL_COLOR_GROWTH)
     for panel_ax, value in zip(axes, values, strict=True):
-        panel = selected.sel({third: value}) if third else selected
+        panel = subset.sel({third: value}) if third else subset
         if third:
             panel_ax.set_title(wording.format_coordinate(ds, third, value), loc="left")
         rows = panel.transpose(y, x, ...)

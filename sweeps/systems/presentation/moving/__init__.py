@@ -13,9 +13,9 @@ from sweeps.systems.presentation.moving.equations import page_equations
 if TYPE_CHECKING:
     from sweeps.systems.described import Described
 
-_HERE = Path(__file__).parent
+_FOLDER = Path(__file__).parent
 _NAMES = ("first.html", "mechanism.css", "integrated.js", "mode.js", "mechanism.js")
-FILES = (DRAWING, *(_HERE / name for name in _NAMES))
+FILES = (DRAWING, *(_FOLDER / name for name in _NAMES))
 
 
 def page_facts(ds: Dataset, system: "Described", suffix: str = "equilibrium") -> dict:
@@ -32,5 +32,5 @@ def page_facts(ds: Dataset, system: "Described", suffix: str = "equilibrium") ->
         return {"equations": None}
     description = system.description
     states = description.kept or tuple(description.states.values())
-    required = {*description.parameters, *(f"{c.name}_{suffix}" for c in states)}
-    return {"equations": page_equations(description) if required <= set(ds.variables) else None}
+    needs = {*description.parameters, *(f"{c.name}_{suffix}" for c in states)}
+    return {"equations": page_equations(description) if needs <= set(ds.variables) else None}

@@ -40,7 +40,9 @@ def page_equations(system: "System") -> dict | None:
     picture_parts = picture(system, equations)
     try:
         shared, trees = _trees([*(equations.a or ()), *equations.forces], "shared")
-        picture_shared, points = _trees([x for part in picture_parts for point in part.points for x in point], "seen")
+        picture_shared, points = _trees(
+            [x for element in picture_parts for point in element.points for x in point], "seen"
+        )
         period = None if system.given_period is None else tree(system.given_period)
         attitude = system.attitude_equations and [[tree(x) for x in vector] for vector in system.attitude_equations]
         coordinates = []
@@ -52,12 +54,13 @@ def page_equations(system: "System") -> dict | None:
         return None
     n = len(equations.v)
     points = iter(points)
-    parts = [
-        [part.kind, part.label, [[next(points) for _ in point] for point in part.points]] for part in picture_parts
+    drawn = [
+        [element.kind, element.label, [[next(points) for _ in point] for point in element.points]]
+        for element in picture_parts
     ]
     page = {"coordinates": coordinates, "shared": shared, "a": [trees[i * n : (i + 1) * n] for i in range(n)]}
     page |= {"forces": trees[n * n :], "period": period, "attitude": attitude}
-    return page | {"seen": picture_shared, "drawn": parts}
+    return page | {"seen": picture_shared, "drawn": drawn}
 
 
 def _trees(expressions: list, word: str) -> tuple[list, list]:

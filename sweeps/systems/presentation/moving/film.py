@@ -44,9 +44,9 @@ def frames(motion: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
     )
 
 
-def _panels(figure, count: int, left: float):
+def _panels(figure, count: int, x: float):
     height = 0.68 / count
-    panels = [figure.add_axes((left, 0.84 - (k + 1) * height, 0.97 - left, 0.86 * height)) for k in range(count)]
+    panels = [figure.add_axes((x, 0.84 - (k + 1) * height, 0.97 - x, 0.86 * height)) for k in range(count)]
     for ax in panels:
         ax.spines[["top", "right"]].set_visible(False)
         ax.tick_params(labelbottom=ax is panels[-1])
@@ -62,8 +62,8 @@ def _scene(ax, motion, equations):
     everywhere = np.concatenate([points.reshape(-1, 2) for _, points in elements])
     middle, reach = 0.5 * (everywhere.max(0) + everywhere.min(0)), 0.58 * np.ptp(everywhere, axis=0).max() or 1.0
     ax.set(xlim=middle[0] + [-reach, reach], ylim=middle[1] + [-reach, reach])
-    styled = ((kind, points, {"color": COLORS.get(kind, colors.INK), "lw": 1.5}) for kind, points in elements)
-    return frame_setter(ax, styled, int(TRAIL_SECONDS * sheets.current_film.get().rate))
+    lines = ((kind, points, {"color": COLORS.get(kind, colors.INK), "lw": 1.5}) for kind, points in elements)
+    return frame_setter(ax, lines, int(TRAIL_SECONDS * sheets.current_film.get().rate))
 
 
 def frame_setter(

@@ -59,8 +59,8 @@ def mathieu(axis: int, panel: xr.Dataset, x: str, depth: str) -> tuple[str, Curv
         x: name along its x axis.
         depth: name along its y axis.
     """
-    modulated = {f"depth{i}" for i in (1, 2, 3) if panel[f"depth{i}"].values.any()}
-    if x != "frequency" or modulated != {depth} or depth == f"depth{axis}":
+    depth_names = {f"depth{i}" for i in (1, 2, 3) if panel[f"depth{i}"].values.any()}
+    if x != "frequency" or depth_names != {depth} or depth == f"depth{axis}":
         return None
     j = int(depth[-1])
     (i,) = {1, 2, 3} - {axis, j}

@@ -23,10 +23,10 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     words.
     """
     x, y, third = planes.sides(ds["growth_rate"], ("equilibrium", "eigenvalue"))
-    selected = _select(ds, x, y, third)
-    top = round_up(np.abs(selected["relative"].values)) if y else 0.0
-    panels, uniform_panels = _panels(ds, selected, third, top)
-    subtitle = "\n".join([planes.subtitle(ds, selected, ds["growth_rate"], APPEARANCE), *uniform_panels])
+    subset = _select(ds, x, y, third)
+    top = round_up(np.abs(subset["relative"].values)) if y else 0.0
+    panels, uniform_panels = _panels(ds, subset, third, top)
+    subtitle = "\n".join([planes.subtitle(ds, subset, ds["growth_rate"], APPEARANCE), *uniform_panels])
     figure, axes = canvas.make_panels(len(panels), (3.9, 3.2), ds.attrs.get("title", ""), subtitle, ax)
     regimes = Regimes(REGIMES, APPEARANCE, top)
     for ax, (title, panel) in zip(axes, panels, strict=True):
@@ -36,7 +36,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
         elif top:
             _draw_map(ax, panel, x, y, regimes)
         else:
-            mesh = _draw_frequencies(ax, panel, x, y, float(np.nanmax(selected["frequencies"].values, initial=0.0)))
+            mesh = _draw_frequencies(ax, panel, x, y, float(np.nanmax(subset["frequencies"].values, initial=0.0)))
     if y and not top:
         words = f"measured angular frequency  ({wording.format_units('rad s-1')})"
         figure.colorbar(mesh, ax=list(axes), label=words, aspect=30, pad=0.02)
@@ -44,22 +44,22 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def _panels(ds, selected, third, top):
+def _panels(ds, subset, third, top):
     """Return (title, content) of the panels, equal ones once, and lines of words for panels of one colour."""
     panels = []
-    for e in selected["equilibrium"].values:
-        for z in selected[third].values if third else [None]:
-            panel = selected.sel(equilibrium=e) if z is None else selected.sel({"equilibrium": e, third: z})
-            names = [str(e).replace("_", " ")] if selected.sizes["equilibrium"] > 1 else []
+    for e in subset["equilibrium"].values:
+        for z in subset[third].values if third else [None]:
+            panel = subset.sel(equilibrium=e) if z is None else subset.sel({"equilibrium": e, third: z})
+            names = [str(e).replace("_", " ")] if subset.sizes["equilibrium"] > 1 else []
             panels.append((",  ".join(names + ([wording.format_coordinate(ds, third, z)] if third else [])), panel))
-    merged, uniform_panels = [], []
+    drawn_panels, uniform_panels = [], []
     for title, panel in planes.merge_equal(panels, ("regime", "relative", "shade")):
         codes = np.unique(panel["regime"].values)
         if top and codes.size == 1 and not panel["relative"].values.any():
             uniform_panels.append(f"{title}: {APPEARANCE.words(REGIMES[int(codes[0]) + 1])} everywhere")
         else:
-            merged.append((title, panel))
-    return merged[:MAX_PANELS], uniform_panels
+            drawn_panels.append((title, panel))
+    return drawn_panels[:MAX_PANELS], uniform_panels
 
 
 def _select(ds, x, y, third):
@@ -68,14 +68,14 @@ def _select(ds, x, y, third):
     indices = planes.cut_indices(ds["growth_rate"], (x, y), (third, "equilibrium", "eigenvalue"))
     if third:
         indices[third] = sorted({0, ds.sizes[third] // 2, ds.sizes[third] - 1})
-    selected = ds[names].isel(indices | {"eigenvalue": 0}).load()
+    subset = ds[names].isel(indices | {"eigenvalue": 0}).load()
     real, imag = (ds[f"eigenvalue_{name}_theory"].isel(indices) for name in ("real", "imag"))
     frequencies = np.abs(ds["eigenvalue_imag"].isel(indices)).max("eigenvalue")
-    relative = (selected["growth_rate"] / selected["rate_scale"]).where(
-        np.isin(selected["regime"], regimes_with_rate(REGIMES)), 0.0
+    relative = (subset["growth_rate"] / subset["rate_scale"]).where(
+        np.isin(subset["regime"], regimes_with_rate(REGIMES)), 0.0
     )
     shade = frequencies / (np.nanmax(frequencies.values, initial=0.0) or 1.0)
-    return selected.assign(relative=relative, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
+    return subset.assign(relative=relative, frequencies=frequencies, shade=shade, eigenvalues=real + 1j * imag)
 
 
 def _draw_frequencies(ax, panel, x, y, max_frequency):

@@ -1,4 +1,4 @@
-"""How the rigid body looks: words, characters, colours and symbols, and what the bodies of a map are spread along."""
+"""Appearance of the rigid body: words, characters, colours and symbols; and kinds and dimensions of its maps."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ from sweeps.systems.presentation.appearance import COMMON, Appearance, Mark, Sym
 from sweeps.systems.rigid_body.system import LAYOUT, VERDICTS
 
 SHAPE = tuple(SHAPE_COORDINATES)
-LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # of each spin axis
+LINES = {1: "-", 2: (0, (5, 1.6)), 3: (0, (1.2, 1.2))}  # line styles of the spin axes
 _MARKS = {
     "stable_minor": ("-", colors.LIGHT_BLUE),
     "stable_major": ("+", colors.STABLE),
@@ -44,7 +44,7 @@ def settings(values: Mapping[str, float]) -> str:
 
 
 def cut_at(ds: Dataset) -> dict[str, int]:
-    """Return the indices at which figures cut the spin and the perturbation: the middle, of ε the least."""
+    """Return the indices at which figures cut spin and perturbation: the middle ones, and that of the least ε."""
     middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims}
     return middle | ({"epsilon": int(ds["epsilon"].values.argmin())} if "epsilon" in middle else {})
 
@@ -60,6 +60,6 @@ def is_grid(ds: Dataset) -> bool:
 
 
 def moments_over(ds: Dataset) -> tuple[str, ...]:
-    """Return the dimensions that the moments of a map lie along."""
+    """Return the dimensions along which the moments of a map vary."""
     along = {dim for name in MOMENTS for dim in ds[name].dims}
     return tuple(dim for dim in dimensions(ds) if dim in along)

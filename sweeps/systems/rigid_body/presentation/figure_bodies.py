@@ -32,26 +32,26 @@ OFFSETS = {1: -0.3, 2: 0.0, 3: 0.3}
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw rates over the spin rate for each body and axis, growth and flip times, and observed periods in days."""
-    selected = _select_bodies(ds)
-    all_periods = compare_periods(ds.sel(body=selected["body"].values))
+    subset = _select_bodies(ds)
+    all_periods = compare_periods(ds.sel(body=subset["body"].values))
     periods = [all_periods[i] for i in spaced_indices(len(all_periods), MAX_PERIODS)]
-    rows = selected.sizes["body"]
+    rows = subset.sizes["body"]
     row_height = 0.84 if sheets.is_narrow() else 0.46  # inches, for the markers of three axes
     height = 2.0 + max(row_height * rows, PERIOD_INCHES * len(periods), 1.0)
     has_more = ds.sizes["body"] > MAX_BODIES
     panels = 2 if periods or has_more else 1
     panel_rows, columns, size = canvas.arrange_panels(panels, (5.6 if panels > 1 else 6.8, height - 1.6), (1.0, 1.6))
     period_count = f";  periods of {len(periods)} of {len(all_periods)}" if len(periods) < len(all_periods) else ""
-    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, selected) + period_count, ax=ax)
+    figure = canvas.make_figure(*size, "Bodies: measured rates", _subtitle(ds, subset) + period_count, ax=ax)
     axes = np.ravel(figure.subplots(panel_rows, columns))
-    _draw_rates(axes[0], selected)
+    _draw_rates(axes[0], subset)
     if not sheets.is_narrow():
-        _write_times(axes[0], selected)
+        _write_times(axes[0], subset)
     if periods:
         _draw_periods(axes[1], periods, (figure.get_size_inches()[1] / panel_rows - 2.0) / len(periods))
     elif has_more:
         _draw_histogram(axes[1], ds)
-    regimes = {REGIMES[int(code) + 1] for code in np.unique(selected["regime"].values)}
+    regimes = {REGIMES[int(code) + 1] for code in np.unique(subset["regime"].values)}
     drawn_regimes = [word for word in REGIMES if word in regimes]
     handles = [Line2D([], [], ls="none", label=APPEARANCE.words(word), **_marker_props(word)) for word in drawn_regimes]
     handles.append(Line2D([], [], ls="none", marker="|", ms=9, color=colors.INK, label="linear theory"))
@@ -64,41 +64,41 @@ def _select_bodies(ds: xr.Dataset) -> xr.Dataset:
     names = ["omega_squared", "omega_squared_theory", "regime", "regime_theory", "triangle_margin", "growth_rate"]
     names += [name for name in ("flip_period",) if name in ds]
     body_index = {"body": spaced_indices(ds.sizes["body"], MAX_BODIES)}
-    selected = ds[names].isel(cut_at(ds) | body_index).load().transpose("body", "axis")
-    measured, theory = (signed_rate(selected[name], selected["omega0"]) for name in names[:2])
-    return selected.assign(rate=abs(measured), rate_theory=abs(theory))
+    subset = ds[names].isel(cut_at(ds) | body_index).load().transpose("body", "axis")
+    measured, theory = (signed_rate(subset[name], subset["omega0"]) for name in names[:2])
+    return subset.assign(rate=abs(measured), rate_theory=abs(theory))
 
 
-def _subtitle(ds: xr.Dataset, selected: xr.Dataset) -> str:
-    fixed_values = {name: float(selected[name]) for name in ("omega0", "epsilon", "phase") if selected[name].ndim == 0}
-    varying = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if selected[name].ndim]
+def _subtitle(ds: xr.Dataset, subset: xr.Dataset) -> str:
+    fixed_values = {name: float(subset[name]) for name in ("omega0", "epsilon", "phase") if subset[name].ndim == 0}
+    body_symbols = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if subset[name].ndim]
     bodies = wording.format_count(ds.sizes["body"], "body", "bodies")
-    if selected.sizes["body"] < ds.sizes["body"]:
-        bodies = f"{selected.sizes['body']} of {bodies}"
-    text = settings(fixed_values) + (f";  {', '.join(varying)} differ by body" if varying else "")
+    if subset.sizes["body"] < ds.sizes["body"]:
+        bodies = f"{subset.sizes['body']} of {bodies}"
+    text = settings(fixed_values) + (f";  {', '.join(body_symbols)} differ by body" if body_symbols else "")
     return f"{ds.attrs.get('title', '')}:  {bodies};  {text}"
 
 
-def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
+def _draw_rates(ax: Axes, subset: xr.Dataset) -> None:
     """Draw numbered markers at the measured rates over ticks at theory's; zero rates have a column of their own."""
-    rates, theory = selected["rate"].values, selected["rate_theory"].values
-    trusted = ~np.isin(selected["regime"].values, (3, 4))
-    positive = rates[trusted & (rates > 0)]
+    rates, theory = subset["rate"].values, subset["rate_theory"].values
+    is_decided = ~np.isin(subset["regime"].values, (3, 4))
+    positive = rates[is_decided & (rates > 0)]
     low = 10.0 ** (np.floor(np.log10(positive.min())) - 0.3) if positive.size else 0.1
     zero = low / 2.2
     ax.set_xscale("log")
     for (i, j), rate in np.ndenumerate(rates):
-        axis = int(selected["axis"].values[j])
-        y, word = i + OFFSETS[axis], REGIMES[int(selected["regime"].values[i, j]) + 1]
+        axis = int(subset["axis"].values[j])
+        y, word = i + OFFSETS[axis], REGIMES[int(subset["regime"].values[i, j]) + 1]
         ax.vlines(theory[i, j] if theory[i, j] else zero, y - 0.21, y + 0.21, color=colors.INK, lw=1.1, zorder=2)
         if np.isfinite(rate):
-            x, ink = rate if trusted[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else colors.PAPER
+            x, ink = rate if is_decided[i, j] and rate > 0 else zero, colors.INK if word in LIGHT else colors.PAPER
             ax.plot([x], [y], zorder=3, gid=word, **_marker_props(word) | {"ms": 9.6, "mew": 0.9})
             marks.annotate(ax, str(axis), (x, y), (0, -0.35), color=ink, **NUMERAL)
-    rows = selected.sizes["body"]
+    rows = subset.sizes["body"]
     ax.set(xlim=(zero / 1.7, max(2.0, 1.6 * np.nanmax(np.append(rates, 1.0)))), ylim=(rows - 0.42, -0.58))
     font_size = 7.2 if sheets.is_narrow() else 9.0
-    ax.set_yticks(range(rows), [_row_label(selected.isel(body=i)) for i in range(rows)], fontsize=font_size)
+    ax.set_yticks(range(rows), [_row_label(subset.isel(body=i)) for i in range(rows)], fontsize=font_size)
     ax.set_xlabel(r"measured rate relative to the spin, $\sqrt{|\Omega^2|}\,/\,|\omega_0|$")
     ax.set_title("Rates (numerals: spin axis)", loc="left", fontweight="bold", fontsize=9.5)
     exponents = range(int(np.ceil(np.log10(low))), int(np.floor(np.log10(ax.get_xlim()[1]))) + 1)
@@ -112,8 +112,8 @@ def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
 
 def _draw_histogram(ax: Axes, ds: xr.Dataset) -> None:
     """Draw the distribution of the measured rates of all bodies about each axis."""
-    selected = ds[["omega_squared"]].isel(cut_at(ds)).load()
-    rate = signed_rate(selected["omega_squared"], selected["omega0"]).transpose("axis", "body")
+    subset = ds[["omega_squared"]].isel(cut_at(ds)).load()
+    rate = signed_rate(subset["omega_squared"], subset["omega0"]).transpose("axis", "body")
     finite = rate.values[np.isfinite(rate.values)]
     ends = (float(finite.min()), float(finite.max())) if finite.size else (-1.0, 1.0)
     bins = np.linspace(*ends, 61) if ends[0] < ends[1] else np.linspace(ends[0] - 1, ends[0] + 1, 61)
@@ -132,22 +132,22 @@ def _draw_histogram(ax: Axes, ds: xr.Dataset) -> None:
     ax.legend(loc="best")
 
 
-def _write_times(ax: Axes, selected: xr.Dataset) -> None:
+def _write_times(ax: Axes, subset: xr.Dataset) -> None:
     """Write the unstable axis, its e-folding time and the time between flips next to each row."""
-    props: dict[str, Any] = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
-    has_flips = "flip_period" in selected
+    props = {"va": "center", "fontsize": 8.5, "color": APPEARANCE.color("unstable")}
+    has_flips = "flip_period" in subset
     perturbation = (
-        f"ε = {wording.format_number(float(selected['epsilon']), 2)}" if selected["epsilon"].ndim == 0 else "own ε"
+        f"ε = {wording.format_number(float(subset['epsilon']), 2)}" if subset["epsilon"].ndim == 0 else "own ε"
     )
     headings = {AXIS: "spun\nabout", GROWS: "grows\ne-fold in"} | (
         {FLIPS: f"{perturbation},\nflips every"} if has_flips else {}
     )
     for inches, heading in headings.items():
         _write_at_right(ax, None, inches, heading, va="bottom", fontsize=8, color=colors.QUIET)
-    for i in range(selected.sizes["body"]):
-        unstable = np.flatnonzero(selected["regime"].values[i] == REGIMES.index("unstable") - 1)
+    for i in range(subset.sizes["body"]):
+        unstable = np.flatnonzero(subset["regime"].values[i] == REGIMES.index("unstable") - 1)
         if unstable.size:
-            spin = selected.isel(body=i, axis=int(unstable[0]))
+            spin = subset.isel(body=i, axis=int(unstable[0]))
             _write_at_right(ax, i, AXIS, f"axis {int(spin['axis'])}", gid="about", **props)
             if rate := float(spin["growth_rate"]):
                 _write_at_right(ax, i, GROWS, brief_duration(1.0 / rate), gid="e-fold", **props)

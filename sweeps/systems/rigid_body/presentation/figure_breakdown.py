@@ -25,28 +25,28 @@ NAME_LENGTH = 29  # characters of a name in the table
 
 def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw |Ω²/Ω²_theory − 1| against ε for each body and axis, with a table of fitted exponents."""
-    selected, total = select_bodies(ds)
-    fits = fit_breakdown(selected).assign(theory=selected["omega_squared_theory"].isel(epsilon=0))
-    rows = selected.sizes["body"]
+    subset, total = select_bodies(ds)
+    fits = fit_breakdown(subset).assign(theory=subset["omega_squared_theory"].isel(epsilon=0))
+    rows = subset.sizes["body"]
     lines, columns, size = canvas.arrange_panels(3, (3.6, max(3.3, 0.8 + 0.27 * rows)), (1.0, 1.6))
     figure = canvas.make_figure(*size, "How far linear theory holds", _subtitle(ds, total, fits), ax=ax)
     table_width = 7.4 / max(
         figure.get_size_inches()[0] - 4.7, 2.0
     )  # relative to a panel's: the same number of inches in each figure
     ratios = {"width_ratios": (1.0, 1.0, table_width)} if lines == 1 else {}
-    left, right, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
-    right.sharey(left)
-    right.sharex(left)
+    stable_ax, unstable_ax, table = np.ravel(figure.subplots(lines, columns, **ratios))[:3]
+    unstable_ax.sharey(stable_ax)
+    unstable_ax.sharex(stable_ax)
     num_fits = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
     best = np.flatnonzero(num_fits == num_fits.max())  # a few of these are coloured, far from each other
-    colored = best[np.unique(np.linspace(0, best.size - 1, NUM_COLORED).round().astype(int))].tolist()
-    _draw_panel(left, fits, fits["theory"] > 0, colored)
-    _draw_panel(right, fits, fits["theory"] < 0, colored)
-    left.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$")
-    left.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
-    right.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
-    right.tick_params(labelleft=False)
-    _draw_table(table, fits, colored)
+    colored_bodies = best[np.unique(np.linspace(0, best.size - 1, NUM_COLORED).round().astype(int))].tolist()
+    _draw_panel(stable_ax, fits, fits["theory"] > 0, colored_bodies)
+    _draw_panel(unstable_ax, fits, fits["theory"] < 0, colored_bodies)
+    stable_ax.set_ylabel(r"$|\,\Omega^2_{\rm measured}\,/\,\Omega^2_{\rm theory} - 1\,|$")
+    stable_ax.set_title("stable (linear theory)", loc="left", color=colors.STABLE, fontweight="bold")
+    unstable_ax.set_title("unstable (linear theory)", loc="left", color=colors.UNSTABLE, fontweight="bold")
+    unstable_ax.tick_params(labelleft=False)
+    _draw_table(table, fits, colored_bodies)
     return figure
 
 
@@ -54,8 +54,8 @@ def _subtitle(ds: xr.Dataset, total: int, fits: xr.Dataset) -> str:
     rows = fits.sizes["body"]
     bodies = (f"{rows} of " if rows < total else "") + wording.format_count(total, "body", "bodies")
     slopes = fits["slope"].values[np.isfinite(fits["slope"].values)]
-    as_expected = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
-    exponents = f"{as_expected} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
+    num_expected = int(np.count_nonzero(np.abs(slopes - EXPECTED) <= TOLERANCE))
+    exponents = f"{num_expected} of {slopes.size} fitted exponents lie within {EXPECTED} ± {TOLERANCE}"
     low, high = (wording.power_of_ten(round(np.log10(bound))) for bound in (MIN_FIT_DEVIATION, MAX_FIT_DEVIATION))
     return (
         f"{ds.attrs.get('title', '')}:  {bodies};  {exponents if slopes.size else 'no exponent can be fitted'}\n"
@@ -84,37 +84,32 @@ def select_bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
     return xr.concat(columns, dim="body", coords="minimal", compat="override"), len(places)
 
 
-def _line_props(body: int, colored: list[int]) -> dict:
-    if body not in colored:
+def _line_props(body: int, colored_bodies: list[int]) -> dict:
+    if body not in colored_bodies:
         return {"color": GREY, "marker": "none"}
-    index = colored.index(body)
+    index = colored_bodies.index(body)
     return {"color": colors.SERIES_COLORS[index], "marker": marks.SERIES_MARKERS[index]}
 
 
-def _draw_panel(ax: Axes, fits: xr.Dataset, mask: xr.DataArray, colored: list[int]) -> None:
+def _draw_panel(ax: Axes, fits: xr.Dataset, mask: xr.DataArray, colored_bodies: list[int]) -> None:
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = fits["epsilon"].values
     ax.axhspan(MIN_FIT_DEVIATION, MAX_FIT_DEVIATION, color=colors.BAND, zorder=0, lw=0)
     for i, j in np.argwhere(mask.transpose("body", "axis").values):
-        _draw_series(ax, fits.isel(body=i, axis=j), int(i), colored)
+        _draw_series(ax, fits.isel(body=i, axis=j), int(i), colored_bodies)
     _draw_reference(ax, fits.where(mask), epsilon)
     ax.set(ylim=(3e-15, 5.0), xlim=(epsilon[0] / 1.3, epsilon[-1] * 1.3))
 
 
-def _draw_series(ax: Axes, series: xr.Dataset, index: int, colored: list[int]) -> None:
+def _draw_series(ax: Axes, series: xr.Dataset, index: int, colored_bodies: list[int]) -> None:
     """Draw the deviation of one body about one axis, faint below its floor."""
     epsilon, deviation, axis = series["epsilon"].values, series["deviation"].values, int(series["axis"])
     visible = np.where(deviation > MIN_DRAWN, deviation, np.nan)
     above = np.where(visible >= max(float(series["floor"]), MIN_FIT_DEVIATION), visible, np.nan)
-    props: dict[str, Any] = _line_props(index, colored) | {"ls": LINES[axis], "zorder": 3 if index in colored else 2}
+    props = _line_props(index, colored_bodies) | {"ls": LINES[axis], "zorder": 3 if index in colored_bodies else 2}
     ax.plot(epsilon, visible, lw=0.7, alpha=0.35, gid=f"{index} {axis}", **(props | {"marker": "none"}))
-    spacing, width = max(1, epsilon.size // 7), 1.6 if index in colored else 0.9
-    markers: dict[str, Any] = {
-        "ms": 3.8,
-        "mec": colors.PAPER,
-        "mew": 0.4,
-        "markevery": ((index * 3 + axis) % spacing, spacing),
-    }
+    spacing, width = max(1, epsilon.size // 7), 1.6 if index in colored_bodies else 0.9
+    markers = {"ms": 3.8, "mec": colors.PAPER, "mew": 0.4, "markevery": ((index * 3 + axis) % spacing, spacing)}
     ax.plot(epsilon, above, lw=width, **props, **markers)
 
 
@@ -130,7 +125,7 @@ def _draw_reference(ax: Axes, fits: xr.Dataset, epsilon: np.ndarray) -> None:
     marks.annotate(ax, "slope 2", (x, height * x**2), (9, -4), va="top", fontsize=10)
 
 
-def _draw_table(ax: Axes, fits: xr.Dataset, colored: list[int]) -> None:
+def _draw_table(ax: Axes, fits: xr.Dataset, colored_bodies: list[int]) -> None:
     """Draw the fitted exponents, a row per body and a column per axis, coloured by theory's regime."""
     ax.set_axis_off()
     axes, rows = fits["axis"].values.tolist(), fits.sizes["body"]
@@ -143,7 +138,7 @@ def _draw_table(ax: Axes, fits: xr.Dataset, colored: list[int]) -> None:
         ax.plot([x - 0.05, x + 0.05], [-0.72, -0.72], color=colors.INK, lw=1.1, ls=LINES[axis])
     ax.axhline(-0.45, color=colors.FAINT, lw=0.8)
     for i in range(rows):
-        ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_line_props(i, colored))
+        ax.plot([0.0, 0.05], [i, i], lw=1.6, ms=4.2, markevery=[1], **_line_props(i, colored_bodies))
         ax.text(0.085, i, cut_text(str(fits["body"].values[i]), NAME_LENGTH), va="center", fontsize=8.0)
         for j, x in enumerate(columns):
             text, color = _cell_text(fits.isel(body=i, axis=j))

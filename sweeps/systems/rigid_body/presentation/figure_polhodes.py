@@ -60,8 +60,8 @@ class Scene:
     """
 
     def __init__(self, moments: np.ndarray):
-        least, middle, greatest = (int(axis) for axis in np.argsort(moments))
-        self.axes = (least, middle, greatest) if (middle - least) % 3 == 1 else (greatest, middle, least)
+        minor, middle, greatest = (int(axis) for axis in np.argsort(moments))
+        self.axes = (minor, middle, greatest) if (middle - minor) % 3 == 1 else (greatest, middle, minor)
         self.moments = moments[list(self.axes)] / moments[middle]
         self.semi = 1.0 / np.sqrt(self.moments)
         self.kinds = KINDS if self.moments[0] < self.moments[2] else KINDS[::-1]
@@ -137,8 +137,8 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
 
     At most the golden number, by the triangle inequality.
     """
-    least, middle, greatest = np.sort(moments, axis=1).T
-    return np.where(greatest - middle <= least, np.minimum(middle / least, greatest / middle), 0.0)
+    minor, middle, greatest = np.sort(moments, axis=1).T
+    return np.where(greatest - middle <= minor, np.minimum(middle / minor, greatest / middle), 0.0)
 
 
 def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
@@ -181,8 +181,8 @@ def _spaced_angles(scene: Scene, start: float) -> np.ndarray:
 
 def _draw_curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
     """Draw a curve with a faint far side, and an arrow at its point nearest to the reader."""
-    facing = scene.facing_cosine(curve)
-    is_near = facing >= 0.0
+    cosine = scene.facing_cosine(curve)
+    is_near = cosine >= 0.0
     right, up, depth = scene.view @ curve.T
     color, is_separatrix = APPEARANCE.color(kind), kind == "unstable"
     props = {"color": color, "solid_capstyle": "round"}
@@ -197,7 +197,7 @@ def _draw_curve(ax: Axes, scene: Scene, kind: str, curve: np.ndarray) -> None:
     nearest = int(np.argmax(depth[:-1]))
     if (
         not is_separatrix
-        and facing[nearest] > MIN_FACING
+        and cosine[nearest] > MIN_FACING
         and np.hypot(np.ptp(right), np.ptp(up)) > 5 * HEAD * scene.size
     ):
         _draw_arrow_head(ax, right, up, nearest, color, HEAD * scene.size)
@@ -254,18 +254,18 @@ def _draw_axes(ax: Axes, scene: Scene, body: AsymmetricBody) -> None:
     line: dict[str, Any] = {"color": colors.INK, "solid_capstyle": "butt"}
     for i, axis in enumerate(scene.axes):
         direction, end = scene.view[:2, i], scene.semi[i]
-        to_outline, beyond = (
+        to_outline, extra_length = (
             1.0 / np.sqrt(direction @ scene.shadow @ direction),
             REACH * scene.size / np.hypot(*direction),
         )
-        ax.plot(*np.outer(direction, [-to_outline - 0.5 * beyond, -end]), lw=0.9, zorder=0, **line)
+        ax.plot(*np.outer(direction, [-to_outline - 0.5 * extra_length, -end]), lw=0.9, zorder=0, **line)
         ax.plot(*np.outer(direction, [-end, end]), lw=0.6, alpha=0.3, ls=(0, (4, 3)), zorder=2, **line)
         arrow = {"arrowstyle": "-|>", "lw": 1.1, "shrinkA": 0, "shrinkB": 0, "color": colors.INK}
-        ax.annotate("", direction * (to_outline + beyond), direction * end, arrowprops=arrow, zorder=6)
-        dot: dict[str, Any] = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
+        ax.annotate("", direction * (to_outline + extra_length), direction * end, arrowprops=arrow, zorder=6)
+        dot = {"marker": "o", "ms": 6.0, "mec": colors.PAPER, "mew": 0.9, "gid": "spin"}
         ax.plot(*(direction * end)[:, None], color=APPEARANCE.color(scene.kinds[i]), zorder=7, **dot)
         text = f"axis {axis + 1}: {rank[axis]}\n$I_{axis + 1}$ = {wording.format_number(body.moments[axis], 4)}"
-        _label_axis(ax, direction * (to_outline + beyond), direction, text, is_tall=scene.half[1] > scene.half[0])
+        _label_axis(ax, direction * (to_outline + extra_length), direction, text, is_tall=scene.half[1] > scene.half[0])
 
 
 def _label_axis(ax: Axes, tip: np.ndarray, direction: np.ndarray, text: str, is_tall: bool) -> None:

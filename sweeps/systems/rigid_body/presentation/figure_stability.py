@@ -106,10 +106,10 @@ def boundaries(axis: int, window: Mapping[str, tuple[float, float]], fixed: Mapp
             if low < high:
                 lines[pair] = dict.fromkeys(pair, np.linspace(low, high, 200))
         elif len(in_window) == 1:
-            (hidden,) = set(pair) - set(in_window)
+            (third,) = set(pair) - set(in_window)
             low, high = window[in_window[0]]
-            if low < fixed[hidden] < high:
-                lines[pair] = {in_window[0]: np.full(200, fixed[hidden])}
+            if low < fixed[third] < high:
+                lines[pair] = {in_window[0]: np.full(200, fixed[third])}
     return lines
 
 
@@ -157,8 +157,8 @@ def _draw_map(figure, plane, axis, sides, fixed) -> Figure:
     window = {name: (e[0], e[-1]) for name, e in zip(sides, (x, y), strict=True)}
     lines = boundaries(axis, window, fixed)
     _draw_boundaries(ax, lines, sides)
-    covered = _mark_bodies(ax, sides, window, fixed[third])
-    _name_regions(ax, plane, sides, lines, covered)
+    text_points = _mark_bodies(ax, sides, window, fixed[third])
+    _name_regions(ax, plane, sides, lines, text_points)
     draw_color_bar(figure, ax, mesh)
     canvas.draw_legend(figure, list(_legend_patches(plane)))
     return figure
@@ -247,7 +247,7 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
         [MOMENTS.index(name) for name in sides],
         {0, 1, 2} - {MOMENTS.index(name) for name in sides},
     )
-    covered = []
+    text_points = []
     for name, ratios, *_ in real_bodies("bodies.yaml"):
         xy = [third * ratios[k] / ratios[third_index] for k in side_indices]
         if not all(window[m][0] < v < window[m][1] for m, v in zip(sides, xy, strict=True)):
@@ -258,8 +258,8 @@ def _mark_bodies(ax: Axes, sides, window: Mapping[str, tuple[float, float]], thi
             props = {"fontsize": 8, "zorder": 7, "path_effects": marks.halo(2.2), "gid": "body"}
             marks.annotate(ax, name, xy, NAME_OFFSET, **props)
         u, v = marks.axes_fractions(ax, *xy)[0]
-        covered += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
-    return covered
+        text_points += [(u + step, v - 0.01) for step in np.linspace(0.0, 0.2 if name else 0.0, 5)]
+    return text_points
 
 
 @cache
@@ -293,8 +293,8 @@ def _draw_boundaries(ax: Axes, lines: Mapping, sides) -> None:
         elif is_horizontal:
             _label_at_edge(ax, pair, (1.0, ys[0]), ax.get_yaxis_transform(), (4, 0), ha="left", va="center")
         else:
-            diagonals = [other for other in lines.values() if other is not line]
-            crossings = [int(np.searchsorted(xs, next(iter(other.values()))[0])) for other in diagonals]
+            diagonals = [diagonal for diagonal in lines.values() if diagonal is not line]
+            crossings = [int(np.searchsorted(xs, next(iter(diagonal.values()))[0])) for diagonal in diagonals]
             end = (
                 176 if all(abs(end - 176) > 40 for end in crossings) else 80
             )  # near the end, unless another boundary crosses there
@@ -321,14 +321,14 @@ def _label_at_edge(ax: Axes, pair, xy, transform, offset, **alignment) -> None:
     marks.annotate(ax, _pair_text(pair), xy, offset, xycoords=transform, **alignment)
 
 
-def _name_regions(ax: Axes, plane: Mapping[str, np.ndarray], sides, lines: Mapping, covered: list) -> None:
+def _name_regions(ax: Axes, plane: Mapping[str, np.ndarray], sides, lines: Mapping, text_points: list) -> None:
     """Write each regime's name in the widest place of its region, if it fits."""
     samples = [spaced_indices(plane[name].size, 40) for name in sides]
     points = marks.axes_fractions(ax, *np.meshgrid(*(plane[name][at] for name, at in zip(sides, samples, strict=True))))
     regimes = plane["regime"][np.ix_(*reversed(samples))]
     possible = plane["triangle_margin"][np.ix_(*reversed(samples))] >= 0
     obstacles = [marks.axes_fractions(ax, *_boundary_points(ax, line, sides)) for line in lines.values()]
-    obstacles += [np.array(covered)] if covered else []
+    obstacles += [np.array(text_points)] if text_points else []
     for code in (linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE):
         in_region = (possible & (regimes == code)).reshape(-1)
         if in_region.any():

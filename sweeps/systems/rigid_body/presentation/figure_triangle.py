@@ -91,8 +91,8 @@ def _blocks(ds: Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndar
     for first in range(0, ds.sizes["point"], BLOCK_POINTS):
         block = ds.isel(cut | {"point": slice(first, first + BLOCK_POINTS)})
         x, y = (block[name].values / block["I3"].values for name in ("I1", "I2"))
-        squared = None if axis is None else block["omega_squared"].sel(axis=axis).values
-        yield x, y, None if squared is None else signed_rate(squared, block["omega0"].values)
+        omega_squared = None if axis is None else block["omega_squared"].sel(axis=axis).values
+        yield x, y, None if omega_squared is None else signed_rate(omega_squared, block["omega0"].values)
 
 
 def _bin_rates(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:

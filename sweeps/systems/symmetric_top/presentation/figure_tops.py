@@ -28,28 +28,28 @@ BODY, SPACE = colors.STABLE, colors.UNSTABLE
 
 def draw_precession(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     """Draw the measured rate over I3/I1 with the formula's line."""
-    selected = (
+    subset = (
         ds[["precession_rate"]]
         .isel({name: spaced_indices(ds.sizes[name], max_count) for name, max_count in MAX_DRAWN.items()})
         .load()
     )
-    drawn_count = "" if selected.sizes == ds.sizes else f", {math.prod(selected.sizes.values()):,} drawn"
+    drawn_count = "" if subset.sizes == ds.sizes else f", {math.prod(subset.sizes.values()):,} drawn"
     points = wording.format_count(math.prod(ds.sizes.values()), "point", "points")
-    cut = planes.subtitle(ds, selected, selected["precession_rate"], APPEARANCE)
+    cut = planes.subtitle(ds, subset, subset["precession_rate"], APPEARANCE)
     subtitle = f"{ds.attrs.get('title', '')}:  {points}{drawn_count}\nat all half-angles and spins;  {cut}"
     figure = canvas.make_figure(6.6, 4.9, "Precession of the free symmetric top", subtitle, ax=ax)
-    _draw_rates(figure.subplots(), selected.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
+    _draw_rates(figure.subplots(), subset.sortby("ratio").transpose("omega3", "half_angle", "ratio"))
     canvas.draw_legend(figure)
     return figure
 
 
-def _draw_rates(ax: Axes, selected: xr.Dataset) -> None:
+def _draw_rates(ax: Axes, subset: xr.Dataset) -> None:
     """Draw measured rates of all spins and half-angles at each I3/I1, under the formula's line."""
-    ratio = selected["ratio"].values
+    ratio = subset["ratio"].values
     low, high = (float(end) for end in axis_scales.cell_edges(ratio)[[0, -1]])
     span = np.linspace(low, high, 200)
     ax.axhline(0.0, color=colors.FAINT, lw=0.8, zorder=0)
-    rates = (selected["precession_rate"] / selected["omega3"]).transpose(..., "ratio").values.reshape(-1, ratio.size)
+    rates = (subset["precession_rate"] / subset["omega3"]).transpose(..., "ratio").values.reshape(-1, ratio.size)
     for is_kind, color in ((ratio < 1.0, PROLATE), (ratio == 1.0, colors.QUIET), (ratio > 1.0, OBLATE)):
         ratios = np.broadcast_to(ratio[is_kind], rates[:, is_kind].shape)
         unique = np.unique(np.column_stack([ratios.ravel(), rates[:, is_kind].ravel().round(6)]), axis=0)
@@ -113,8 +113,8 @@ def _cone_rim(tilt: float, opening: float) -> np.ndarray:
 
 
 def _draw_cones(ax: Axes, ratio: float, half_angle: float) -> None:
-    theta, beyond = cone_angles(ratio, half_angle)
-    space = (0.0, abs(beyond), SPACE, "space cone, about L")
+    theta, omega_angle = cone_angles(ratio, half_angle)
+    space = (0.0, abs(omega_angle), SPACE, "space cone, about L")
     for tilt, opening, color, label in (space, (theta, half_angle, BODY, "body cone, about the figure axis")):
         rim = _project(_cone_rim(tilt, opening))
         corners = np.vstack([[0.0, 0.0], rim])
@@ -127,7 +127,7 @@ def _draw_cones(ax: Axes, ratio: float, half_angle: float) -> None:
     for tilt, length, color, name in (
         (0.0, 1.3, colors.INK, "L"),
         (theta, 1.12, BODY, "axis 3"),
-        (-beyond, 1.22, colors.SERIES_COLORS[3], "ω"),
+        (-omega_angle, 1.22, colors.SERIES_COLORS[3], "ω"),
     ):
         end = _project(length * np.array([[math.sin(tilt), 0.0, math.cos(tilt)]]))[0]
         ax.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0})

@@ -67,9 +67,9 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax = figure.subplots()
     x = np.exp(-np.pi * bodies["growth"].values)
     defect = np.pi - np.abs(bodies["twist" if "twist" in bodies else "twist_exact"])
-    is_named = x.size <= MAX_NAMED
-    dot: dict[str, Any] = {"ms": 6.0 if is_named else 2.4, "mew": 0.0, "alpha": 1.0 if is_named else 0.5}
-    ring: dict[str, Any] = {"ms": 9.0, "mfc": "none", "mew": 1.6} if is_named else dot
+    has_names = x.size <= MAX_NAMED
+    dot = {"ms": 6.0 if has_names else 2.4, "mew": 0.0, "alpha": 1.0 if has_names else 0.5}
+    ring = {"ms": 9.0, "mfc": "none", "mew": 1.6} if has_names else dot
     least_defect = defect.min("chi").values if "chi" in defect.dims else defect.values
     label = rf"twist, {'measured' if 'twist' in bodies else 'closed form'}, minimum over $\chi$"
     ax.plot(x, least_defect, "o", color=colors.STABLE, gid="best", label=label, **dot)
@@ -77,15 +77,15 @@ def draw_defect(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
     ax.plot(x, separatrix_defect, "o", color=colors.UNSTABLE, gid="law", label="on the separatrix, exact", **ring)
     text = r"law: $4\sqrt{a/(a+b)}\,e^{-(\pi+\arctan\sqrt{b/a})\,\sigma/\omega_0}$"
     ax.plot(
-        x, asymptotic_defect(bodies), "o", color=colors.INK, ms=3.5 if is_named else 1.0, gid="asymptotic", label=text
+        x, asymptotic_defect(bodies), "o", color=colors.INK, ms=3.5 if has_names else 1.0, gid="asymptotic", label=text
     )
-    ends = (x.min() / ((20.0 if sheets.is_narrow() else 6.0) if is_named else 1.2), min(1.0, 2.5 * x.max()))
+    ends = (x.min() / ((20.0 if sheets.is_narrow() else 6.0) if has_names else 1.2), min(1.0, 2.5 * x.max()))
     exponential = np.geomspace(*ends, 50)
     bound_label = r"its bound: $4\,e^{-\pi\sigma/\omega_0}$"
     ax.plot(exponential, 4.0 * exponential, color=colors.INK, lw=1.0, gid="slope", label=bound_label)
     ax.set(xscale="log", yscale="log", xlim=ends)
     ax.set(xlabel=r"$e^{-\pi\sigma/\omega_0}$", ylabel=r"$\pi - |\mathrm{twist}|$  (rad)")
-    if is_named and "body" in bodies.coords:
+    if has_names and "body" in bodies.coords:
         heights, order = (
             np.sort(marks.spread_heights(ax, x[0], least_defect, NAME_SPACING)),
             np.argsort(x),
@@ -115,13 +115,13 @@ def asymptotic_defect(bodies: xr.Dataset) -> np.ndarray:
 def _select_bodies(ds: xr.Dataset) -> xr.Dataset:
     """Return possible bodies with three different moments, over chi and (along one dimension) the bodies."""
     names = ["twist" if "twist" in ds else "twist_exact", "growth", "twist_defect_theory", "triangle_margin"]
-    selected = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
-    body_dims = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in selected[name].dims))
-    selected = selected.isel({dim: spaced_indices(ds.sizes[dim], 40) for dim in body_dims if dim != "body"}).load()
-    stacked = selected.stack(point=body_dims, create_index=False)
-    first_chi = stacked.isel(chi=0)
+    subset = ds[names].isel({name: 0 for name in ("theta", "omega0") if name in ds.dims})
+    body_dims = list(dict.fromkeys(dim for name in ("I1", "I2", "I3") for dim in subset[name].dims))
+    subset = subset.isel({dim: spaced_indices(ds.sizes[dim], 40) for dim in body_dims if dim != "body"}).load()
+    points = subset.stack(point=body_dims, create_index=False)
+    first_chi = points.isel(chi=0)
     is_asymmetric = (first_chi["triangle_margin"] >= 0) & (first_chi["growth"] > 0.05)
-    bodies = stacked.isel(point=np.flatnonzero(is_asymmetric.values))
+    bodies = points.isel(point=np.flatnonzero(is_asymmetric.values))
     return bodies.assign(
         {name: bodies[name].isel(chi=0) for name in ("growth", "twist_defect_theory", "triangle_margin")}
     )

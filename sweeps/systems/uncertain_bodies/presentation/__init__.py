@@ -5,10 +5,10 @@ from sweeps.schema.datasets import Dataset
 from sweeps.systems.presentation import Page, Presentation
 from sweeps.systems.presentation.appearance import COMMON, Appearance, Mark
 from sweeps.systems.rigid_body.presentation.appearance import APPEARANCE as OF_RIGID_BODIES
-from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
+from sweeps.systems.uncertain_bodies.system import MINOR_AXIS_REMARK
 
 MARKS = {
-    "stable": Mark(*COMMON["stable"][:3], LEAST_INERTIA),
+    "stable": Mark(*COMMON["stable"][:3], MINOR_AXIS_REMARK),
     "uncertain": Mark("uncertain", "?", colors.GREY),
     "undecided": Mark("many draws undecided", "u", ""),
 }

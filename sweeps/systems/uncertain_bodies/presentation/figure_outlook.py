@@ -10,7 +10,7 @@ from kernels.free import linear
 from sweeps.figure import canvas, colors, marks, sheets
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.uncertain_bodies.measuring import UNSTABLE
-from sweeps.systems.uncertain_bodies.system import LEAST_INERTIA
+from sweeps.systems.uncertain_bodies.system import MINOR_AXIS_REMARK
 
 MAX_BODIES = 40  # rows that fit a page
 OFFSETS = {1: -0.22, 2: 0.0, 3: 0.22}
@@ -27,7 +27,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     subtitle = f"{ds.attrs.get('title', '')}\neach draw measured; {bars}{count_text}"
     least_axis = np.argmin(np.stack([rows[name].values for name in MOMENTS]), axis=0) + 1
     if np.isin(least_axis, rows["axis"].values).any():
-        subtitle += f"\nspin {LEAST_INERTIA}"
+        subtitle += f"\nspin {MINOR_AXIS_REMARK}"
     cell, title = (4.3, 0.5 + 0.42 * rows.sizes["body"]), "Probability that each spin is unstable"
     figure, (probability_ax, rate_ax) = canvas.make_panels(
         2, cell, title, subtitle, ax, margins=(1.0, 1.4), sharey=True
@@ -71,9 +71,9 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
         x, y = draws["I1"] / draws["I3"], draws["I2"] / draws["I3"]
         limit = max(1.15, 1.05 * float(np.quantile(x, 0.999)), 1.05 * float(np.quantile(y, 0.999)))
         mesh = _draw_background(ax, axis, limit)
-        shown = np.linspace(0, x.size - 1, min(x.size, MAX_SHOWN)).astype(int)
-        tints = np.where((draws["regime"] == UNSTABLE)[shown], colors.UNSTABLE, colors.STABLE)
-        ax.scatter(x[shown], y[shown], s=2.5, c=tints, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
+        indices = np.linspace(0, x.size - 1, min(x.size, MAX_SHOWN)).astype(int)
+        tints = np.where((draws["regime"] == UNSTABLE)[indices], colors.UNSTABLE, colors.STABLE)
+        ax.scatter(x[indices], y[indices], s=2.5, c=tints, linewidths=0, alpha=0.5, gid="cloud", rasterized=True)
         p, error = summary["probability_unstable"], summary["probability_unstable_error"]
         ax.set_title(f"spun about axis {axis}: unstable {100 * p:.2f} ± {100 * error:.2f} %")
         ax.set(xlabel="$I_1/I_3$", xlim=(0, limit), ylim=(0, limit), aspect="equal")

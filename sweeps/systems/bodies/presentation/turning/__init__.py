@@ -9,11 +9,11 @@ from sweeps.systems.bodies import solid
 from sweeps.systems.bodies.variables import VERDICTS
 from sweeps.systems.presentation import DRAWING
 
-_HERE = Path(__file__).parent
+_FOLDER = Path(__file__).parent
 _ARITHMETIC = ("elliptic.js", "rotation.js", "attitude.js")
 _BEFORE = ("first.html", "motion.html", "motion.css", *_ARITHMETIC, "shaken.js")  # files before the drawing script
 _AFTER = ("solid.js", "polhode.js", "herpolhode.js", "motion.js")
-FILES = (*(_HERE / name for name in _BEFORE), DRAWING, *(_HERE / name for name in _AFTER))
+FILES = (*(_FOLDER / name for name in _BEFORE), DRAWING, *(_FOLDER / name for name in _AFTER))
 FACTS = {  # values for the scripts
     "solids": solid.for_scripts(),
     "verdicts": {regime: verdict._asdict() for regime, verdict in VERDICTS.items()},

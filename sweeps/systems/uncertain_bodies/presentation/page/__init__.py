@@ -65,9 +65,9 @@ def _pack_numbers(values: np.ndarray) -> dict:
 
 def _draws(ds: Dataset, points: dict[str, int]) -> dict:
     """Return draws of each body, with their measured values in each spin if the map has draws."""
-    is_kept = "draw" in ds.dims
-    measured = [name for name in DRAW_VARIABLES if is_kept and name in ds.data_vars and name not in MOMENTS]
-    if "body" not in points or (is_kept and any(name not in ds.data_vars for name in MOMENTS)):
+    has_draws = "draw" in ds.dims
+    measured = [name for name in DRAW_VARIABLES if has_draws and name in ds.data_vars and name not in MOMENTS]
+    if "body" not in points or (has_draws and any(name not in ds.data_vars for name in MOMENTS)):
         return {}
     spins = math.prod(points.values()) // points["body"]
     max_draws = min(MAX_SHOWN, MAX_CLOUD_NUMBERS // max(1, points["body"] * (len(MOMENTS) + len(measured) * spins)))
@@ -75,7 +75,7 @@ def _draws(ds: Dataset, points: dict[str, int]) -> dict:
         return {}
     bodies = {}
     for name, num_draws, numbers, columns in (
-        _stored_draws(ds, points, measured, max_draws) if is_kept else _redraw(ds, max_draws)
+        _stored_draws(ds, points, measured, max_draws) if has_draws else _redraw(ds, max_draws)
     ):
         packed_columns = {column: [_pack_numbers(row) for row in rows] for column, rows in columns.items()}
         bodies[name] = {
@@ -85,21 +85,21 @@ def _draws(ds: Dataset, points: dict[str, int]) -> dict:
             "columns": packed_columns,
         }
     column_facts = [_describe_column(ds, name) for name in (*MOMENTS, *measured)]
-    return {"measured": is_kept, "bodies": bodies, "columns": column_facts} if bodies or is_kept else {}
+    return {"measured": has_draws, "bodies": bodies, "columns": column_facts} if bodies or has_draws else {}
 
 
 def _stored_draws(ds: Dataset, points: dict[str, int], measured: list[str], max_draws: int) -> Iterator[tuple]:
     """Yield (name, number of draws, numbers of the shown draws, their columns) of each body in the map."""
-    selected = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:max_draws])
-    draws, first = ds[[*MOMENTS, *measured]].isel(draw=selected).transpose(*points, "draw"), {dim: 0 for dim in points}
+    numbers = np.sort(np.random.default_rng(SEED).permutation(ds.sizes["draw"])[:max_draws])
+    draws, first = ds[[*MOMENTS, *measured]].isel(draw=numbers).transpose(*points, "draw"), {dim: 0 for dim in points}
     for number, name in enumerate(ds["body"].values.tolist()):
         body = draws.isel(body=slice(number, number + 1)).load()
         moments = np.stack([body[name].isel(first, missing_dims="ignore").values for name in MOMENTS])
-        is_drawn = np.isfinite(moments).all(axis=0)
-        columns = {name: [row[is_drawn] for row in _rows(body[name].values)] for name in measured}
-        columns |= {name: [row[is_drawn]] for name, row in zip(MOMENTS, moments, strict=True)}
+        is_draw = np.isfinite(moments).all(axis=0)
+        columns = {name: [row[is_draw] for row in _rows(body[name].values)] for name in measured}
+        columns |= {name: [row[is_draw]] for name, row in zip(MOMENTS, moments, strict=True)}
         num_draws = int(np.isfinite(ds["I1_draw"].isel(first | {"body": number}, missing_dims="ignore").values).sum())
-        yield str(name), num_draws, selected[is_drawn].tolist(), columns
+        yield str(name), num_draws, numbers[is_draw].tolist(), columns
 
 
 def _rows(values: np.ndarray) -> np.ndarray:
