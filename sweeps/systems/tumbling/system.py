@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from itertools import permutations
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import model_validator

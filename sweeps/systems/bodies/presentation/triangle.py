@@ -1,7 +1,6 @@
 """The inertia triangle in figures: the shapes of a grid over I1/I3 and I2/I3, with sides and labels."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
