@@ -1,4 +1,4 @@
-"""Potentials of one coordinate whose equilibria are known: V, bounds, and the places."""
+"""Potentials of one coordinate with known equilibria: V, bounds and the positions of the equilibria."""
 
 from itertools import pairwise
 
@@ -16,15 +16,15 @@ def _wells(roots):
 
 def _between(roots):
     """Zeros of Σ 1/(x − r), one between each two roots, by bisection."""
-    found = []
+    zeros = []
     for low, high in pairwise(roots):
         a, b = float(low), float(high)
         for _ in range(200):
             middle = 0.5 * (a + b)
             total = sum(1 / (middle - float(r)) for r in roots if middle != float(r))
             a, b = (middle, b) if total > 0 else (a, middle)
-        found.append(0.5 * (a + b))
-    return [*map(float, roots), *found]
+        zeros.append(0.5 * (a + b))
+    return [*map(float, roots), *zeros]
 
 
 def _turns(n, low, high):
@@ -66,7 +66,7 @@ def _trigonometric():
     yield "two harmonics", -sp.cos(x) - sp.cos(2 * x), (-3, 3), [-np.arccos(-0.25), 0, np.arccos(-0.25)]
 
 
-def _others():
+def _special():
     yield "Morse", (1 - sp.exp(-x)) ** 2, (-1, 5), [0]
     yield "two exponentials", sp.exp(x) + sp.exp(-2 * x), (-2, 2), [np.log(2) / 3]
     yield "bump", x**2 * sp.exp(-(x**2)), (-3, 3), [-1, 0, 1]
@@ -97,7 +97,7 @@ def _poles():
 
 
 def _multiple():
-    """Double and triple zeros of ∂V/∂q: found, and named where it cannot be proved."""
+    """Double and triple zeros of ∂V/∂q: the search finds them and names those that it cannot prove."""
     yield "double", x**3 / 3, (-1, 2), [0]
     yield "triple", x**4 / 4, (-1, 2), [0]
     yield "fivefold", x**6, (-1, 2), [0]
@@ -112,7 +112,7 @@ def _multiple():
 
 
 def _physical():
-    """What a physicist would try next."""
+    """Potentials of textbooks and of laboratories."""
     well = np.arccosh(np.exp(2) / 2) / 2  # (A - B)(1 - A - B) = 0 with A = exp(-2 (x + 1)), B = exp(2 (x - 1))
     yield "double Morse", (1 - sp.exp(-2 * (x + 1))) ** 2 + (1 - sp.exp(2 * (x - 1))) ** 2, (-3, 3), [-well, 0, well]
     yield "Kapitza", -sp.cos(x) + 2 * sp.sin(x) ** 2, (-3, R(33, 10)), [
@@ -131,12 +131,14 @@ def _physical():
 
 
 def _faint():
-    """V that underflows within the bounds: nothing is seen there, and it is said."""
+    """V that underflows within the bounds: the search finds no root there and reports it."""
     yield "Gaussian", -sp.exp(-(x**2)), (-30, 31), [0]
     yield "falls for ever", sp.exp(-x), (0, 800), []
     yield "Yukawa", sp.exp(-x) * (1 / x**2 - 2 / x), (0, 1000), [(np.sqrt(17) - 1) / 4]
 
 
-KNOWN = {name: rest for part in (_polynomials, _trigonometric, _others, _poles, _physical) for name, *rest in part()}
-MULTIPLE = {name: rest for name, *rest in _multiple()}
-FAINT = {name: rest for name, *rest in _faint()}
+KNOWN = {
+    name: entry for group in (_polynomials, _trigonometric, _special, _poles, _physical) for name, *entry in group()
+}
+MULTIPLE = {name: entry for name, *entry in _multiple()}
+FAINT = {name: entry for name, *entry in _faint()}

@@ -1,4 +1,4 @@
-"""Errors and regimes of described systems at every size of the perturbation: held, or missing with a status."""
+"""Errors and regimes of described systems at every size of the perturbation: correct, or missing with a status."""
 
 import numpy as np
 import oscillators
@@ -24,23 +24,23 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     model, worst = Model(system), 0.0
     for epsilon in (1e-8, 1e-4, 1e-2, 0.1, 0.5):
         points = oscillators.points(system, 2, 40, {"mass2": (10.0, 50.0), "length2": (0.5, 5.0)}, 5, epsilon)
-        found = model.survey(points | {"phase": np.linspace(-3.0, 3.0, len(points["phase"]))})
-        known = found["status"] == OK
-        assert known.mean() > (0.8 if epsilon < 0.01 else 0.3)
+        columns = model.survey(points | {"phase": np.linspace(-3.0, 3.0, len(points["phase"]))})
+        is_ok = columns["status"] == OK
+        assert is_ok.mean() > (0.8 if epsilon < 0.01 else 0.3)
         for name in ("omega_squared", "omega_squared_reduced"):
-            missing = np.isnan(found[name]) & np.isnan(found[f"{name}_error"])
-            assert missing[found["status"] == PERTURBATION_TOO_LARGE].all()
-            off = np.abs(found[name] - found["omega_squared_theory"])[known]
+            missing = np.isnan(columns[name]) & np.isnan(columns[f"{name}_error"])
+            assert missing[columns["status"] == PERTURBATION_TOO_LARGE].all()
+            deviation = np.abs(columns[name] - columns["omega_squared_theory"])[is_ok]
             # theory's own rounding, of a kinetic matrix with a condition of 50: 1e-14 of the scale
-            off -= 1e-14 * found["rate_scale"][known] ** 2
-            worst = max(worst, (off / found[f"{name}_error"][known]).max())
-        wrong = (found["regime"] != found["regime_theory"]) & (found["regime"] < 2)
-        assert not (wrong & known).any()
+            deviation -= 1e-14 * columns["rate_scale"][is_ok] ** 2
+            worst = max(worst, (deviation / columns[f"{name}_error"][is_ok]).max())
+        differs = (columns["regime"] != columns["regime_theory"]) & (columns["regime"] < 2)
+        assert not (differs & is_ok).any()
     assert worst <= 1.0
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "paired"),
+    ("name", "values", "has_pairs"),
     [
         ("foucault", {"drag": 0.0}, True),
         ("foucault", {"drag": 1e-3}, False),
@@ -52,23 +52,23 @@ def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
         ("viscous_slug", {}, False),
     ],
 )
-def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, paired):
+def test_eigenvalues_are_paired_where_the_equations_are_symmetric(name, values, has_pairs):
     theory = at(name, **values)
-    assert theory["has_pairs"][0] == paired
-    found = theory["eigenvalues"][0]
-    apart = np.abs(found[:, None] + found).min(1).max() / theory["scale"][0]
-    assert (apart < 1e-6) == paired  # 1e-12 to the power of a half, where two eigenvalues meet
+    assert theory["has_pairs"][0] == has_pairs
+    eigenvalues = theory["eigenvalues"][0]
+    distance = np.abs(eigenvalues[:, None] + eigenvalues).min(1).max() / theory["scale"][0]
+    assert (distance < 1e-6) == has_pairs  # 1e-12 to the power of a half, if two eigenvalues meet
 
 
 def test_without_the_symmetry_no_motion_is_called_stable():
     re, im = np.array([[-1e-9, -1e-9, 1e-9, 1e-9]]), np.array([[-2.0, -1.0, 1.0, 2.0]])
     error = np.full((1, 4), 1e-3)
-    told = [regimes(re, im, error, error, None, np.array([paired]))[0] for paired in (True, False)]
-    assert told == [codes.STABLE, codes.MARGINAL]
+    verdicts = [regimes(re, im, error, error, None, np.array([has_pairs]))[0] for has_pairs in (True, False)]
+    assert verdicts == [codes.STABLE, codes.MARGINAL]
 
 
 def test_a_rival_of_the_other_kind_leaves_the_kind_of_growth_open_and_not_the_growth():
-    """A real eigenvalue and a pair, whose real parts are the same within their errors."""
+    """A real eigenvalue and a pair with equal real parts, within their errors."""
     im = np.array([[-2.0, 0.0, 2.0, 0.0]])
     for real, error, regime in ((0.4, 1e-3, codes.FLUTTER), (0.5, 1e-3, codes.UNSTABLE), (0.5, 1.0, codes.MARGINAL)):
         re = np.array([[0.5, real + 1e-4, 0.5, -1.0]])
@@ -76,7 +76,7 @@ def test_a_rival_of_the_other_kind_leaves_the_kind_of_growth_open_and_not_the_gr
 
 
 def test_two_growing_eigenvalues_that_may_be_a_pair_are_unstable():
-    """On the real axis stays what is alone there: two that meet within their errors may part into a pair, and back."""
+    """A single real eigenvalue stays real: two that meet within their errors may become a pair, and back."""
     error = np.full((1, 4), 1e-3)
     for first, regime in (
         ((0.5 + 1e-4j, 0.5 - 1e-4j), codes.UNSTABLE),  # flutter within the errors
@@ -90,24 +90,24 @@ def test_two_growing_eigenvalues_that_may_be_a_pair_are_unstable():
 
 
 def test_pairs_whose_discriminant_is_open_are_unstable():
-    """μ² of positive real part: two real pairs or a quartet that flutters, as the sign of S² - 4D says."""
+    """μ² of positive real part: two real pairs or a quartet that flutters, by the sign of S² - 4D."""
     re, im = np.array([[-2.0, 2.0, -2.0, 2.0]]), np.array([[-0.1, 0.1, 0.1, -0.1]])
     error = np.full((1, 4), 10.0)
-    for total, off, regime in ((8.0, 1.0, codes.UNSTABLE), (8.0, 0.1, codes.FLUTTER), (-8.0, 1.0, codes.MARGINAL)):
-        invariants = [(np.array([x]), np.array([e])) for x, e in ((total, 0.1), (16.0, 0.1), (-0.5, off))]
+    for total, product, regime in ((8.0, 1.0, codes.UNSTABLE), (8.0, 0.1, codes.FLUTTER), (-8.0, 1.0, codes.MARGINAL)):
+        invariants = [(np.array([x]), np.array([e])) for x, e in ((total, 0.1), (16.0, 0.1), (-0.5, product))]
         assert regimes(re, im, error, error, invariants, np.array([True]))[0] == regime
 
 
-@pytest.mark.parametrize(("name", "least"), [("rotor", 1e-12), ("foucault", 1e-4)])
-def test_eigenvalues_of_large_perturbations_are_those_of_zero_amplitude(name, least):
+@pytest.mark.parametrize(("name", "bar"), [("rotor", 1e-12), ("foucault", 1e-4)])
+def test_eigenvalues_of_large_perturbations_are_those_of_zero_amplitude(name, bar):
     """A tenth of the states' sizes: extrapolated from six motions each (rotor: its equations are linear)."""
     model = Model(relative.shipped(name))
-    found = model.survey(relative.points(model.system, model.n, 20, relative.RANGES[name], 4, 0.1))
-    assert (found["status"] == OK).all()
-    for part in ("real", "imag"):
-        error = found[f"eigenvalue_{part}_error"]
-        assert (np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"]) <= error).all()
-        assert np.median(error / found["rate_scale"]) < least
+    columns = model.survey(relative.points(model.system, model.n, 20, relative.RANGES[name], 4, 0.1))
+    assert (columns["status"] == OK).all()
+    for component in ("real", "imag"):
+        error = columns[f"eigenvalue_{component}_error"]
+        assert (np.abs(columns[f"eigenvalue_{component}"] - columns[f"eigenvalue_{component}_theory"]) <= error).all()
+        assert np.median(error / columns["rate_scale"]) < bar
 
 
 def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
@@ -125,8 +125,8 @@ def test_a_window_shorter_than_the_scale_is_refused():
     """Much less than a cycle: no digits are left of the normal equations, and the sixth order does not show."""
     system = oscillators.shipped("double_pendulum")
     points = oscillators.points(system, 2, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, 1, 0.45)
-    found = Model(system).survey(points, 0.001, 24000)
-    assert np.isin(found["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
+    columns = Model(system).survey(points, 0.001, 24000)
+    assert np.isin(columns["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
     system = relative.shipped("viscous_slug")
     points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
     assert (Model(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
@@ -135,23 +135,23 @@ def test_a_window_shorter_than_the_scale_is_refused():
 def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_is_refused():
     raw = np.zeros((4, flows.FIRST + codes.HEAD + 8))
     raw[:, flows.REMAINDER] = [1e-4, 1e-1, 1e-4, 1e-4]
-    told = raw[:, flows.FIRST :]
-    told[:, codes.EXCITATION] = 0.1
-    told[2, codes.HEAD] = 2.0  # a rate above every possible one
-    told[3, codes.ODD] = 2.0
-    found = flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) > 0)
-    assert found.tolist() == [False, True, True, True]
+    estimates = raw[:, flows.FIRST :]
+    estimates[:, codes.EXCITATION] = 0.1
+    estimates[2, codes.HEAD] = 2.0  # a rate above every possible one
+    estimates[3, codes.ODD] = 2.0
+    is_too_wide = flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) > 0)
+    assert is_too_wide.tolist() == [False, True, True, True]
     assert flows.is_too_wide(raw, 0, 2, np.ones(4), np.ones(4) < 0).tolist() == [False, True, True, False]
 
 
 def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
-    """Pairs whose imaginary parts are 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
+    """Pairs with imaginary parts 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
     system = relative.shipped("gravity_gradient_damped")
     points = relative.points(system, 9, 1, {}, epsilon=3.1e-6)
     for name, value in {"k1": -0.4656, "k3": -0.8553, "slug": 0.0022, "drag": 0.0135}.items():
         points[name][:] = value
     for samples in (16, 198):
-        found = Model(system).survey(points, 1.182, samples)
-        for part in ("real", "imag"):
-            value, theory, error = (found[f"eigenvalue_{part}{end}"] for end in ("", "_theory", "_error"))
+        columns = Model(system).survey(points, 1.182, samples)
+        for component in ("real", "imag"):
+            value, theory, error = (columns[f"eigenvalue_{component}{end}"] for end in ("", "_theory", "_error"))
             assert (np.abs(value - theory) <= error).all()

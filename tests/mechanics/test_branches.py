@@ -1,4 +1,4 @@
-"""Equilibria that are followed keep their numbers where others vanish; counts and places are those of the search."""
+"""Equilibria that are followed keep their numbers when neighbours vanish; counts and positions do not change."""
 
 import numpy as np
 import pytest
@@ -11,9 +11,9 @@ from sweeps.mechanics.landscape import Landscape
 from sweeps.schema.refusals import DescriptionError
 
 
-def cusp(follow, tilt=-2.0, push=0.0, most=3):
+def cusp(follow, tilt=-2.0, push=0.0, max_places=3):
     """V = x⁴/4 + a x²/2 + b x: three equilibria within the cusp 4 a³ + 27 b² < 0, one outside."""
-    system = System("cusp", most=most, follow=follow)
+    system = System("cusp", most=max_places, follow=follow)
     x = system.coordinate("x", "m", bounds=(-4, 4))
     a, b = system.parameter("a", default=tilt), system.parameter("b", default=push)
     system.kinetic_energy(system.velocity(x) ** 2 / 2)
@@ -22,65 +22,65 @@ def cusp(follow, tilt=-2.0, push=0.0, most=3):
 
 
 def places(landscape, *parameters):
-    found = find(landscape, np.broadcast_arrays(*map(np.asarray, parameters)))
-    return found, found.places[:, :, 0]
+    zeros = find(landscape, np.broadcast_arrays(*map(np.asarray, parameters)))
+    return zeros, zeros.places[:, :, 0]
 
 
 def test_a_branch_keeps_its_number_through_a_fold():
     b = np.linspace(-2, 2, 41)
-    found, kept = places(cusp(True), -2.0, b)
-    _, ordered = places(cusp(False), -2.0, b)
+    zeros, positions = places(cusp(True), -2.0, b)
+    _, ascending = places(cusp(False), -2.0, b)
     assert np.array_equal(
-        np.sort(kept, axis=1), np.sort(ordered, axis=1), equal_nan=True
+        np.sort(positions, axis=1), np.sort(ascending, axis=1), equal_nan=True
     )  # the same places under other names
     fold = 2 / 3 * np.sqrt(2 / 3) * 2  # b² = -4 a³/27
-    assert (np.isnan(kept[:, 0]) == (b < -fold)).all()
-    assert (np.isnan(kept[:, 2]) == (b > fold)).all()
-    assert (np.isnan(kept[:, 1]) == (np.abs(b) > fold)).all()
-    assert (np.diff(kept[~np.isnan(kept[:, 2]), 2]) < 0).all()
-    assert (found.certified == PROVED).all()
-    assert np.isnan(ordered[0, 2])  # by their places alone the branch would have another number beyond the fold
+    assert (np.isnan(positions[:, 0]) == (b < -fold)).all()
+    assert (np.isnan(positions[:, 2]) == (b > fold)).all()
+    assert (np.isnan(positions[:, 1]) == (np.abs(b) > fold)).all()
+    assert (np.diff(positions[~np.isnan(positions[:, 2]), 2]) < 0).all()
+    assert (zeros.certified == PROVED).all()
+    assert np.isnan(ascending[0, 2])  # by their places alone the branch would have another number beyond the fold
 
 
 def test_the_middle_branch_of_a_pitchfork_keeps_its_number():
     a = np.linspace(1, -2, 16)
-    _, kept = places(cusp(True, tilt=1.0), a, 0.0)
-    assert np.abs(kept[:, 0]).max() < 1e-9
+    _, positions = places(cusp(True, tilt=1.0), a, 0.0)
+    assert np.abs(positions[:, 0]).max() < 1e-9
     split = a < 0
-    assert np.isnan(kept[~split, 1:]).all()
-    np.testing.assert_allclose(kept[split, 1:], np.sqrt(-a[split])[:, None] * [-1, 1], rtol=1e-12)
+    assert np.isnan(positions[~split, 1:]).all()
+    np.testing.assert_allclose(positions[split, 1:], np.sqrt(-a[split])[:, None] * [-1, 1], rtol=1e-12)
 
 
 def test_a_branch_that_comes_round_keeps_its_number():
-    """V = -cos(x - a): the places turn with a, past the ends of the one turn that is searched."""
+    """V = -cos(x - a): the places turn with a, past the ends of the interval of 2π that is searched."""
     system = System("turned", most=2, follow=True)
     x = system.coordinate("x", "rad", bounds=(-sp.pi, sp.pi), periodic=True)
     a = system.parameter("a", default=0.3)
     system.kinetic_energy(system.velocity(x) ** 2 / 2)
     system.potential(-sp.cos(x - a))
     values = np.linspace(-9, 9, 60)
-    _, kept = places(Landscape(derive(system)), values)
-    start = np.cos(kept[np.abs(values - 0.3).argmin()] - 0.3).round()
-    np.testing.assert_allclose(np.cos(kept - values[:, None]), np.broadcast_to(start, kept.shape), atol=1e-12)
+    _, positions = places(Landscape(derive(system)), values)
+    start = np.cos(positions[np.abs(values - 0.3).argmin()] - 0.3).round()
+    np.testing.assert_allclose(np.cos(positions - values[:, None]), np.broadcast_to(start, positions.shape), atol=1e-12)
 
 
 def test_a_name_depends_on_its_point_alone():
     rng = np.random.default_rng(2)
     a, b = rng.uniform(-3, 1, 50), rng.uniform(-1, 1, 50)
-    _, whole = places(cusp(True), a, b)
-    for part in (slice(3, 4), slice(10, 30), slice(None, None, -1)):
-        assert np.array_equal(places(cusp(True), a[part], b[part])[1], whole[part], equal_nan=True)
+    _, positions = places(cusp(True), a, b)
+    for selection in (slice(3, 4), slice(10, 30), slice(None, None, -1)):
+        assert np.array_equal(places(cusp(True), a[selection], b[selection])[1], positions[selection], equal_nan=True)
 
 
 def test_more_than_there_is_room_for_is_said():
-    found, kept = places(cusp(True, most=2), [-2.0, -2.0], [0.0, 2.0])
-    assert found.is_crowded.tolist() == [True, False]
-    assert np.isnan(kept[0]).all()
-    assert np.isfinite(kept[1]).sum() == 1
+    zeros, positions = places(cusp(True, max_places=2), [-2.0, -2.0], [0.0, 2.0])
+    assert zeros.is_crowded.tolist() == [True, False]
+    assert np.isnan(positions[0]).all()
+    assert np.isfinite(positions[1]).sum() == 1
 
 
-def bent(tilt, push=0.0):
-    """The cusp in x with y on a parabola beside it: V = x⁴/4 + a x²/2 + b x + (y - x²)²/2."""
+def parabolic_cusp(tilt, push=0.0):
+    """The cusp in x with y bound to a parabola: V = x⁴/4 + a x²/2 + b x + (y - x²)²/2."""
     system = System("bent", most=3, follow=True)
     x = system.coordinate("x", "m", bounds=(-3, 3))
     y = system.coordinate("y", "m", bounds=(-2, 10))
@@ -92,20 +92,20 @@ def bent(tilt, push=0.0):
 
 def test_branches_of_two_coordinates_keep_their_numbers_through_folds():
     b = np.array([-1.5, -1.0, 0.5, 1.0, 1.5])
-    found, kept = places(bent(-2.0), -2.0, b)
+    zeros, positions = places(parabolic_cusp(-2.0), -2.0, b)
     _, alone = places(cusp(True), -2.0, b)  # the same of one coordinate
-    np.testing.assert_allclose(kept, alone, atol=1e-12)
-    np.testing.assert_allclose(found.places[:, :, 1], kept**2, atol=1e-12)
-    assert found.is_order_decided.all()
-    assert (found.certified == PROVED).all()
+    np.testing.assert_allclose(positions, alone, atol=1e-12)
+    np.testing.assert_allclose(zeros.places[:, :, 1], positions**2, atol=1e-12)
+    assert zeros.is_order_decided.all()
+    assert (zeros.certified == PROVED).all()
 
 
 def test_the_middle_branch_of_a_pitchfork_of_two_coordinates_keeps_its_number():
     a = np.array([0.5, -0.5, -1.5])
-    found, kept = places(bent(1.0), a, 0.0)
-    np.testing.assert_allclose(kept[:, 0], 0.0, atol=1e-12)
-    np.testing.assert_allclose(kept[1:, 1:], np.sqrt(-a[1:])[:, None] * [-1, 1], rtol=1e-12)
-    assert found.is_order_decided.all()
+    zeros, positions = places(parabolic_cusp(1.0), a, 0.0)
+    np.testing.assert_allclose(positions[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(positions[1:, 1:], np.sqrt(-a[1:])[:, None] * [-1, 1], rtol=1e-12)
+    assert zeros.is_order_decided.all()
 
 
 @pytest.fixture(scope="module")
@@ -120,10 +120,10 @@ def wells():
 
 
 def in_closed_form(c):
-    """The nine: with x = y 0 and ±1; with x = -y x² = 1 - 2c; with xy = -c and x² + y² = 1 - c the four others."""
+    """The nine: with x = y 0 and ±1; with x = -y x² = 1 - 2c; with xy = -c and x² + y² = 1 - c four more."""
     with np.errstate(invalid="ignore"):
-        across, total, apart = np.sqrt(1 - 2 * c), np.sqrt(1 - 3 * c), np.sqrt(1 + c)  # x - y, x + y of the four
-    p, q = (apart + total) / 2, (apart - total) / 2
+        across, total, difference = np.sqrt(1 - 2 * c), np.sqrt(1 - 3 * c), np.sqrt(1 + c)  # x - y, x + y of the four
+    p, q = (difference + total) / 2, (difference - total) / 2
     return np.array(
         [
             (-1, -1), (-p, q), (-across, across), (-q, p), (0, 0), (q, -p), (across, -across), (p, -q), (1, 1),
@@ -134,12 +134,12 @@ def in_closed_form(c):
 def test_coupled_double_wells_keep_their_names_through_two_rounds_of_pitchforks(wells):
     """At c = 1/3 four meet the two of x = -y, at c = 1/2 these meet the origin."""
     c = np.array([0.1, 0.3, 0.4, 0.45, 0.6])
-    found = find(wells, [c])
-    assert found.counts.tolist() == [9, 9, 5, 5, 3]
+    zeros = find(wells, [c])
+    assert zeros.counts.tolist() == [9, 9, 5, 5, 3]
     for k, value in enumerate(c):
-        np.testing.assert_allclose(found.places[k], in_closed_form(value), atol=1e-12)
-    assert found.is_order_decided.all()
-    assert (found.certified == PROVED).all()
+        np.testing.assert_allclose(zeros.places[k], in_closed_form(value), atol=1e-12)
+    assert zeros.is_order_decided.all()
+    assert (zeros.certified == PROVED).all()
 
 
 def test_a_branch_that_another_one_crosses_keeps_its_number():
@@ -148,21 +148,21 @@ def test_a_branch_that_another_one_crosses_keeps_its_number():
     x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=1.0)
     system.particle(1, (x, 0))
     system.potential(x**3 / 3 - a * x**2 / 2)
-    found, kept = places(Landscape(derive(system)), [2.0, -1.0, -2.0])
-    np.testing.assert_allclose(kept, [[0, 2], [0, -1], [0, -2]], atol=1e-12)
-    assert found.is_order_decided.all()
+    zeros, positions = places(Landscape(derive(system)), [2.0, -1.0, -2.0])
+    np.testing.assert_allclose(positions, [[0, 2], [0, -1], [0, -2]], atol=1e-12)
+    assert zeros.is_order_decided.all()
 
 
 def test_what_cannot_be_decided_is_said():
-    """From the very place of a fold two come to be, and neither is the old one more than the other."""
+    """From the very place of a fold two come to be, and neither continues the old branch more than its twin."""
     system = System("fold", most=2, follow=True)
     x, a = system.coordinate("x", "m", bounds=(-4, 4)), system.parameter("a", default=0.0)
     system.particle(1, (x, 0))
     system.potential(x**3 / 3 + a * x)
-    found, kept = places(Landscape(derive(system)), [-1.0, 0.0, 1.0])
-    assert found.counts.tolist() == [2, 1, 0]
-    assert found.is_order_decided.tolist() == [False, True, False]
-    assert np.array_equal(np.sort(kept[0]), [-1.0, 1.0])
+    zeros, positions = places(Landscape(derive(system)), [-1.0, 0.0, 1.0])
+    assert zeros.counts.tolist() == [2, 1, 0]
+    assert zeros.is_order_decided.tolist() == [False, True, False]
+    assert np.array_equal(np.sort(positions[0]), [-1.0, 1.0])
 
 
 def test_places_that_are_born_together_are_numbered_by_place_and_take_no_place_that_was_not_free():

@@ -11,10 +11,10 @@ from sweeps.mechanics import DescriptionError, System, periodic
 from sweeps.mechanics.model import Model
 
 HARMONICS, ORDERS = 41, np.arange(1, 42)
-CURVE_STEP = 0.02  # of harmonic balance, in coefficients and force
+CURVE_STEP = 0.02  # arc length of a step of harmonic balance, in the space of coefficients and force
 
 
-def driven(potential, damping, names, shape=sp.cos, size=1):
+def driven_oscillator(potential, damping, names, shape=sp.cos, size=1):
     """Return x'' + c x' + V'(x) = F cos(w t), with names → (place, branch)."""
     system = System("Driven oscillator")
     F, w = system.parameter("force", default=0.05), system.parameter("w", default=1.0, positive=True)
@@ -31,12 +31,12 @@ def driven(potential, damping, names, shape=sp.cos, size=1):
 
 
 def helmholtz(shape=sp.cos):
-    return Model(driven(lambda x: x**3 / 3 - x**2 / 2, 0.1, {"saddle": (0, 1), "well": (1, 1)}, shape))
+    return Model(driven_oscillator(lambda x: x**3 / 3 - x**2 / 2, 0.1, {"saddle": (0, 1), "well": (1, 1)}, shape))
 
 
-def duffing(size=1):
+def duffing_oscillator(size=1):
     names = {"rest": (0, 1), "middle": (0, 2), "upper": (0, 3)}
-    return Model(driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, names, size=size))
+    return Model(driven_oscillator(lambda x: x**2 / 2 + x**4 / 4, 0.1, names, size=size))
 
 
 def survey(model, force, w, damping, name):
@@ -59,17 +59,17 @@ class Balance:
         self.drive = np.eye(1, 2 * HARMONICS + 1, 1)[0] if shape is None else shape
 
     def __call__(self, u):
-        """Return what is left of coefficients and force, and its derivatives by both."""
+        """Return the residual of the coefficients and the force, and its derivatives by both."""
         x, (k, q, d) = self.waves @ u[:-1], self.stiffness
-        left = self.linear @ u[:-1] + self.coefficients @ (k * x + q * x**2 + d * x**3) - u[-1] * self.drive
+        residual = self.linear @ u[:-1] + self.coefficients @ (k * x + q * x**2 + d * x**3) - u[-1] * self.drive
         slopes = self.linear + self.coefficients @ ((k + 2 * q * x + 3 * d * x**2)[:, None] * self.waves)
-        return left, np.hstack([slopes, -self.drive[:, None]])
+        return residual, np.hstack([slopes, -self.drive[:, None]])
 
     def corrected(self, u, row):
         """Return u after Newton's method across a row, the tangent there, and whether it converged."""
         for _ in range(12):
-            left, slopes = self(u)
-            change = np.linalg.solve(np.vstack([slopes, row]), np.append(left, 0.0))
+            residual, slopes = self(u)
+            change = np.linalg.solve(np.vstack([slopes, row]), np.append(residual, 0.0))
             u = u - change
             if np.linalg.norm(change) < 1e-11:
                 break
@@ -79,56 +79,56 @@ class Balance:
     def trace(self, a):
         """Return the trace of the monodromy matrix by Hill's method: exp(l t) times a series solves x'' + ... = 0.
 
-        The exponent whose series has its weight at the lowest orders, l, has -c - l beside it (Liouville).
+        The series of the exponent l has its weight at the lowest orders; the second exponent is -c - l (Liouville).
         """
         count, (k, q, d), x = self.drive.size, self.stiffness, self.waves @ a
-        turning = np.zeros((count, count))
-        turning[1:, 1:] = self.w * np.kron([[0.0, 1.0], [-1.0, 0.0]], np.diag(ORDERS))
+        rotation = np.zeros((count, count))
+        rotation[1:, 1:] = self.w * np.kron([[0.0, 1.0], [-1.0, 0.0]], np.diag(ORDERS))
         slopes = self.linear + self.coefficients @ ((k + 2 * q * x + 3 * d * x**2)[:, None] * self.waves)
-        first = -2.0 * turning - self.damping * np.eye(count)
+        first = -2.0 * rotation - self.damping * np.eye(count)
         exponents, series = np.linalg.eig(np.block([[np.zeros((count, count)), np.eye(count)], [-slopes, first]]))
         weights = np.abs(series[:count]) ** 2
         exponent = exponents[(weights.T @ np.append(0, np.tile(ORDERS, 2)) / weights.sum(axis=0)).argmin()]
         period = 2 * np.pi / self.w
         return (np.exp(exponent * period) + np.exp(-(self.damping + exponent) * period)).real
 
-    def motion(self, place, force, branch=1, most=4.0):
+    def motion(self, place, force, branch=1, max_force=4.0):
         """Return the coefficients of the motion behind branch - 1 folds; None if there is none."""
         u, folds, step = np.append(place * np.eye(1, self.drive.size)[0], 0.0), 0, CURVE_STEP
         u, tangent, _ = self.corrected(u, np.eye(1, u.size, u.size - 1)[0])
-        while u[-1] < most * max(force, 0.5) and step > 1e-8:
-            v, new, converged = self.corrected(u + step * tangent, tangent)
-            if not converged or new @ tangent < 0.995:
+        while u[-1] < max_force * max(force, 0.5) and step > 1e-8:
+            v, new, is_converged = self.corrected(u + step * tangent, tangent)
+            if not is_converged or new @ tangent < 0.995:
                 step /= 2.0
                 continue
-            turned = new[-1] * tangent[-1] < 0.0
-            if folds == branch - 1 and (u[-1] - force) * (v[-1] - force) <= 0.0 and not turned:
+            is_fold = new[-1] * tangent[-1] < 0.0
+            if folds == branch - 1 and (u[-1] - force) * (v[-1] - force) <= 0.0 and not is_fold:
                 end = u + (v - u) * (force - u[-1]) / (v[-1] - u[-1])
                 a = self.corrected(np.append(end[:-1], force), np.eye(1, u.size, u.size - 1)[0])[0]
                 return a[:-1]
-            folds += turned
+            folds += is_fold
             if folds == branch:
                 return None
             u, tangent, step = v, new, min(1.5 * step, CURVE_STEP)
         return None
 
 
-def compare(found, balances, force, places, branches):
+def compare(columns, balances, force, places, branches):
     """Compare points with harmonic balance: none is another motion, and no status is wrong; return shares found."""
     exists = np.zeros(len(force), dtype=bool)
     for i, balance in enumerate(balances):
         a = balance.motion(places[i], force[i], branches[i])
         exists[i] = a is not None
-        if found["status"][i] == OK:
+        if columns["status"][i] == OK:
             assert exists[i], i
             start = a[: HARMONICS + 1].sum(), balance.w * (ORDERS * a[HARMONICS + 1 :]).sum()
-            here = found["x_start"][i], found["x_dot_start"][i]
-            assert here == pytest.approx(start, abs=1e-10), i  # harmonics left out, and Newton's last step
+            state = columns["x_start"][i], columns["x_dot_start"][i]
+            assert state == pytest.approx(start, abs=1e-10), i  # harmonics left out, and Newton's last step
             trace = balance.trace(a)  # to the rounding of eigenvalues of 166 rows, more near a fold
-            assert abs(found["trace"][i] - trace) <= found["trace_error"][i] + 1e-11 * (1.0 + abs(trace)), i
+            assert abs(columns["trace"][i] - trace) <= columns["trace_error"][i] + 1e-11 * (1.0 + abs(trace)), i
         elif branches[i] == 1:
-            assert not exists[i] or found["status"][i] == NOT_FOUND, i
-    return (found["status"] == OK)[exists].mean()
+            assert not exists[i] or columns["status"][i] == NOT_FOUND, i
+    return (columns["status"] == OK)[exists].mean()
 
 
 def helmholtz_points(count):
@@ -139,10 +139,10 @@ def helmholtz_points(count):
 @pytest.mark.parametrize("count", [8, pytest.param(300, marks=pytest.mark.slow)])
 def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count):
     force, w, name = helmholtz_points(count)
-    found = survey(helmholtz(), force, w, 0.1, name)
-    balances = [Balance((-1.0, 1.0, 0.0), 0.1, one) for one in w]
-    assert compare(found, balances, force, name.astype(float), np.ones(count, dtype=int)) >= 0.99
-    assert (found["base_residual"][found["status"] == OK] < 1e-12).all()
+    columns = survey(helmholtz(), force, w, 0.1, name)
+    balances = [Balance((-1.0, 1.0, 0.0), 0.1, frequency) for frequency in w]
+    assert compare(columns, balances, force, name.astype(float), np.ones(count, dtype=int)) >= 0.99
+    assert (columns["base_residual"][columns["status"] == OK] < 1e-12).all()
 
 
 @pytest.mark.parametrize(
@@ -152,49 +152,49 @@ def test_saddle_and_well_of_a_driven_helmholtz_oscillator_keep_their_names(count
 def test_a_driven_duffing_oscillator_is_followed_from_rest(count, size):
     rng = np.random.default_rng(4)
     force, w, c = rng.uniform(0.01, 1.0, count), rng.uniform(0.3, 1.6, count), rng.uniform(0.05, 0.3, count)
-    found = survey(duffing(size), force, w, c, 0)
+    columns = survey(duffing_oscillator(size), force, w, c, 0)
     balances = [Balance((1.0, 0.0, 1.0), *pair) for pair in zip(c, w, strict=True)]
-    assert compare(found, balances, force, np.zeros(count), np.ones(count, dtype=int)) >= 0.99
+    assert compare(columns, balances, force, np.zeros(count), np.ones(count, dtype=int)) >= 0.99
 
 
 def test_a_resonance_without_damping_is_no_start_of_a_curve():
     """At w = 1 each small oscillation about rest has the period of the drive, and no fold is claimed."""
-    found = survey(duffing(), [0.1, 0.3], np.array([1.0, 1.0]), 0.0, 0)
-    assert found["status"].tolist() == [NOT_FOUND] * 2
+    columns = survey(duffing_oscillator(), [0.1, 0.3], np.array([1.0, 1.0]), 0.0, 0)
+    assert columns["status"].tolist() == [NOT_FOUND] * 2
 
 
 def test_published_multipliers_of_the_saddle_and_the_well():
-    """x'' + 0.1 x' - x + x² = F sin(w t), found by other codes to the digits that are printed."""
-    found = survey(helmholtz(sp.sin), [0.01, 0.06, 0.06], np.array([1.0, 0.72, 1.01]), 0.1, [0, 0, 1])
-    assert found["status"].tolist() == [OK] * 3
-    assert [found["x_start"][0], found["x_dot_start"][0]] == pytest.approx([-0.00023938, -0.00498690], abs=5e-9)
-    assert found["multiplier_real"][0] == pytest.approx([394.163, 0.00135347], rel=2e-6)
-    assert [found["x_start"][1], found["x_dot_start"][1]] == pytest.approx([-0.00134, -0.02837], abs=5e-6)
-    assert found["multiplier_real"][1, 0] == pytest.approx(3989.0, abs=0.5)
-    assert [found["x_start"][2], found["x_dot_start"][2]] == pytest.approx([0.71584, -0.24777], abs=5e-6)
-    assert found["multiplier_real"][2] == pytest.approx([0.5359] * 2, abs=5e-5)
-    assert np.abs(found["multiplier_imag"][2]) == pytest.approx([0.4996] * 2, abs=5e-5)
+    """x'' + 0.1 x' - x + x² = F sin(w t), as published by authors of independent codes."""
+    columns = survey(helmholtz(sp.sin), [0.01, 0.06, 0.06], np.array([1.0, 0.72, 1.01]), 0.1, [0, 0, 1])
+    assert columns["status"].tolist() == [OK] * 3
+    assert [columns["x_start"][0], columns["x_dot_start"][0]] == pytest.approx([-0.00023938, -0.00498690], abs=5e-9)
+    assert columns["multiplier_real"][0] == pytest.approx([394.163, 0.00135347], rel=2e-6)
+    assert [columns["x_start"][1], columns["x_dot_start"][1]] == pytest.approx([-0.00134, -0.02837], abs=5e-6)
+    assert columns["multiplier_real"][1, 0] == pytest.approx(3989.0, abs=0.5)
+    assert [columns["x_start"][2], columns["x_dot_start"][2]] == pytest.approx([0.71584, -0.24777], abs=5e-6)
+    assert columns["multiplier_real"][2] == pytest.approx([0.5359] * 2, abs=5e-5)
+    assert np.abs(columns["multiplier_imag"][2]) == pytest.approx([0.4996] * 2, abs=5e-5)
 
 
 def test_the_branches_of_a_resonance_that_bends_over():
     """Below it, within its three motions, and above the fold at which the first one ends."""
     force, branch = np.repeat([0.02, 0.2, 0.3, 0.8, 1.0], 3), np.tile([1, 2, 3], 5)
-    found = survey(duffing(), force, np.full(15, 1.5), 0.1, branch - 1)
-    compare(found, [Balance((1.0, 0.0, 1.0), 0.1, 1.5)] * 15, force, np.zeros(15), branch)
-    assert found["branch"].tolist() == np.where(found["status"] == OK, branch, 0).tolist()
-    assert (found["status"].reshape(5, 3) == OK).tolist() == [[1, 0, 0], [1, 1, 1], [1, 1, 1], [0, 0, 1], [0, 0, 1]]
-    assert found["status"][9] == NO_PERIODIC_MOTION
-    words = found["regime"].reshape(5, 3)[1:3]
+    columns = survey(duffing_oscillator(), force, np.full(15, 1.5), 0.1, branch - 1)
+    compare(columns, [Balance((1.0, 0.0, 1.0), 0.1, 1.5)] * 15, force, np.zeros(15), branch)
+    assert columns["branch"].tolist() == np.where(columns["status"] == OK, branch, 0).tolist()
+    assert (columns["status"].reshape(5, 3) == OK).tolist() == [[1, 0, 0], [1, 1, 1], [1, 1, 1], [0, 0, 1], [0, 0, 1]]
+    assert columns["status"][9] == NO_PERIODIC_MOTION
+    words = columns["regime"].reshape(5, 3)[1:3]
     assert (words[:, 1] != words[:, 0]).all()  # between two folds the motion is a saddle
     with pytest.raises(DescriptionError, match="branch 0 of low: allowed: a whole number from 1"):
-        driven(lambda x: x**2, 0.1, {"low": (0, 0)})
+        driven_oscillator(lambda x: x**2, 0.1, {"low": (0, 0)})
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "stiffness", "place"),
     [
-        (lambda t: sp.cos(20 * t), lambda t: 1, 0),  # harmonics that a coarse collocation takes for others
+        (lambda t: sp.cos(20 * t), lambda t: 1, 0),  # harmonics that a coarse collocation aliases
         (lambda t: sp.cos(100 * t), lambda t: 1, 0),
         (lambda t: sp.cos(t) ** 2, lambda t: 1, 0),  # its mean is of the drive
         (lambda t: sp.tanh(20 * sp.cos(t)), lambda t: 1, 0),
@@ -214,8 +214,8 @@ def test_drives_of_other_shapes(shape, stiffness, place):
     system.period(2 * sp.pi)
     system.equilibrium("rest", {x: place})
     points = {"force": np.array([0.1, 1.0]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
-    found = periodic.survey(Model(system), points, 1e-12)
-    assert found["status"].tolist() == [OK] * 2
+    columns = periodic.survey(Model(system), points, 1e-12)
+    assert columns["status"].tolist() == [OK] * 2
     function = sp.lambdify(t, [shape(t), stiffness(t)])
     for i, force in enumerate(points["force"]):
 
@@ -223,7 +223,7 @@ def test_drives_of_other_shapes(shape, stiffness, place):
             f, k = function(t)
             return [y[1], force * f - 0.1 * y[1] - k * y[0] - y[0] ** 3]
 
-        start = np.array([found["x_start"][i], found["x_dot_start"][i]])
+        start = np.array([columns["x_start"][i], columns["x_dot_start"][i]])
         y = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.01).y
         assert y[:, -1] == pytest.approx(start, abs=1e-12)
         assert np.abs(y[0]).max() < 1.6
@@ -239,10 +239,10 @@ JUMPING = {  # functions of an angle that jump
 }
 
 
-def jumping():
+def oscillator_with_jumps():
     """Return x'' + c x' + x + x³ = F (sum of all functions that jump, each with an amplitude), from rest."""
     amplitudes = sp.symbols(" ".join(name.replace(" ", "_") for name in JUMPING), real=True)
-    system = driven(lambda x: x**2 / 2 + x**4 / 4, 0.1, {"rest": (0, 1)}, lambda a: 0)
+    system = driven_oscillator(lambda x: x**2 / 2 + x**4 / 4, 0.1, {"rest": (0, 1)}, lambda a: 0)
     (x,), parameters = (c.symbol for c in system.coordinates.values()), system.parameters
     force, angle = parameters["force"].symbol, parameters["w"].symbol * system.time
     shares = [system.parameter(a.name, default=0.0) for a in amplitudes]
@@ -253,11 +253,11 @@ def jumping():
 @pytest.mark.parametrize("count", [12, pytest.param(300, marks=pytest.mark.slow)])
 def test_drives_that_jump(count):
     """No wrong motion and no wrong status by harmonic balance; motions and multipliers by DOP853 from jump to jump."""
-    rng, model, kinds = np.random.default_rng(4), Model(jumping()), np.arange(count) % len(JUMPING)
+    rng, model, kinds = np.random.default_rng(4), Model(oscillator_with_jumps()), np.arange(count) % len(JUMPING)
     force, w, c = rng.uniform(0.02, 0.6, count), rng.uniform(0.4, 1.6, count), rng.uniform(0.05, 0.3, count)
     shares = dict(zip(model.names[-len(JUMPING) :], np.eye(len(JUMPING))[:, kinds], strict=True))
     points = {"force": force, "w": w, "damping": c, **shares, "epsilon": np.full(count, 1e-8)}
-    found = periodic.survey(model, points | {"equilibrium": np.zeros(count, dtype=int)}, 1e-12)
+    columns = periodic.survey(model, points | {"equilibrium": np.zeros(count, dtype=int)}, 1e-12)
     phases = (np.arange(2**14) + 0.5) / 2**14
     waves = np.exp(-2j * np.pi * np.multiply.outer(np.arange(HARMONICS + 1), phases))
     exists, angle = np.zeros(count, dtype=bool), sp.Symbol("angle", real=True)
@@ -268,24 +268,24 @@ def test_drives_that_jump(count):
         balance = Balance((1.0, 0.0, 1.0), c[i], w[i], shape)
         a = balance.motion(0.0, force[i])
         exists[i] = a is not None
-        if found["status"][i] != OK:
-            assert not exists[i] or found["status"][i] == NOT_FOUND, i
+        if columns["status"][i] != OK:
+            assert not exists[i] or columns["status"][i] == NOT_FOUND, i
             continue
         assert exists[i], i
-        assert found["x_start"][i] == pytest.approx(a[: HARMONICS + 1].sum(), abs=1e-3), i  # harmonics left out
-        assert abs(found["trace"][i] - balance.trace(a)) < 2e-2 * (1.0 + abs(balance.trace(a))), i
+        assert columns["x_start"][i] == pytest.approx(a[: HARMONICS + 1].sum(), abs=1e-3), i  # harmonics left out
+        assert abs(columns["trace"][i] - balance.trace(a)) < 2e-2 * (1.0 + abs(balance.trace(a))), i
         if i < 2 * len(JUMPING):
-            end, trace = by_scipy(model, f, {name: values[i] for name, values in points.items()}, found, i)
-            assert end == pytest.approx([found["x_start"][i], found["x_dot_start"][i]], abs=1e-12), i  # of SciPy
-            assert abs(found["trace"][i] - trace) <= found["trace_error"][i] + 1e-12, i  # of SciPy
-    assert (found["status"] == OK)[exists].mean() >= 0.99
+            end, trace = by_scipy(model, f, {name: values[i] for name, values in points.items()}, columns, i)
+            assert end == pytest.approx([columns["x_start"][i], columns["x_dot_start"][i]], abs=1e-12), i  # of SciPy
+            assert abs(columns["trace"][i] - trace) <= columns["trace_error"][i] + 1e-12, i  # of SciPy
+    assert (columns["status"] == OK)[exists].mean() >= 0.99
 
 
-def by_scipy(model, f, point, found, i):
+def by_scipy(model, f, point, columns, i):
     """Return the end of the period and the trace, by DOP853 from jump to jump."""
     period = 2 * np.pi / point["w"]
-    given = model.with_switches([np.array([point[name]]) for name in model.names])
-    edges, _ = model.jumps.of_point([float(p[0]) for p in given], 0.0, period)
+    parameters = model.with_switches([np.array([point[name]]) for name in model.names])
+    edges, _ = model.jumps.of_point([float(p[0]) for p in parameters], 0.0, period)
 
     def rates(t, y, inside):
         force = point["force"] * float(f(point["w"] * np.clip(t, *inside)))
@@ -293,7 +293,7 @@ def by_scipy(model, f, point, found, i):
         first, second = -c * y[3] - stiffness * y[2], -c * y[5] - stiffness * y[4]
         return [y[1], force - c * y[1] - y[0] - y[0] ** 3, y[3], first, y[5], second]
 
-    y = solve_between(edges, rates, [found["x_start"][i], found["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
+    y = solve_between(edges, rates, [columns["x_start"][i], columns["x_dot_start"][i], 1.0, 0.0, 0.0, 1.0])
     return y[:2], y[2] + y[5]
 
 
@@ -312,10 +312,10 @@ def test_states_and_moving_names_beside_jumps(place):
     system.period(2 * sp.pi)
     system.equilibrium("rest", {x: place, y: 0, z: 0})
     points = {"force": np.array([0.05, 0.3]), "epsilon": np.full(2, 1e-8), "equilibrium": np.zeros(2, dtype=int)}
-    found = periodic.survey(Model(system), points, 1e-12)
-    assert found["status"].tolist() == [OK] * 2
+    columns = periodic.survey(Model(system), points, 1e-12)
+    assert columns["status"].tolist() == [OK] * 2
     for i, force in enumerate(points["force"]):
-        start = u = np.array([found[f"{name}_start"][i] for name in "xyz"])
+        start = u = np.array([columns[f"{name}_start"][i] for name in "xyz"])
         for begin, end, sign in ((0, 0.5, 1), (0.5, 1.5, -1), (1.5, 2, 1)):
             rates = lambda t, u, f=sign * force: [u[1], f - u[1] / 10 - u[0] - u[0] ** 3, u[0] ** 2 - u[2]]  # noqa: E731
             u = solve_ivp(rates, (np.pi * begin, np.pi * end), u, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]

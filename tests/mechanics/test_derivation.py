@@ -12,10 +12,10 @@ from sweeps.mechanics.derivation import derive
 
 def symbols(system):
     """Name → symbol of parameters and coordinates, and name_dot → velocity."""
-    found = {p.name: p.symbol for p in system.parameters.values()}
+    table = {p.name: p.symbol for p in system.parameters.values()}
     for c in system.coordinates.values():
-        found |= {c.name: c.symbol, f"{c.name}_dot": c.velocity}
-    return found
+        table |= {c.name: c.symbol, f"{c.name}_dot": c.velocity}
+    return table
 
 
 # By hand: a_ij, the effective potential, and each equation of motion, left-hand side, its acceleration terms included.
@@ -34,9 +34,9 @@ def bead_on_hoop(mass, gravity, radius, spin_rate, theta, theta_dot):
 
 def central_potential(mass, strength, exponent, angular_momentum, r, r_dot, theta, theta_dot, phi, phi_dot):
     A, B = sp.symbols("A0 A1")
-    turning = angular_momentum / (mass * r**2 * sin(theta) ** 2)  # the rate of the azimuth
-    radial = A - r * theta_dot**2 - r * sin(theta) ** 2 * turning**2 + strength * r ** (exponent - 1) / mass
-    polar = B + 2 * r_dot * theta_dot / r - sin(theta) * cos(theta) * turning**2
+    azimuth_rate = angular_momentum / (mass * r**2 * sin(theta) ** 2)  # the rate of the azimuth
+    radial = A - r * theta_dot**2 - r * sin(theta) ** 2 * azimuth_rate**2 + strength * r ** (exponent - 1) / mass
+    polar = B + 2 * r_dot * theta_dot / r - sin(theta) * cos(theta) * azimuth_rate**2
     return [[mass, 0], [0, mass * r**2]], [radial, polar], [mass, mass * r**2]
 
 
@@ -60,14 +60,14 @@ def double_well(mass, alpha, beta, x, x_dot):
 
 def double_pendulum(mass1, mass2, length1, length2, gravity, theta1, theta1_dot, theta2, theta2_dot):
     A, B = sp.symbols("A0 A1")
-    both, apart = mass1 + mass2, theta1 - theta2
+    total, difference = mass1 + mass2, theta1 - theta2
     a = [
-        [both * length1**2, mass2 * length1 * length2 * cos(apart)],
-        [mass2 * length1 * length2 * cos(apart), mass2 * length2**2],
+        [total * length1**2, mass2 * length1 * length2 * cos(difference)],
+        [mass2 * length1 * length2 * cos(difference), mass2 * length2**2],
     ]
-    upper = both * length1 * A + mass2 * length2 * (B * cos(apart) + theta2_dot**2 * sin(apart))
-    lower = length2 * B + length1 * (A * cos(apart) - theta1_dot**2 * sin(apart))
-    equations = [upper + both * gravity * sin(theta1), lower + gravity * sin(theta2)]
+    upper = total * length1 * A + mass2 * length2 * (B * cos(difference) + theta2_dot**2 * sin(difference))
+    lower = length2 * B + length1 * (A * cos(difference) - theta1_dot**2 * sin(difference))
+    equations = [upper + total * gravity * sin(theta1), lower + gravity * sin(theta2)]
     return a, equations, [length1, mass2 * length2]
 
 
@@ -86,8 +86,8 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
     a, equations, factors = globals()[name](**symbols(system))
     assert (derived.a - sp.Matrix(a)).applyfunc(sp.simplify).is_zero_matrix
     accelerations = sp.Matrix(sp.symbols(f"A0:{derived.m}"))
-    left = derived.a * accelerations - sp.Matrix(derived.forces)
-    for mine, textbook, factor in zip(left, equations, factors, strict=True):
+    residual = derived.a * accelerations - sp.Matrix(derived.forces)
+    for mine, textbook, factor in zip(residual, equations, factors, strict=True):
         assert sp.simplify(sp.expand(mine - factor * textbook)) == 0
 
 
@@ -116,8 +116,8 @@ def test_radial_oscillation_of_circular_motion_by_its_exponent():
     for exponent, ratio in ((2, 2), (-1, 1)):
         circle = (L**2 / (m * k)) ** sp.Rational(1, exponent + 2)
         rate = L / (m * circle**2)
-        here = square.subs(p, exponent).subs(r, circle)
-        assert sp.simplify(sp.powdenest(here / rate**2, force=True)) == ratio**2
+        square_at_circle = square.subs(p, exponent).subs(r, circle)
+        assert sp.simplify(sp.powdenest(square_at_circle / rate**2, force=True)) == ratio**2
 
 
 def bead(**options):
@@ -141,7 +141,7 @@ def test_refuses_an_unbound_symbol():
 
 
 @pytest.mark.parametrize(
-    ("describe", "said"),
+    ("describe", "message"),
     [
         (lambda system, x: system.equilibrium(None, {x: 0}), "equilibrium None: allowed: words"),
         (lambda system, x: system.equilibrium("rest", None), "equilibrium rest: None is no place; allowed: {x: place"),
@@ -152,9 +152,9 @@ def test_refuses_an_unbound_symbol():
         (lambda system, x: system.draw("dot", [(x, 0)]), "draw: 'dot' is no part of a picture; allowed: mass, body"),
     ],
 )
-def test_refuses_what_is_no_name_place_or_part_in_words(describe, said):
+def test_refuses_what_is_no_name_place_or_part_in_words(describe, message):
     system = System("Spring")
-    with pytest.raises(DescriptionError, match=re.escape(said)):
+    with pytest.raises(DescriptionError, match=re.escape(message)):
         describe(system, system.coordinate("x", "m", bounds=(-1, 1)))
 
 
@@ -167,7 +167,7 @@ def test_refuses_a_kinetic_energy_that_is_not_quadratic():
 
 
 def test_explicit_time_stands_in_forces_and_masses():
-    """A pendulum whose pivot is shaken and whose length changes: Lagrange's equations by hand."""
+    """A pendulum with a shaken pivot and a changing length: Lagrange's equations by hand."""
     system = System("Shaken")
     theta = system.coordinate("theta", "rad", bounds=(-1, 1))
     t, v = system.time, system.velocity(theta)
@@ -189,7 +189,7 @@ def test_refuses_a_potential_of_velocities():
 
 
 @pytest.mark.parametrize(
-    ("kinetic", "wrong"),
+    ("kinetic", "reason"),
     [
         (lambda m, x, v: sp.I * m * v**2, "complex"),
         (lambda m, x, v: sp.sqrt(x) * m * v**2, "complex"),
@@ -197,9 +197,9 @@ def test_refuses_a_potential_of_velocities():
         (lambda m, x, v: -m * v**2, "not positive"),
     ],
 )
-def test_refuses_a_matrix_that_is_complex_or_not_positive(kinetic, wrong):
+def test_refuses_a_matrix_that_is_complex_or_not_positive(kinetic, reason):
     system, m, x = bead()
-    with pytest.raises(DescriptionError, match=f"T: .* is {wrong}"):
+    with pytest.raises(DescriptionError, match=f"T: .* is {reason}"):
         derive_of(system, kinetic(m, x, system.velocity(x)))
 
 
@@ -227,7 +227,7 @@ def test_refuses_a_momentum_of_a_coordinate_that_is_not_cyclic():
 
 
 def test_removes_a_coupled_cyclic_coordinate_after_routh():
-    # a sliding wedge (cyclic) and a block on it: the block's mass is reduced by what the wedge takes
+    # a sliding wedge (cyclic) and a block on it: the block's mass is reduced by the recoil of the wedge
     system = System("Wedge", most=1)
     m, M, p = (system.parameter(n, default=1, positive=True) for n in ("block", "wedge", "momentum"))
     x = system.coordinate("x", "m", bounds=(-1, 2))
@@ -241,7 +241,7 @@ def test_removes_a_coupled_cyclic_coordinate_after_routh():
 
 
 def test_what_only_the_defaults_conserve_is_refused():
-    """With births of 0.5 the total grows at 0.5; it was left out as a zero mode, and the rest called stable."""
+    """With births of 0.5 the total grows at 0.5; it was once omitted as a zero mode, and the system called stable."""
     system = System("Births")
     births, (x, y) = system.parameter("births", default=0.0), [system.state(n, bounds=(-2, 2)) for n in "xy"]
     system.rate(x, y - x + births * x)

@@ -22,17 +22,17 @@ def landscape_of(system):
 
 
 def places(system, **parameters):
-    """Places and flatness of the points with these parameters, defaults for the rest."""
+    """Return positions and flatness of the points with these parameters and the defaults of all further parameters."""
     landscape = landscape_of(system)
     count = max((np.size(value) for value in parameters.values()), default=1)
     columns = [np.resize(parameters.get(p.name, p.default), count) for p in system.parameters.values()]
-    found = equilibria.find(landscape, columns)
-    return found.places, found.is_flat
+    zeros = equilibria.find(landscape, columns)
+    return zeros.places, zeros.is_flat
 
 
-def bead(V, *, bounds=(-3, 4), most=8, periodic=False, **parameters):
+def bead(V, *, bounds=(-3, 4), max_places=8, periodic=False, **parameters):
     """A bead of unit mass in a potential of x and named parameters."""
-    system = System("Bead", most=most)
+    system = System("Bead", most=max_places)
     m = system.parameter("mass", "kg", default=1, positive=True)
     symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
     x = system.coordinate("x", "m", bounds=bounds, periodic=periodic)
@@ -44,25 +44,25 @@ def bead(V, *, bounds=(-3, 4), most=8, periodic=False, **parameters):
 def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
     radius, spin = np.meshgrid(np.geomspace(0.1, 10, 41), np.linspace(0, 20, 41))
     radius, spin = radius.ravel(), spin.ravel()
-    found, flat = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
+    zeros, flat = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
     with np.errstate(divide="ignore"):
         cosine = 9.80665 / (radius * spin**2)
-    tilted = cosine < 1
+    is_tilted = cosine < 1
     assert not flat.any()
-    assert found[:, 0, 0] == pytest.approx(0, abs=1e-14)
-    assert np.abs(found[:, 1, 0]) == pytest.approx(np.pi, abs=1e-14)
-    assert np.array_equal(~np.isnan(found[:, 2, 0]), tilted)
+    assert zeros[:, 0, 0] == pytest.approx(0, abs=1e-14)
+    assert np.abs(zeros[:, 1, 0]) == pytest.approx(np.pi, abs=1e-14)
+    assert np.array_equal(~np.isnan(zeros[:, 2, 0]), is_tilted)
     # near the pitchfork the place is the root of a difference: one rounding of it over its own slope
-    allowed = 1e-14 / np.sqrt(1 - cosine[tilted] ** 2)
-    assert (np.abs(found[tilted, 2, 0] - np.arccos(cosine[tilted])) <= allowed).all()
-    assert found[tilted, 3, 0] == pytest.approx(-found[tilted, 2, 0], abs=1e-7)
+    allowed = 1e-14 / np.sqrt(1 - cosine[is_tilted] ** 2)
+    assert (np.abs(zeros[is_tilted, 2, 0] - np.arccos(cosine[is_tilted])) <= allowed).all()
+    assert zeros[is_tilted, 3, 0] == pytest.approx(-zeros[is_tilted, 2, 0], abs=1e-7)
 
 
 def test_pitchfork_is_resolved_far_below_the_scan():
     excess = np.array([1e-4, 1e-8, 1e-12])  # roots at sqrt(2 excess), from 1e-2 to 1e-6: cells are 0.1 wide
-    found, _ = places(shipped("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
-    assert found[:, 2, 0] == pytest.approx(np.sqrt(2 * excess), rel=2e-2)
-    assert found[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
+    zeros, _ = places(shipped("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
+    assert zeros[:, 2, 0] == pytest.approx(np.sqrt(2 * excess), rel=2e-2)
+    assert zeros[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
     exactly, _ = places(shipped("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
     assert np.isnan(exactly[0]).any(axis=-1).tolist() == [False, False, True, True]
     radius = np.geomspace(0.1, 10, 57)  # on the line but for a rounding: the bottom, whatever the rounding leaves
@@ -73,8 +73,8 @@ def test_pitchfork_is_resolved_far_below_the_scan():
 
 def test_spherical_pendulum_against_brentq():
     L = np.geomspace(0.1, 50, 9)
-    found, _ = places(shipped("spherical_pendulum"), angular_momentum=L)
-    for momentum, place in zip(L, found[:, 0, 0], strict=True):
+    zeros, _ = places(shipped("spherical_pendulum"), angular_momentum=L)
+    for momentum, place in zip(L, zeros[:, 0, 0], strict=True):
 
         def force(theta, momentum=momentum):
             return 9.80665 * np.sin(theta) ** 4 - momentum**2 * np.cos(theta)
@@ -85,64 +85,64 @@ def test_spherical_pendulum_against_brentq():
 def test_places_are_known_to_rounding_whatever_shape_the_box_has():
     """Its box in θ is so narrow that θ's rounding, in half-widths, once stopped the steps towards r at 9e-12."""
     s, L = (x.ravel() for x in np.meshgrid([-1.9, -1.75, -1.3, 3.0], [0.1, 3.0]))
-    found, _ = places(shipped("central_potential"), exponent=s, angular_momentum=L)
+    zeros, _ = places(shipped("central_potential"), exponent=s, angular_momentum=L)
     radii = [mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)) for a, b in zip(s, L, strict=True)]
     # rounding of the force, some units, over s + 2
-    assert found[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
+    assert zeros[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
 
 
 def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
     rng, landscape = np.random.default_rng(4), landscape_of(shipped("central_potential"))
     s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
     parameters = [np.ones(200), np.ones(200), s, L]
-    found = equilibria.find(landscape, parameters).places[:, 0]
-    error = landscape.place_error(parameters, found, 0.0)[:, 0]
+    zeros = equilibria.find(landscape, parameters).places[:, 0]
+    error = landscape.place_error(parameters, zeros, 0.0)[:, 0]
     with mpmath.workdps(40):
-        off = [
+        deviation = [
             abs(float(x) - mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)))
-            for a, b, x in zip(s, L, found[:, 0], strict=True)
+            for a, b, x in zip(s, L, zeros[:, 0], strict=True)
         ]
-    off = np.array(off, dtype=float)
-    assert (off <= error).all()
-    assert np.median(error[off > 0] / off[off > 0]) < 10  # the bar of an error's sharpness
+    deviation = np.array(deviation, dtype=float)
+    assert (deviation <= error).all()
+    assert np.median(error[deviation > 0] / deviation[deviation > 0]) < 10  # the bar of an error's sharpness
 
 
 def test_named_places_are_taken_to_the_last_bit():
-    found, _ = places(shipped("double_pendulum"), gravity=np.linspace(1, 20, 7))
-    assert np.isin(found, [0.0, np.pi]).all()
+    zeros, _ = places(shipped("double_pendulum"), gravity=np.linspace(1, 20, 7))
+    assert np.isin(zeros, [0.0, np.pi]).all()
 
 
 def test_roots_in_one_cell_are_seen_apart_and_none_twice():
     # V′ = Π (x − x_i): five roots, four of them within one cell of the scan
     roots = [-1.0, 0.5, 0.51, 0.52, 0.54]
     system = bead(lambda x: sp.integrate(sp.expand(sp.prod([x - sp.Rational(str(r)) for r in roots])), x))
-    found, _ = places(system)
-    assert found[0, :5, 0] == pytest.approx(roots, abs=1e-7)
-    assert np.isnan(found[0, 5:]).all()
+    zeros, _ = places(system)
+    assert zeros[0, :5, 0] == pytest.approx(roots, abs=1e-7)
+    assert np.isnan(zeros[0, 5:]).all()
 
 
 def test_a_root_on_a_node_and_one_that_only_touches():
     on_node = bead(lambda x: x**4 / 4 - x**2 / 2, bounds=(-2, 2))  # -1, 0 and 1 are nodes of the scan
-    found, _ = places(on_node)
-    assert found[0, :4, 0] == pytest.approx([-1, 0, 1, np.nan], nan_ok=True, abs=1e-15)
-    touching = bead(lambda x: x**3 / 3, bounds=(-1, 2))
-    found, _ = places(touching)
-    assert found[0, :2, 0] == pytest.approx([0, np.nan], nan_ok=True, abs=1e-12)
+    zeros, _ = places(on_node)
+    assert zeros[0, :4, 0] == pytest.approx([-1, 0, 1, np.nan], nan_ok=True, abs=1e-15)
+    double_root = bead(lambda x: x**3 / 3, bounds=(-1, 2))
+    zeros, _ = places(double_root)
+    assert zeros[0, :2, 0] == pytest.approx([0, np.nan], nan_ok=True, abs=1e-12)
 
 
 def test_a_periodic_coordinate_counts_its_end_once():
     for offset in (0.0, 0.3, np.pi / 2):
-        system = bead(lambda x, c: -sp.cos(x - c), bounds=(-sp.pi, sp.pi), periodic=True, most=4, c=offset)
-        found, _ = places(system)
-        assert (~np.isnan(found[0, :, 0])).sum() == 2
+        system = bead(lambda x, c: -sp.cos(x - c), bounds=(-sp.pi, sp.pi), periodic=True, max_places=4, c=offset)
+        zeros, _ = places(system)
+        assert (~np.isnan(zeros[0, :, 0])).sum() == 2
 
 
 def test_double_pendulum_has_four():
     rng = np.random.default_rng(3)
-    found, flat = places(shipped("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30))
+    zeros, flat = places(shipped("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30))
     assert not flat.any()
     expected = np.array([[0, 0], [0, np.pi], [np.pi, 0], [np.pi, np.pi]])
-    assert np.abs(found) == pytest.approx(np.broadcast_to(expected, found.shape), abs=1e-9)
+    assert np.abs(zeros) == pytest.approx(np.broadcast_to(expected, zeros.shape), abs=1e-9)
 
 
 def test_several_coordinates_find_all_of_a_potential_with_nine():
@@ -151,11 +151,11 @@ def test_several_coordinates_find_all_of_a_potential_with_nine():
     x, y = (system.coordinate(n, "m", bounds=(-3, 3)) for n in "xy")
     system.particle(m, (x, y))
     system.potential((x**4 + y**4) / 4 - (x**2 + y**2) / 2 + x * y / 10)
-    found, _ = places(system)
-    assert (~np.isnan(found[0, :, 0])).all()
-    gradient = found[0] ** 3 - found[0] + found[0, :, ::-1] / 10
+    zeros, _ = places(system)
+    assert (~np.isnan(zeros[0, :, 0])).all()
+    gradient = zeros[0] ** 3 - zeros[0] + zeros[0, :, ::-1] / 10
     assert gradient == pytest.approx(0, abs=1e-13)
-    assert min(np.abs(a - b).max() for i, a in enumerate(found[0]) for b in found[0, :i]) > 0.5
+    assert min(np.abs(a - b).max() for i, a in enumerate(zeros[0]) for b in zeros[0, :i]) > 0.5
 
 
 def test_flat_directions_are_said():
@@ -168,18 +168,18 @@ def test_flat_directions_are_said():
     free.particle(m, (x,))
     free.particle(m, (y,))
     free.potential((x - y - 1) ** 2)
-    found, flat = places(free)
+    zeros, flat = places(free)
     assert flat.tolist() == [True]
-    assert np.isnan(found).all()
+    assert np.isnan(zeros).all()
     landscape = landscape_of(free)
-    told = equilibria.refusal(landscape, equilibria.find(landscape, [np.ones(1)]), [np.ones(1)])
-    assert "along x, y (in the ratio 1 : 1 of their ranges)" in told
+    message = equilibria.refusal(landscape, equilibria.find(landscape, [np.ones(1)]), [np.ones(1)])
+    assert "along x, y (in the ratio 1 : 1 of their ranges)" in message
 
 
 def test_a_held_coordinate_finds_the_molecule():
-    found, flat = places(shipped("linear_triatomic"))
+    zeros, flat = places(shipped("linear_triatomic"))
     assert not flat.any()
-    assert found[0, 0] == pytest.approx([0, 1.16e-10, 2.32e-10], rel=1e-12)
+    assert zeros[0, 0] == pytest.approx([0, 1.16e-10, 2.32e-10], rel=1e-12)
 
 
 def test_a_held_coordinate_where_nothing_is_flat_has_no_equilibrium():
@@ -189,26 +189,26 @@ def test_a_held_coordinate_where_nothing_is_flat_has_no_equilibrium():
     y = system.coordinate("y", "m", bounds=(-1, 2))
     system.particle(m, (x, y))
     system.potential(x**2 + y**2)
-    found, _ = places(system)
-    assert np.isnan(found).all()
+    zeros, _ = places(system)
+    assert np.isnan(zeros).all()
 
 
 def test_more_equilibria_than_said_are_said_and_spoil_no_other_point():
-    system = bead(lambda x, c: x**4 / 4 - c * x**2 / 2, most=2, c=1.0)
+    system = bead(lambda x, c: x**4 / 4 - c * x**2 / 2, max_places=2, c=1.0)
     landscape = Landscape(derive(system))
     columns = [np.ones(3), np.array([1.0, -1.0, 0.5])]
-    found = equilibria.find(landscape, columns)
-    assert found.is_crowded.tolist() == [True, False, True]
-    assert np.isnan(found.places[::2]).all()
-    assert found.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
-    assert equilibria.refusal(landscape, found, columns) == ""  # one point has some
-    assert "there are 3, at mass=1, c=1; allowed: at most 2" in equilibria.refusal(landscape, found[:1], columns)
+    zeros = equilibria.find(landscape, columns)
+    assert zeros.is_crowded.tolist() == [True, False, True]
+    assert np.isnan(zeros.places[::2]).all()
+    assert zeros.places[1, 0, 0] == pytest.approx(0.0, abs=1e-15)
+    assert equilibria.refusal(landscape, zeros, columns) == ""  # one point has some
+    assert "there are 3, at mass=1, c=1; allowed: at most 2" in equilibria.refusal(landscape, zeros[:1], columns)
 
 
 def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):
     landscape = Landscape(derive(bead(lambda x: sp.exp(-x), bounds=(0, 800))))  # underflows
-    found = equilibria.find(landscape, [np.ones(1)])
-    assert "none is found and none excluded at 1 of 1" in equilibria.refusal(landscape, found, [np.ones(1)])
+    zeros = equilibria.find(landscape, [np.ones(1)])
+    assert "none is found and none excluded at 1 of 1" in equilibria.refusal(landscape, zeros, [np.ones(1)])
 
 
 @pytest.mark.parametrize("name", ["relative.lagrange_points", "central_potential", "relative.foucault"])
@@ -241,9 +241,9 @@ def test_parameters_that_move_no_equilibrium_are_known():
     # a factor that can vanish makes V flat there, and stays
     system = bead(lambda x, c: c * (x - 1) ** 2, c=1.0)
     assert Landscape(derive(system)).canonical == (1.0, None)
-    found, flat = places(system, c=[0.0, 2.0])
+    zeros, flat = places(system, c=[0.0, 2.0])
     assert flat.tolist() == [True, False]
-    assert found[1, 0, 0] == pytest.approx(1.0, abs=1e-15)
+    assert zeros[1, 0, 0] == pytest.approx(1.0, abs=1e-15)
 
 
 # -- names that no equilibrium has
@@ -254,7 +254,7 @@ def laser(E, P, D, r):
 
 
 def of_states(rates, names, **parameters):
-    """First-order equations of x, y, z, and names of their equilibria, both functions of what they depend on."""
+    """First-order equations of x, y, z, and names of their equilibria, both as functions of states and parameter."""
     system = System("Flow")
     symbols = [system.parameter(key, default=value) for key, value in parameters.items()]
     count = len(signature(rates).parameters) - len(symbols)
@@ -269,7 +269,7 @@ def of_states(rates, names, **parameters):
 LASING = {"lasing": lambda r: (sp.sqrt(r - 1), sp.sqrt(r - 1), 1)}
 DARK = {"dark": lambda r: (0, 0, r)}
 AT = {"at": lambda r: (sp.sqrt(r), 1)}
-#: equations and names, the parameter's default, and from where to where the last name's place is real
+#: equations and names, the parameter's default, and the interval in which the last name's position is real
 NAMED = {
     "laser whose dark state has no name": (laser, LASING, 2.0, (1.0, np.inf)),
     "laser": (laser, DARK | LASING, 2.0, (1.0, np.inf)),
@@ -292,13 +292,13 @@ def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have
     columns = [np.full(values.size, float(p.default)) for p in model.system.parameters.values()]
     columns[-1] = values
     status = model.located(columns, np.full(values.size, len(model.system.labels) - 1))["status"]
-    there = (values > low) & (values < high)
-    assert (status[there] == statuses.OK).all()
-    assert (status[~there] == statuses.NO_EQUILIBRIUM).all()
+    is_real = (values > low) & (values < high)
+    assert (status[is_real] == statuses.OK).all()
+    assert (status[~is_real] == statuses.NO_EQUILIBRIUM).all()
 
 
 def test_a_name_is_undecided_where_its_place_is_not_real_but_the_equations_may_have_one():
-    # at rest for any x and y on two lines; r is real, its root is not, and the equations do not know r
+    # at rest for any x and y on two lines; r is real, its root is not, and the equations do not contain r
     system = of_states(lambda x, y, r: [x**2 - 1, (x**2 - 1) * y], {"at": lambda r: (1, sp.sqrt(r))}, r=2.0)
     status = Model(system).located([np.array([-1.0, 1.0])], np.zeros(2, dtype=int))["status"]
     assert status.tolist() == [statuses.EQUILIBRIUM_UNDECIDED, statuses.OK]

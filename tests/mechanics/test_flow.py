@@ -1,4 +1,4 @@
-"""Equations of first order from descriptions: what is derived, and what is refused, each before any work."""
+"""Equations of first order from descriptions: their derivation, and refusals before any measurement."""
 
 from itertools import pairwise
 
@@ -13,7 +13,7 @@ from sweeps.mechanics.equilibria import FAMILY, PROVED
 from sweeps.mechanics.model import Model
 
 
-def turning():
+def particle_in_plane():
     """A particle in a plane that turns, with drag in the plane and a force that follows the radius."""
     system = System("Turning plane")
     m = system.parameter("mass", "kg", default=2.0, positive=True)
@@ -32,7 +32,7 @@ def turning():
     return system, (m, k, c, W), (x, y, vx, vy)
 
 
-def spinning(rates=True, **conserved):
+def free_body(rates=True, **conserved):
     """Euler's equations in their own states."""
     system = System("Free body")
     I1, I2, I3 = (
@@ -54,7 +54,7 @@ def energy(w, moments):
 
 def test_equations_are_those_of_a_hand():
     """m x¨ = 2 m W y˙ + m W² x - k x - c x˙ - 3 y, and its twin."""
-    system, (m, k, c, W), (x, y, vx, vy) = turning()
+    system, (m, k, c, W), (x, y, vx, vy) = particle_in_plane()
     flow = derive(system)
     assert not flow.natural
     assert flow.states == (x, y, vx, vy)
@@ -70,7 +70,7 @@ def test_equations_are_those_of_a_hand():
 
 
 def test_routhian_terms_stay():
-    """Two coordinates beside a cyclic one: the gyroscopic force that the oscillators refuse."""
+    """Two coordinates and a cyclic one: the gyroscopic force that the oscillators refuse."""
     system = System("Gyro")
     p = system.parameter("momentum", "kg m2 s-1", default=1.0)
     a = system.coordinate("alpha", "rad", bounds=(-1, 1))
@@ -97,66 +97,66 @@ def test_oscillators_stay_oscillators():
 
 
 def test_conserved_quantities_take_their_zeros_out():
-    assert Model(spinning()).n == 3
-    assert Model(spinning(energy=energy)).n == 2
+    assert Model(free_body()).n == 3
+    assert Model(free_body(energy=energy)).n == 2
     momentum = {"momentum": lambda w, moments: sum((i * x) ** 2 for i, x in zip(moments, w, strict=True))}
-    assert Model(spinning(energy=energy, **momentum)).n == 2  # their slopes are parallel there
+    assert Model(free_body(energy=energy, **momentum)).n == 2  # their slopes are parallel there
 
 
 @pytest.mark.slow  # compiling the fit takes as long as many quick tests
-@pytest.mark.parametrize("is_named", [True, False])
-def test_a_quantity_without_a_slope_takes_no_eigenvalue(is_named):
-    """Lotka and Volterra's constant of the motion is least at the equilibrium, whose eigenvalues are ± i √(a c)."""
+@pytest.mark.parametrize("has_name", [True, False])
+def test_a_quantity_without_a_slope_takes_no_eigenvalue(has_name):
+    """Lotka and Volterra's constant of the motion is least at the equilibrium, with eigenvalues ± i √(a c)."""
     system = System("Predators and prey", most=1)
     a, c = (system.parameter(name, default=value, positive=True) for name, value in (("a", 0.7), ("c", 1.9)))
     x, y = (system.state(name, bounds=(0.01, 20)) for name in "xy")
     system.rate(x, a * x - x * y)
     system.rate(y, x * y - c * y)
     system.conserved(x - c * sp.log(x) + y - a * sp.log(y), "V")
-    if is_named:
+    if has_name:
         system.equilibrium("together", {x: c, y: a})
     model, values = Model(system), np.random.default_rng(1).uniform(0.1, 3.0, (2, 20))
     assert model.n == 2
     points = {"a": np.repeat(values[0], 2), "c": np.repeat(values[1], 2), "eigenvalue": np.tile([1, 2], 20)}
-    found = model.survey(points | {"epsilon": np.full(40, 1e-30), "equilibrium": np.zeros(40, dtype=int)})
+    columns = model.survey(points | {"epsilon": np.full(40, 1e-30), "equilibrium": np.zeros(40, dtype=int)})
     exact = np.sqrt(points["a"] * points["c"]) * np.tile([-1, 1], 20)
-    assert (found["status"] == 0).all()
-    assert (np.abs(found["eigenvalue_real"]) <= found["eigenvalue_real_error"]).all()
-    assert (np.abs(found["eigenvalue_imag"] - exact) <= found["eigenvalue_imag_error"]).all()
-    assert (found["eigenvalue_imag_error"] < 1e-12).all()
-    assert (found["regime"] == codes.STABLE).all()  # no symmetry pairs them: that V is definite proves it
-    assert (found["regime_theory"] == codes.STABLE).all()
+    assert (columns["status"] == 0).all()
+    assert (np.abs(columns["eigenvalue_real"]) <= columns["eigenvalue_real_error"]).all()
+    assert (np.abs(columns["eigenvalue_imag"] - exact) <= columns["eigenvalue_imag_error"]).all()
+    assert (columns["eigenvalue_imag_error"] < 1e-12).all()
+    assert (columns["regime"] == codes.STABLE).all()  # no symmetry pairs them: that V is definite proves it
+    assert (columns["regime_theory"] == codes.STABLE).all()
 
 
 @pytest.mark.parametrize(
-    ("made", "told"),
+    ("describe", "message"),
     [
-        (lambda: spinning(rates=False), "rate of w1: is missing"),
-        (lambda: spinning(energy=lambda w, _: w[0] ** 2 + w[1] ** 2), "conserved energy: its rate of change"),
-        (lambda: spinning(mass=lambda w, _: w[0] * sp.Symbol("weight")), "conserved mass: unbound symbol weight"),
-        (lambda: spinning(mass=lambda w, _: sp.I * w[0]), "conserved mass: .* is complex or infinite"),
-        (lambda: spinning(mass=lambda w, _: w[0] / sp.Integer(0)), "conserved mass: .* is complex or infinite"),
-        (lambda: spinning(mass=lambda w, _: w[0] * 10**400), "conserved mass: .* is complex or infinite"),
+        (lambda: free_body(rates=False), "rate of w1: is missing"),
+        (lambda: free_body(energy=lambda w, _: w[0] ** 2 + w[1] ** 2), "conserved energy: its rate of change"),
+        (lambda: free_body(mass=lambda w, _: w[0] * sp.Symbol("weight")), "conserved mass: unbound symbol weight"),
+        (lambda: free_body(mass=lambda w, _: sp.I * w[0]), "conserved mass: .* is complex or infinite"),
+        (lambda: free_body(mass=lambda w, _: w[0] / sp.Integer(0)), "conserved mass: .* is complex or infinite"),
+        (lambda: free_body(mass=lambda w, _: w[0] * 10**400), "conserved mass: .* is complex or infinite"),
         (lambda: System("Many", most=10**9), "most 1000000000: allowed: a whole number from 1"),
         (lambda: System("Text", most="3"), "most '3': allowed: a whole number from 1"),
         (lambda: System("None").parameter("a", default=float("nan")), "parameter a: default nan is out of range"),
     ],
 )
-def test_what_is_wrong_with_states_is_named(made, told):
-    with pytest.raises(DescriptionError, match=told):
-        derive(made())
+def test_what_is_wrong_with_states_is_named(describe, message):
+    with pytest.raises(DescriptionError, match=message):
+        derive(describe())
 
 
 def refusal(change):
-    system, (m, _, c, _), (x, y, vx, vy) = turning()
+    system, (m, _, c, _), (x, y, vx, vy) = particle_in_plane()
 
-    def made():
+    def describe():
         change(system, m, c, x, y, vx, vy)
         derive(system)
 
-    with pytest.raises(DescriptionError, match="allowed") as refused:
-        made()
-    return str(refused.value)
+    with pytest.raises(DescriptionError, match="allowed") as error:
+        describe()
+    return str(error.value)
 
 
 def test_what_is_wrong_with_coordinates_is_named():
@@ -172,7 +172,7 @@ def test_what_is_wrong_with_coordinates_is_named():
 
 
 def test_an_equilibrium_is_looked_for_near_its_name():
-    """Named roughly, found exactly; one that is not there is not made up."""
+    """A rough name gives the exact equilibrium; a name without an equilibrium gives none."""
     system = System("Wind")
     g = system.parameter("push", "N", default=0.3)
     x = system.coordinate("x", "m", bounds=(-1, 1))
@@ -180,15 +180,15 @@ def test_an_equilibrium_is_looked_for_near_its_name():
     system.potential(x**4 / 4 + x**2 / 2)
     system.force(x, g)
     system.equilibrium("leaning", {x: 0.2})
-    found = Model(system).equilibria([np.array([0.3, 0.5, 5.0])])
+    zeros = Model(system).equilibria([np.array([0.3, 0.5, 5.0])])
     root = [np.real(r[np.abs(r.imag) < 1e-9][0]) for r in map(np.roots, ([1, 0, 1, -0.3], [1, 0, 1, -0.5]))]
-    np.testing.assert_allclose(found.places[:2, 0, 0], root, rtol=1e-14)
-    assert np.isnan(found.places[2]).all()
-    assert (found.certified == PROVED).all()
+    np.testing.assert_allclose(zeros.places[:2, 0, 0], root, rtol=1e-14)
+    assert np.isnan(zeros.places[2]).all()
+    assert (zeros.certified == PROVED).all()
 
 
 def flow_of(system, **values):
-    """Equilibria of a system of first order, and what its search is of."""
+    """Return the landscape of a system of first order and the equilibria of its search."""
     model = Model(system)
     columns = [np.array([values.get(name, p.default)]) for name, p in system.parameters.items()]
     return model.landscape, equilibria.find(model.landscape, columns)
@@ -205,14 +205,14 @@ def test_a_damped_pendulum_stands_upright_in_any_unit(metre):
     system.dissipation(sp.Float(0.1) * length**2 * system.velocity(theta) ** 2)
     system.equilibrium("hanging", {theta: 0})
     system.equilibrium("upright", {theta: sp.pi})
-    _, found = flow_of(system)
-    assert found.places[0, :, 0] == pytest.approx([0.0, np.pi], abs=1e-15)
-    assert found.certified[0] == PROVED
+    _, zeros = flow_of(system)
+    assert zeros.places[0, :, 0] == pytest.approx([0.0, np.pi], abs=1e-15)
+    assert zeros.certified[0] == PROVED
 
 
-def damped(count, most=None):
-    """Pendulums beside each other, tied by weak springs and damped."""
-    system = System("Damped pendulums", most=most)
+def damped_pendulums(count, max_places=None):
+    """Pendulums in a row, coupled by weak springs and damped."""
+    system = System("Damped pendulums", most=max_places)
     q = [system.coordinate(f"q{i}", "rad", bounds=(-sp.pi, sp.pi), periodic=True) for i in range(count)]
     for x in q:
         system.kinetic_energy(system.velocity(x) ** 2 / 2)
@@ -224,20 +224,20 @@ def damped(count, most=None):
 
 @pytest.mark.parametrize("count", [2, 3])
 def test_several_angles_have_all_combinations(count):
-    _, found = flow_of(damped(count, most=100))  # more than 64 are room for no IndexError
-    assert found.counts[0] == 2**count
-    assert found.certified[0] == PROVED
-    whole = np.abs(found.places[0, : 2**count] / np.pi)
-    assert whole == pytest.approx(np.round(whole), abs=1e-14)
+    _, zeros = flow_of(damped_pendulums(count, max_places=100))  # more than 64 are room for no IndexError
+    assert zeros.counts[0] == 2**count
+    assert zeros.certified[0] == PROVED
+    half_turns = np.abs(zeros.places[0, : 2**count] / np.pi)
+    assert half_turns == pytest.approx(np.round(half_turns), abs=1e-14)
 
 
 def test_places_close_together_in_a_wide_range_are_all_found():
     system = System("Close", most=4)
     x = system.state("x", "1", bounds=(-10000, 10000))
     system.rate(x, -((x - 1) ** 2 - sp.Rational(1, 10**8)) * (x + 7))
-    _, found = flow_of(system)
-    assert found.places[0, :3, 0] == pytest.approx([-7.0, 1 - 1e-4, 1 + 1e-4], rel=1e-13)
-    assert found.certified[0] == PROVED
+    _, zeros = flow_of(system)
+    assert zeros.places[0, :3, 0] == pytest.approx([-7.0, 1 - 1e-4, 1 + 1e-4], rel=1e-13)
+    assert zeros.certified[0] == PROVED
 
 
 def test_a_family_that_bends_is_followed_where_its_equations_hang_on_each_other():
@@ -249,9 +249,9 @@ def test_a_family_that_bends_is_followed_where_its_equations_hang_on_each_other(
     for state, rate in zip((x, y, z), next(slopes).cross(next(slopes)), strict=True):
         system.rate(state, rate)
     system.equilibrium("middle", {x: 0, y: 0, z: 0})
-    _, found = flow_of(system)
-    assert found.certified[0] == FAMILY
-    assert found.dimension[0, 0] == 1
+    _, zeros = flow_of(system)
+    assert zeros.certified[0] == FAMILY
+    assert zeros.dimension[0, 0] == 1
 
 
 def test_families_that_cross_have_the_dimension_of_their_members():
@@ -261,29 +261,29 @@ def test_families_that_cross_have_the_dimension_of_their_members():
     for state, rate in ((x, x * y), (y, 0 * x), (z, -z)):
         system.rate(state, rate)
     system.equilibrium("middle", {x: 0, y: 0, z: 0})
-    _, found = flow_of(system)
-    assert found.dimension[0, 0] == 1
+    _, zeros = flow_of(system)
+    assert zeros.dimension[0, 0] == 1
 
 
 def test_a_near_miss_is_no_equilibrium():
     system = System("Miss")
     x = system.state("x", "1", bounds=(-3, 5))
     system.rate(x, (x - 1) ** 2 + sp.Float("1e-12"))
-    landscape, found = flow_of(system)
-    assert found.counts[0] == 0
-    assert "none within the bounds" in equilibria.refusal(landscape, found, [])
+    landscape, zeros = flow_of(system)
+    assert zeros.counts[0] == 0
+    assert "none within the bounds" in equilibria.refusal(landscape, zeros, [])
 
 
 def test_a_family_gives_the_member_nearest_to_its_name_and_its_dimension():
-    """Spins about the middle axis at any rate; without a name the family is said with its direction."""
-    _, found = flow_of(spinning(energy=energy))
-    assert found.places[0, 0].tolist() == [0.0, 1.0, 0.0]
-    assert found.dimension[0, 0] == 1
-    assert found.certified[0] == FAMILY
+    """Spins about the middle axis at any rate; without a name the family is reported with its direction."""
+    _, zeros = flow_of(free_body(energy=energy))
+    assert zeros.places[0, 0].tolist() == [0.0, 1.0, 0.0]
+    assert zeros.dimension[0, 0] == 1
+    assert zeros.certified[0] == FAMILY
     system = System("Rest of a slider")
     x, v = (system.state(name, "1", bounds=(-1, 2)) for name in "xv")
     system.rate(x, v)
     system.rate(v, -v)
-    landscape, found = flow_of(system)
-    assert found.is_flat.tolist() == [True]
-    assert "along x; allowed: a name" in equilibria.refusal(landscape, found, [])
+    landscape, zeros = flow_of(system)
+    assert zeros.is_flat.tolist() == [True]
+    assert "along x; allowed: a name" in equilibria.refusal(landscape, zeros, [])

@@ -99,18 +99,18 @@ def meissner():
 def test_meissners_equation_is_the_product_of_two_matrices():
     rng, size = np.random.default_rng(5), 200
     a, q, d = rng.uniform(-1, 4, size), rng.uniform(-3, 3, size), rng.uniform(0.02, 0.98, size)
-    found, M = of_model(Model(meissner()), a=a, q=q, d=d), np.tile(np.eye(2), (size, 1, 1))
+    columns, M = of_model(Model(meissner()), a=a, q=q, d=d), np.tile(np.eye(2), (size, 1, 1))
     for stiffness, length in ((a - 2 * q, d * np.pi), (a + 2 * q, (1 - d) * np.pi)):
         w = np.sqrt(stiffness.astype(complex))
         c, s = np.cos(w * length), np.sin(w * length)
         M = np.moveaxis(np.array([[c, s / w], [-w * s, c]]).real, 2, 0) @ M
     trace = M[:, 0, 0] + M[:, 1, 1]
-    assert (found["status"] == OK).all()
+    assert (columns["status"] == OK).all()
     rounding = 1e-14 * np.abs(M).max(axis=(1, 2)) ** 2  # of the closed form
     for name in ("trace", "trace_theory"):
-        assert (np.abs(found[name] - trace) <= found["trace_error"] + rounding).all()
-    assert np.median(found["trace_error"] / np.maximum(1.0, np.abs(trace))) < 1e-12
-    regime = np.array(["undetermined", *REGIMES[1:]])[found["regime"] + 1]
+        assert (np.abs(columns[name] - trace) <= columns["trace_error"] + rounding).all()
+    assert np.median(columns["trace_error"] / np.maximum(1.0, np.abs(trace))) < 1e-12
+    regime = np.array(["undetermined", *REGIMES[1:]])[columns["regime"] + 1]
     sure = np.abs(np.abs(trace) - 2.0) > 1e-9
     expected = np.where(np.abs(trace) < 2, "stable", np.where(trace > 2, "unstable", "period_doubling"))
     assert (regime == expected)[sure].all()
@@ -120,8 +120,8 @@ def test_the_edge_of_meissners_equation_is_a_cantilevers_first_root():
     """At a = 0 the trace is 2 cos x cosh x, x = π/2 √(2q): -2 at the x = 1.8751040687 of a cantilever."""
     edge = (2 * 1.8751040687119611 / np.pi) ** 2 / 2
     assert edge == pytest.approx(0.712494, abs=1e-6)
-    found = of_model(Model(meissner()), q=edge * np.array([1 - 1e-9, 1.0, 1 + 1e-9]))
-    assert [REGIMES[code + 1] for code in found["regime"]] == ["stable", "marginal", "period_doubling"]
+    columns = of_model(Model(meissner()), q=edge * np.array([1 - 1e-9, 1.0, 1 + 1e-9]))
+    assert [REGIMES[code + 1] for code in columns["regime"]] == ["stable", "marginal", "period_doubling"]
 
 
 def solve_between(edges, rates, y):
@@ -138,8 +138,8 @@ def test_multipliers_beside_jumps(name):
     wave, t = WAVES[name][0], sp.Symbol("t", real=True)
     model = Model(oscillator(lambda t, d: 1.3 + 2 * d * wave(t, d)))
     d = np.array([0.3, -0.5, 1.2])
-    found = of_model(model, d=d)
-    assert (found["status"] == OK).all()
+    columns = of_model(model, d=d)
+    assert (columns["status"] == OK).all()
     f = sp.lambdify([t, (p := sp.Symbol("d", real=True))], 1.3 + 2 * p * wave(t, p), "mpmath")
     for k, value in enumerate(d.tolist()):
         edges, _ = model.jumps.of_point(model.with_switches([value]), 0.0, 2 * np.pi)
@@ -149,9 +149,9 @@ def test_multipliers_beside_jumps(name):
             return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
 
         y = solve_between(edges, rates, np.array([1.0, 0.0, 0.0, 1.0]))
-        assert abs(found["trace"][k] - y[0] - y[3]) <= found["trace_error"][k] + 2e-12  # of SciPy
+        assert abs(columns["trace"][k] - y[0] - y[3]) <= columns["trace_error"][k] + 2e-12  # of SciPy
         alone = of_model(model, d=value)
-        assert (alone["trace"] == found["trace"][k]).all()
+        assert (alone["trace"] == columns["trace"][k]).all()
 
 
 def test_the_reference_of_verify_steps_to_the_jumps():
@@ -161,13 +161,13 @@ def test_the_reference_of_verify_steps_to_the_jumps():
     for q in (0.3, 0.9):
         for d in (0.5, 0.2):
             point = {"a": 0.0, "q": q, "d": d, "equilibrium": "rest"}
-            here = ds.sel(q=q, d=d).squeeze()
+            point_map = ds.sel(q=q, d=d).squeeze()
             (of_scipy,) = compare.ways.values()
-            assert abs(of_scipy(point, None) - float(here["trace"])) < 1e-10
+            assert abs(of_scipy(point, None) - float(point_map["trace"])) < 1e-10
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("describe", "message"),
     [
         (lambda: oscillator(lambda t, d: sign(1 + cos(t))), "or system.jump"),
         (lambda: oscillator(lambda t, d: sp.floor(cos(t))), "or system.jump"),
@@ -176,24 +176,24 @@ def test_the_reference_of_verify_steps_to_the_jumps():
         (lambda: oscillator(lambda t, d: sign(sin(2 * t)), jumps=(1,)), "or system.jump"),
     ],
 )
-def test_jumps_that_are_not_known_are_refused_in_words(made, said):
-    with pytest.raises((DescriptionError, DefinitionError), match=said):
-        sweeps.survey({"system": made()})
+def test_jumps_that_are_not_known_are_refused_in_words(describe, message):
+    with pytest.raises((DescriptionError, DefinitionError), match=message):
+        sweeps.survey({"system": describe()})
 
 
 def test_declared_jumps_are_taken():
-    """Where a root touches 0, or the function jumps without a sign in it."""
+    """Jumps at a double root, and of a function without a sign in its expression."""
     quarter = pi / 2
     model = Model(oscillator(lambda t, d: 1.2 + d * sp.floor(cos(t)), jumps=(quarter, 3 * quarter)))
-    found = of_model(model)
+    columns = of_model(model)
     w = np.sqrt([1.2, 0.9])
     S = [
         np.array([[np.cos(w * L), np.sin(w * L) / w], [-w * np.sin(w * L), np.cos(w * L)]])
         for w, L in zip(w, (np.pi / 2, np.pi), strict=True)
     ]
     M = S[0] @ S[1] @ S[0]
-    assert found["status"] == OK
-    assert abs(found["trace"] - np.trace(M)) <= found["trace_error"]
+    assert columns["status"] == OK
+    assert abs(columns["trace"] - np.trace(M)) <= columns["trace_error"]
 
 
 @pytest.mark.parametrize("state", ["x", "x_dot"])
@@ -217,13 +217,13 @@ def test_motions_step_to_the_jumps():
     ds = sweeps.motion(system, {"x": 0.3}, times)
     half = np.pi / 2
     edges = np.array([0.0, *(half * np.arange(1, 13)), 20.0])
-    y, found = np.array([0.3, 0.0]), [0.3]
+    y, expected = np.array([0.3, 0.0]), [0.3]
     for begin, end in pairwise(edges):
         a, b = np.sign(np.cos((begin + end) / 2)), np.sign(np.sin((begin + end) / 2))
         rates = lambda t, y, a=a, b=b: [y[1], -y[0] - y[0] ** 3 - y[1] / 10 + 0.3 * a + b * np.sin(t)]  # noqa: E731
-        there = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
-        found += [there.sol(time)[0] for time in times if begin < time <= end]
-        y = there.y[:, -1]
+        solution = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
+        expected += [solution.sol(time)[0] for time in times if begin < time <= end]
+        y = solution.y[:, -1]
     assert int(ds["status"]) == 0
-    assert (np.abs(ds["x"].values - found) <= ds["x_error"].values + 1e-11).all()  # of SciPy's dense output
+    assert (np.abs(ds["x"].values - expected) <= ds["x_error"].values + 1e-11).all()  # of SciPy's dense output
     assert ds["x_error"].values[-1] < 1e-10

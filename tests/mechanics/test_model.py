@@ -14,13 +14,13 @@ from sweeps.mechanics import System, equilibria, modes, normal_modes
 from sweeps.mechanics.model import Model
 from sweeps.schema.refusals import DescriptionError
 
-QUICK = ("pendulum", "bead_on_hoop")  # what others generate is compiled for ten seconds
+QUICK = ("pendulum", "bead_on_hoop")  # the code of each further system takes ten seconds to compile
 EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
-PROMISED, LEAST = 1e-6, 1e-3  # relative error of ω², where |ω²| is at least so much of the scale's square
+PROMISED, MIN_RELATIVE_RATE = 1e-6, 1e-3  # largest relative error of ω², and the least |ω²|/S² at which it applies
 
 
 class Models(dict):
-    """Each shipped system's model, derived when it is asked for."""
+    """Each shipped system's model, derived on first use."""
 
     def __missing__(self, name):
         self[name] = Model(shipped(name))
@@ -36,10 +36,10 @@ def models():
 def test_measured_rates_are_the_theorys(models, name):
     model = models[name]
     columns = model.survey(points(model.system, model.equations.m, 60, LIBRARY[name]))
-    here = columns["status"] != statuses.NO_EQUILIBRIUM
-    assert (columns["status"][here] == statuses.OK).all()
-    sized = np.abs(columns["omega_squared_theory"]) >= LEAST * columns["rate_scale"] ** 2
-    deviation = np.abs(columns["omega_squared"] / columns["omega_squared_theory"] - 1)[sized]
+    exists = columns["status"] != statuses.NO_EQUILIBRIUM
+    assert (columns["status"][exists] == statuses.OK).all()
+    is_large = np.abs(columns["omega_squared_theory"]) >= MIN_RELATIVE_RATE * columns["rate_scale"] ** 2
+    deviation = np.abs(columns["omega_squared"] / columns["omega_squared_theory"] - 1)[is_large]
     assert deviation.max() <= PROMISED
     assert np.nanmax(columns["energy_drift"]) <= 1e-10
     assert np.array_equal(columns["regime"], columns["regime_theory"])
@@ -50,69 +50,69 @@ def test_errors_hold_the_distance_to_linear_theory(models, name):
     model = models[name]
     for epsilon in (1e-8, 1e-4, 1e-2, 1e-1):
         columns = model.survey(points(model.system, model.equations.m, 40, LIBRARY[name], epsilon=epsilon))
-        sound, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
+        is_ok, theory = columns["status"] == statuses.OK, columns["omega_squared_theory"]
         # at 0.1 orders no longer fall fast, and the reduced error has room for that
         for value, bar in (("omega_squared", 10.0), ("omega_squared_reduced", 60.0 if epsilon > 1e-3 else 10.0)):
-            off, error = np.abs(columns[value] - theory), columns[f"{value}_error"]
-            assert (off <= error)[sound].all()
-            seen = sound & (off > 1e-14 * columns["rate_scale"] ** 2)
-            assert not seen.any() or np.median(error[seen] / off[seen]) <= bar
-        wrong = columns["regime"] != columns["regime_theory"]
-        assert (columns["regime"][sound & wrong] == kernel.MARGINAL).all()
+            deviation, error = np.abs(columns[value] - theory), columns[f"{value}_error"]
+            assert (deviation <= error)[is_ok].all()
+            is_visible = is_ok & (deviation > 1e-14 * columns["rate_scale"] ** 2)
+            assert not is_visible.any() or np.median(error[is_visible] / deviation[is_visible]) <= bar
+        differs = columns["regime"] != columns["regime_theory"]
+        assert (columns["regime"][is_ok & differs] == kernel.MARGINAL).all()
 
 
 @pytest.mark.slow
 def test_errors_hold_the_rounding_of_an_equilibrium_near_which_the_force_hardly_changes(models):
     """Of r^s with s near -2 the circle's radius is known to some roundings over s + 2."""
     model, s = models["central_potential"], np.linspace(-1.95, -1.75, 150)
-    drawn = points(model.system, 2, 150, {"angular_momentum": (0.05, 5.0)}, epsilon=1e-12)
-    drawn["exponent"] = np.repeat(s, 2)
-    columns = model.survey(drawn)
+    parameters = points(model.system, 2, 150, {"angular_momentum": (0.05, 5.0)}, epsilon=1e-12)
+    parameters["exponent"] = np.repeat(s, 2)
+    columns = model.survey(parameters)
     with mpmath.workdps(30):
         exact = []
-        for s, L, mode in zip(drawn["exponent"], drawn["angular_momentum"], drawn["mode"], strict=True):
+        for s, L, mode in zip(parameters["exponent"], parameters["angular_momentum"], parameters["mode"], strict=True):
             orbit = mpmath.mpf(L) ** ((2 * mpmath.mpf(s) - 4) / (mpmath.mpf(s) + 2))
             exact.append(float((mpmath.mpf(s) + 2 if mode == (1 if s < -1 else 2) else 1) * orbit))
     for name in ("omega_squared", "omega_squared_reduced"):
-        off = np.abs(columns[name] - np.array(exact)) / columns[f"{name}_error"]
-        assert off.max() <= 1.0
+        ratio = np.abs(columns[name] - np.array(exact)) / columns[f"{name}_error"]
+        assert ratio.max() <= 1.0
 
 
-# other modes move by more than the one that is measured: rounding of the whole motion; phases of both modes
+# unmeasured modes move by more than the measured mode: rounding of the whole motion; phases of both modes
 def test_errors_hold_where_a_direction_is_soft_or_flat():
-    """Two masses on springs that hardly hold one direction, and terms of higher order: against 40 digits.
+    """Two masses on springs that hardly resist in one direction, and terms of higher order: against 40 digits.
 
-    The place of the equilibrium is as soft: what it is off moves ω² by the terms of third and fourth order.
+    The position of the equilibrium is as soft: its error moves ω² by the terms of third and fourth order.
     """
     random, count, n = np.random.default_rng(5), 300, 2
     system = System("Soft")
     names = ("k00", "k01", "k11", "m0", "m1", "cubic", "quartic")
-    given = {name: system.parameter(name, default=1.0, positive=name[0] == "m") for name in names}
+    symbols = {name: system.parameter(name, default=1.0, positive=name[0] == "m") for name in names}
     x, y = (system.coordinate(name, bounds=(-1, 1), size=1) for name in "xy")
-    system.kinetic_energy((given["m0"] * system.velocity(x) ** 2 + given["m1"] * system.velocity(y) ** 2) / 2)
-    springs = given["k00"] * x**2 / 2 + given["k01"] * x * y + given["k11"] * y**2 / 2
-    system.potential(springs + given["cubic"] * (x**3 + y**3) + given["quartic"] * (x**4 + y**4))
+    system.kinetic_energy((symbols["m0"] * system.velocity(x) ** 2 + symbols["m1"] * system.velocity(y) ** 2) / 2)
+    springs = symbols["k00"] * x**2 / 2 + symbols["k01"] * x * y + symbols["k11"] * y**2 / 2
+    system.potential(springs + symbols["cubic"] * (x**3 + y**3) + symbols["quartic"] * (x**4 + y**4))
     system.equilibrium("zero", {x: 0, y: 0})
     angle, soft = (
         random.uniform(0.0, np.pi, count),
         np.where(random.random(count) < 0.1, 0.0, 10.0 ** -random.uniform(1, 14, count)),
     )
     c, s = np.cos(angle), np.sin(angle)
-    parts = c * c + soft * s * s, c * s * (1.0 - soft), s * s + soft * c * c
+    stiffness = c * c + soft * s * s, c * s * (1.0 - soft), s * s + soft * c * c
     masses = 10.0 ** random.uniform(-3, 3, (n, count))
-    values = [*parts, *masses, random.choice([0.0, 0.3], count), random.choice([0.0, 0.5, 5.0], count)]
+    values = [*stiffness, *masses, random.choice([0.0, 0.3], count), random.choice([0.0, 0.5, 5.0], count)]
     columns = {name: np.repeat(v, n) for name, v in zip(names, values, strict=True)}
     columns |= {"equilibrium": np.zeros(n * count, dtype=int), "mode": np.tile([1, 2], count)}
-    found = Model(system).survey(columns | {"epsilon": np.full(n * count, 1e-6), "phase": np.full(n * count, 0.6)})
+    result = Model(system).survey(columns | {"epsilon": np.full(n * count, 1e-6), "phase": np.full(n * count, 0.6)})
     with mpmath.workdps(40):
         exact = []
         for k00, k01, k11, m0, m1, *_ in zip(*values, strict=True):
             inner = mpmath.mpf(k01) / mpmath.sqrt(mpmath.mpf(m0) * mpmath.mpf(m1))
             matrix = mpmath.matrix([[mpmath.mpf(k00) / m0, inner], [inner, mpmath.mpf(k11) / m1]])
             exact += sorted(float(v) for v in mpmath.eigsy(matrix, eigvals_only=True))
-    off, sound = np.abs(found["omega_squared"] - exact), found["status"] == statuses.OK
-    assert sound.sum() > count
-    assert (off <= found["omega_squared_error"])[sound].all()
+    deviation, is_ok = np.abs(result["omega_squared"] - exact), result["status"] == statuses.OK
+    assert is_ok.sum() > count
+    assert (deviation <= result["omega_squared_error"])[is_ok].all()
 
 
 @pytest.mark.slow
@@ -129,22 +129,22 @@ def test_errors_hold_where_a_direction_is_soft_or_flat():
 )  # fmt: skip
 def test_errors_hold_where_other_modes_move_too(models, mass, length, epsilon, phase, place, along, run):
     model = models["double_pendulum"]
-    drawn = {p.name: np.array([float(p.default)]) for p in model.system.parameters.values()}
-    drawn |= {"mass2": np.array([mass]), "length2": np.array([length]), "epsilon": np.array([epsilon])}
-    drawn |= {"phase": np.array([phase]), "equilibrium": np.array([place[0]]), "mode": np.array([place[1]])}
-    columns = model.survey(drawn, *run, direction=along)
-    off = np.abs(columns["omega_squared_reduced"] - columns["omega_squared_theory"])
+    parameters = {p.name: np.array([float(p.default)]) for p in model.system.parameters.values()}
+    parameters |= {"mass2": np.array([mass]), "length2": np.array([length]), "epsilon": np.array([epsilon])}
+    parameters |= {"phase": np.array([phase]), "equilibrium": np.array([place[0]]), "mode": np.array([place[1]])}
+    columns = model.survey(parameters, *run, direction=along)
+    deviation = np.abs(columns["omega_squared_reduced"] - columns["omega_squared_theory"])
     assert columns["status"][0] == statuses.OK
-    assert off[0] <= columns["omega_squared_reduced_error"][0]
+    assert deviation[0] <= columns["omega_squared_reduced_error"][0]
 
 
 def test_a_swing_reduced_to_zero_amplitude_is_the_small_one(models):
-    """The pendulum's rate² is lower by A²/8; what a half and a quarter of the nudge tell leave the fourth order."""
+    """The pendulum's rate² is lower by A²/8; extrapolation from ε/2 and ε/4 leaves the fourth order."""
     model = models["pendulum"]
     columns = points(model.system, 1, 1, {}, epsilon=0.1, phase=0.0)
-    found = {name: values[0] for name, values in model.survey(columns).items()}
-    assert found["amplitude_shift"] / found["omega_squared_theory"] == pytest.approx(-(0.1**2) / 8, rel=0.02)
-    assert found["omega_squared_reduced"] / found["omega_squared_theory"] == pytest.approx(1.0, abs=1e-5)
+    result = {name: values[0] for name, values in model.survey(columns).items()}
+    assert result["amplitude_shift"] / result["omega_squared_theory"] == pytest.approx(-(0.1**2) / 8, rel=0.02)
+    assert result["omega_squared_reduced"] / result["omega_squared_theory"] == pytest.approx(1.0, abs=1e-5)
 
 
 @pytest.mark.slow
@@ -152,32 +152,32 @@ def test_harmonic_well_gives_twice_the_orbital_rate_and_keplers_once(models):
     model = models["central_potential"]
     for exponent, ratio in ((2.0, 2.0), (-1.0, 1.0), (1.0, 3**0.5)):
         columns = points(model.system, 2, 1, {}) | {"exponent": np.full(2, exponent)}
-        found = model.survey(columns)
-        rate = columns["angular_momentum"] / columns["mass"] / found["r_equilibrium"] ** 2
-        # the tilt of the orbit always goes at the orbital rate; 1e-9 is what ω² is good for here
-        assert np.sort(found["frequency"] / rate) == pytest.approx(sorted([1.0, ratio]), rel=1e-9)
+        result = model.survey(columns)
+        rate = columns["angular_momentum"] / columns["mass"] / result["r_equilibrium"] ** 2
+        # the tilt of the orbit always goes at the orbital rate; ω² is accurate to 1e-9 here
+        assert np.sort(result["frequency"] / rate) == pytest.approx(sorted([1.0, ratio]), rel=1e-9)
 
 
 @pytest.mark.slow
 def test_cone_of_the_spherical_pendulum_is_the_lectures(models):
     model = models["spherical_pendulum"]
     columns = points(model.system, 1, 20, LIBRARY["spherical_pendulum"])
-    found = model.survey(columns)
-    cosine = np.cos(found["theta_equilibrium"])
+    result = model.survey(columns)
+    cosine = np.cos(result["theta_equilibrium"])
     lecture = columns["gravity"] / columns["length"] * (1 + 3 * cosine**2) / cosine
-    assert found["omega_squared"] == pytest.approx(lecture, rel=1e-9)
+    assert result["omega_squared"] == pytest.approx(lecture, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_molecule_of_landau_and_lifshitz_with_its_flat_mode(models):
     model = models["linear_triatomic"]
     columns = points(model.system, 3, 8, LIBRARY["linear_triatomic"])
-    found = model.survey(columns)
+    result = model.survey(columns)
     k, A, B = (columns[name] for name in ("stiffness", "outer_mass", "inner_mass"))
     textbook = np.sort(np.stack([0 * k, k / A, k * (2 * A + B) / (A * B)])[:, ::3], axis=0).T.ravel()
-    bound = found["rate_scale"] ** 2
-    assert np.abs(found["omega_squared"] - textbook).max() <= 1e-9 * bound.max()
-    assert (found["regime"] == np.where(textbook == 0, kernel.MARGINAL, kernel.STABLE)).all()
+    bound = result["rate_scale"] ** 2
+    assert np.abs(result["omega_squared"] - textbook).max() <= 1e-9 * bound.max()
+    assert (result["regime"] == np.where(textbook == 0, kernel.MARGINAL, kernel.STABLE)).all()
 
 
 def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
@@ -186,9 +186,9 @@ def test_a_large_swing_is_slower_by_its_amplitude_squared(models):
     sizes = np.geomspace(2e-3, 5e-2, 9)
     columns = points(model.system, 1, 9, {}, phase=0.0)
     columns["epsilon"] = np.repeat(sizes, 2)
-    found = model.survey(columns)
-    hanging = columns["equilibrium"] == 0
-    deviation = 1 - found["frequency"][hanging] / found["frequency_theory"][hanging]
+    result = model.survey(columns)
+    is_lower = columns["equilibrium"] == 0
+    deviation = 1 - result["frequency"][is_lower] / result["frequency_theory"][is_lower]
     assert np.polyfit(np.log(sizes), np.log(deviation), 1)[0] == pytest.approx(2.0, abs=0.1)
     assert deviation / sizes**2 == pytest.approx(1 / 16, rel=0.02)
 
@@ -203,8 +203,8 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
         pair = model.survey(columns)
         theory = model.theory(columns)
         assert theory["twice"].all()
-        once = normal_modes.measure_points(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
-        alone = normal_modes._columns(model, columns, theory, once)
+        single_run = normal_modes.measure_points(model, columns, theory | {"twice": 0 * columns["mode"]}, 4, 16, 1e-10)
+        alone = normal_modes._columns(model, columns, theory, single_run)
         deviations.append([np.abs(c["omega_squared"] / c["omega_squared_theory"] - 1)[1] for c in (pair, alone)])
     assert np.log10(deviations[0][0] / deviations[1][0]) == pytest.approx(2.0, abs=0.2)
     assert np.log10(deviations[0][1] / deviations[1][1]) < 1.5
@@ -214,7 +214,7 @@ def test_two_nudges_take_away_the_error_of_first_order(models):
 def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypatch):
     model = models[name]
     columns = points(model.system, model.equations.m, 10, LIBRARY[name])
-    told = model.survey(columns)
+    columns_before = model.survey(columns)
     honest = modes.normal_modes
 
     def nonsense(hessian, a):
@@ -222,10 +222,10 @@ def test_no_measured_column_depends_on_a_theoretical_rate(models, name, monkeypa
         return np.flip(squares, axis=1) * -3.7 + 1.0, vectors
 
     monkeypatch.setattr(modes, "normal_modes", nonsense)
-    misled = model.survey(columns)
-    for column in told:
-        same = np.array_equal(told[column], misled[column], equal_nan=True)
-        assert same != column.endswith("_theory"), column
+    disturbed = model.survey(columns)
+    for column in columns_before:
+        is_equal = np.array_equal(columns_before[column], disturbed[column], equal_nan=True)
+        assert is_equal != column.endswith("_theory"), column
 
 
 def test_hoops_measured_boundary_is_the_line(models):
@@ -234,8 +234,8 @@ def test_hoops_measured_boundary_is_the_line(models):
     R, W = (x.ravel() for x in np.meshgrid(radius, spin, indexing="ij"))
     columns = points(model.system, 1, R.size, {})
     columns["radius"], columns["spin_rate"] = np.repeat(R, 4), np.repeat(W, 4)
-    chosen = columns["equilibrium"] == 0
-    columns = {name: values[chosen] for name, values in columns.items()}
+    is_bottom = columns["equilibrium"] == 0
+    columns = {name: values[is_bottom] for name, values in columns.items()}
     regime = model.survey(columns)["regime"].reshape(radius.size, spin.size)
     for r, row in zip(radius, regime, strict=True):
         first = np.argmax(row == kernel.UNSTABLE)
@@ -247,9 +247,9 @@ def test_hoops_measured_boundary_is_the_line(models):
 def test_a_flat_line_is_a_status(models):
     model = models["bead_on_wire"]
     columns = points(model.system, 1, 1, {}) | {"gravity": np.array([4.0]), "spin_rate": np.array([2.0])}
-    found = model.survey(columns)
-    assert found["status"].tolist() == [statuses.FLAT]
-    assert np.isnan(found["omega_squared"]).all()
+    result = model.survey(columns)
+    assert result["status"].tolist() == [statuses.FLAT]
+    assert np.isnan(result["omega_squared"]).all()
 
 
 @pytest.mark.slow
@@ -257,14 +257,14 @@ def test_a_flat_line_is_a_status(models):
 def test_a_points_bits_depend_on_the_point_alone(models, count):
     model = models["double_pendulum"]
     columns = points(model.system, 2, 40, LIBRARY["double_pendulum"])
-    whole = model.survey(columns)
-    part = model.survey({name: values[: 8 * count] for name, values in columns.items()})
-    for name in whole:
-        assert np.array_equal(part[name], whole[name][: 8 * count], equal_nan=True), name
+    all_points = model.survey(columns)
+    first_points = model.survey({name: values[: 8 * count] for name, values in columns.items()})
+    for name in all_points:
+        assert np.array_equal(first_points[name], all_points[name][: 8 * count], equal_nan=True), name
 
 
 def test_a_step_that_is_too_long_is_halved_until_it_holds(models):
-    """A nudge of 0.3 at the loosest plan: the halving test sees it, and the points are run again."""
+    """A perturbation of 0.3 at the loosest plan: the halving test detects it, and the points are run again."""
     model = models["pendulum"]
     columns = points(model.system, 1, 3, LIBRARY["pendulum"], epsilon=0.9)
     loose = model.survey(columns, tolerance=1e-3)
@@ -288,7 +288,7 @@ def double_pendulum(t, state, m1, m2, l1, l2, g):
     return [w1, w2, *np.linalg.solve(a, [pull1, pull2])]
 
 
-def hanging(model, **given):
+def hanging_pendulum(model, **given):
     columns = points(model.system, 2, 1, {}) | {name: np.full(8, value) for name, value in given.items()}
     return {name: values[:2] for name, values in columns.items()}
 
@@ -298,11 +298,11 @@ def hanging(model, **given):
 def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction):
     model = models["double_pendulum"]
     m1, m2, l1, l2, g = numbers = (1.0, 0.4, 1.0, 0.7, 9.80665)
-    columns = hanging(model, mass2=m2, length2=l2, epsilon=0.05)
-    found = model.survey(columns, direction=direction)
+    columns = hanging_pendulum(model, mass2=m2, length2=l2, epsilon=0.05)
+    result = model.survey(columns, direction=direction)
     size = model.theory(columns)["sizes"][0]
     start = 0.05 * np.array(direction) / np.abs(direction / size).max()
-    S = found["rate_scale"][0]
+    S = result["rate_scale"][0]
     a = np.array([[(m1 + m2) * l1 * l1, m2 * l1 * l2], [m2 * l1 * l2, m2 * l2 * l2]])
     squares, vectors = eigh(np.diag([(m1 + m2) * g * l1, m2 * g * l2]), a)
     h = np.pi / 8 / S
@@ -311,40 +311,42 @@ def test_a_nudge_in_a_direction_is_scipys_motion_mode_by_mode(models, direction)
         double_pendulum, (0, 64 * h), state, "DOP853", np.arange(65) * h, args=numbers, rtol=3e-14, atol=1e-16
     ).y[:2]
     for k in (0, 1):
-        x = (vectors[:, k] @ a @ motion)[: found["samples_used"][k]]
+        x = (vectors[:, k] @ a @ motion)[: result["samples_used"][k]]
         cosine = 0.5 * ((x[2:] + x[:-2]) @ x[1:-1]) / (x[1:-1] @ x[1:-1])
         expected = (np.arccos(cosine) / h) ** 2
         # rounding of a sample over the second difference; the nonlinear shift of this nudge is 1e-4 and more
-        assert found["omega_squared"][k] == pytest.approx(expected, rel=1e-9)
+        assert result["omega_squared"][k] == pytest.approx(expected, rel=1e-9)
         assert abs(expected / squares[k] - 1) > 1e-5
-    # what the columns say of each mode's part adds up to the nudge; the measured rate is off by the shift
-    parts = vectors / np.abs(vectors / size[:, None]).max(axis=0)
-    parts *= np.sign(parts[np.abs(parts).argmax(axis=0), [0, 1]])
-    assert parts @ (found["amplitude"] * np.cos(found["initial_phase"])) == pytest.approx(start * np.cos(0.6), rel=1e-9)
+    # the columns' contributions of the modes add up to the perturbation; the measured rate is off by the shift
+    mode_shapes = vectors / np.abs(vectors / size[:, None]).max(axis=0)
+    mode_shapes *= np.sign(mode_shapes[np.abs(mode_shapes).argmax(axis=0), [0, 1]])
+    assert mode_shapes @ (result["amplitude"] * np.cos(result["initial_phase"])) == pytest.approx(
+        start * np.cos(0.6), rel=1e-9
+    )
 
 
 @pytest.mark.slow
 def test_a_mode_without_a_share_of_the_direction_is_said(models):
     model = models["double_pendulum"]
-    columns = hanging(model)
+    columns = hanging_pendulum(model)
     first = model.theory(columns)["modes"][0, :, 0]
-    found = model.survey(columns, direction=first)
-    assert found["status"].tolist() == [statuses.OK, statuses.NOT_PERTURBED]
-    assert np.isnan(found["omega_squared"]).tolist() == [False, True]
-    assert found["regime"].tolist() == [kernel.STABLE, -1]
-    assert found["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)
+    result = model.survey(columns, direction=first)
+    assert result["status"].tolist() == [statuses.OK, statuses.NOT_PERTURBED]
+    assert np.isnan(result["omega_squared"]).tolist() == [False, True]
+    assert result["regime"].tolist() == [kernel.STABLE, -1]
+    assert result["omega_squared"][0] == pytest.approx(model.survey(columns)["omega_squared"][0], rel=1e-12)
 
 
 def test_log_slope_is_the_rate_where_its_window_holds_it(models):
     model = models["pendulum"]
     columns = points(model.system, 1, 6, LIBRARY["pendulum"], phase=0.0)
-    found = model.survey(columns)
+    result = model.survey(columns)
     upright = columns["equilibrium"] == 1
-    assert np.isnan(found["e_folds"][~upright]).all()
+    assert np.isnan(result["e_folds"][~upright]).all()
     # ln cosh from 2 to at most 1000 times the start, less the two samples that miss its ends
-    assert (np.abs(found["e_folds"][upright] - np.log(500)) <= 2 * np.pi / 8).all()
+    assert (np.abs(result["e_folds"][upright] - np.log(500)) <= 2 * np.pi / 8).all()
     # at 2 the decaying part is still a thirteenth of the motion
-    assert found["growth_rate_logslope"][upright] == pytest.approx(found["growth_rate_theory"][upright], rel=5e-3)
+    assert result["growth_rate_logslope"][upright] == pytest.approx(result["growth_rate_theory"][upright], rel=5e-3)
     large = model.survey(columns | {"epsilon": np.full(12, 1e-3)})  # 0.01 is ten times this nudge, 1.6 e-folds above 2
     assert (large["e_folds"][upright] > 1.0).all()
     assert np.isnan(large["growth_rate_logslope"]).all()
@@ -357,9 +359,9 @@ def test_the_energy_of_a_narrow_well_is_watched():
     system.kinetic_energy(system.velocity(x) ** 2 / 2)
     system.potential(-(w**2) * sp.exp(-((x - 1) ** 2) / (2 * w**2)))
     system.equilibrium("well", {x: 1})
-    ones = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
-    found = Model(system).survey(ones | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
-    assert 0.0 < found["energy_drift"][0] < 1e-13
+    indices = {"equilibrium": np.zeros(1, int), "mode": np.zeros(1, int), "phase": np.zeros(1)}
+    result = Model(system).survey(indices | {"width": np.array([0.02]), "epsilon": np.array([1e-3])})
+    assert 0.0 < result["energy_drift"][0] < 1e-13
 
 
 OF_PARAMETERS = {  # of a parameter a, and of a number
@@ -394,14 +396,14 @@ def test_functions_of_parameters_alone_are_numbers(name, place):
         system.potential((of_a(a) if place == "V" else 1) * (1 - sp.cos(x)))
     system.equilibrium("rest", {x: 0})
     model, parameters = Model(system), [np.array(values)]
-    found = model.equilibria(parameters)
-    assert (found.certified == equilibria.PROVED).all()
-    assert (found.counts == 1).all()
-    squared = -model.landscape.slopes(parameters, list(found.places[:, 0].T))[0][:, -1, 0]
-    squared /= model.landscape.a(parameters, [np.zeros(3)])[:, 0, 0] if place == "mass" else 1.0
+    zeros = model.equilibria(parameters)
+    assert (zeros.certified == equilibria.PROVED).all()
+    assert (zeros.counts == 1).all()
+    square = -model.landscape.slopes(parameters, list(zeros.places[:, 0].T))[0][:, -1, 0]
+    square /= model.landscape.a(parameters, [np.zeros(3)])[:, 0, 0] if place == "mass" else 1.0
     expected = np.array([float(of_number(value)) for value in values])
     # some roundings of SciPy's functions
-    assert squared == pytest.approx(1 / expected if place == "mass" else expected, rel=1e-14)
+    assert square == pytest.approx(1 / expected if place == "mass" else expected, rel=1e-14)
 
 
 def test_a_function_without_values_is_refused_by_its_name():
@@ -416,7 +418,7 @@ def test_a_function_without_values_is_refused_by_its_name():
 
 
 @pytest.mark.parametrize(
-    ("given", "bounds"),
+    ("options", "bounds"),
     [
         ({"periodic": True}, (-sp.pi, sp.pi)),
         ({"periodic": True, "bounds": (0, 2 * sp.pi)}, (0, 2 * sp.pi)),
@@ -426,13 +428,13 @@ def test_a_function_without_values_is_refused_by_its_name():
         ({}, None),
     ],
 )
-def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(given, bounds):
+def test_the_bounds_of_a_periodic_coordinate_are_a_whole_turn_by_default(options, bounds):
     system = System("Bounds")
     if bounds is None:
         with pytest.raises(DescriptionError, match="bounds are missing"):
-            system.coordinate("x", "rad", **given)
+            system.coordinate("x", "rad", **options)
     else:
-        system.coordinate("x", "rad", **given)
+        system.coordinate("x", "rad", **options)
         assert system.coordinates["x"].bounds == bounds
 
 

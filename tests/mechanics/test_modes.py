@@ -17,8 +17,8 @@ def matrices(n, count=50, seed=2):
 def test_modes_solve_the_eigenproblem(n):
     hessian, a = matrices(n)
     squares, vectors = modes.normal_modes(hessian, a)
-    left = hessian @ vectors
-    assert left == pytest.approx(a @ vectors * squares[:, None, :], abs=1e-10)
+    force = hessian @ vectors
+    assert force == pytest.approx(a @ vectors * squares[:, None, :], abs=1e-10)
     identity = np.broadcast_to(np.eye(n), a.shape)
     assert vectors.transpose(0, 2, 1) @ a @ vectors == pytest.approx(identity, abs=1e-10)
     assert (np.diff(squares, axis=1) >= 0).all()

@@ -54,18 +54,18 @@ def of_model(model, tolerance=1e-12, **values):
     return periodic.survey(model, points, tolerance)
 
 
-def covered(columns):
-    """Compare every measured column with the variational flow's, within its error, where the status is OK."""
-    sound, inside = columns["status"] == OK, {}
+def errors_cover(columns):
+    """Compare every measured column with the variational flow's, within its error, at points with status OK."""
+    is_ok, inside = columns["status"] == OK, {}
     for name in (name.removesuffix("_theory") for name in columns if name.endswith("_theory")):
         if f"{name}_error" in columns:
-            apart = np.abs(columns[name] - columns[f"{name}_theory"])[sound]
-            inside[name] = bool((apart <= columns[f"{name}_error"][sound]).all())
+            deviation = np.abs(columns[name] - columns[f"{name}_theory"])[is_ok]
+            inside[name] = bool((deviation <= columns[f"{name}_error"][is_ok]).all())
     return all(inside.values())
 
 
 def mathieu_of_exponent(nu, q, number):
-    """Return the a whose Mathieu equation has the exponent i nu, by Newton on the tridiagonal determinant, 30 digits.
+    """Return the a at which Mathieu's equation has the exponent i nu, by Newton's method with 30 digits.
 
     (nu + 2k)² y_k + q (y_{k-1} + y_{k+1}) = a y_k; begun at an eigenvalue in doubles.
     """
@@ -84,24 +84,24 @@ def mathieu_of_exponent(nu, q, number):
 
 def test_published_traces_of_mathieus_equation():
     a, q = np.array(list(TRACES), dtype=float).T
-    found = survey("mathieu", a=a, q=q)
-    for name, error in (("trace", found["trace_error"]), ("trace_theory", 0.0)):
-        assert (np.abs(found[name] - list(TRACES.values())) <= error + 6e-13).all()  # their printed digits
-    assert (found["trace_error"] < 2e-13).all()
-    assert covered(found)
+    columns = survey("mathieu", a=a, q=q)
+    for name, error in (("trace", columns["trace_error"]), ("trace_theory", 0.0)):
+        assert (np.abs(columns[name] - list(TRACES.values())) <= error + 6e-13).all()  # their printed digits
+    assert (columns["trace_error"] < 2e-13).all()
+    assert errors_cover(columns)
 
 
 @pytest.mark.parametrize("q", VALUES)
 def test_published_characteristic_values(q):
     """The chart's curves have them, and the trace is 2 or -2 there, to its slope in a times half their last digit."""
-    drawn = figure_tongues.characteristic_values(np.array([q]), 5)[:, 0]
-    np.testing.assert_allclose(drawn, VALUES[q], rtol=0, atol=1.3e-11)  # four roundings of the largest entry, 4 · 60²
+    curves = figure_tongues.characteristic_values(np.array([q]), 5)[:, 0]
+    np.testing.assert_allclose(curves, VALUES[q], rtol=0, atol=1.3e-11)  # four roundings of the largest entry, 4 · 60²
     a, h = np.array(VALUES[q]), 1e-4
-    found, beside = survey("mathieu", a=a, q=q), survey("mathieu", a=a + h, q=q)
-    slope = np.abs(beside["trace_theory"] - found["trace_theory"]) / h + 10.0  # and its change within h
+    columns, shifted = survey("mathieu", a=a, q=q), survey("mathieu", a=a + h, q=q)
+    slope = np.abs(shifted["trace_theory"] - columns["trace_theory"]) / h + 10.0  # and its change within h
     sides = np.array([2.0, -2.0, -2.0, 2.0, 2.0])
-    assert (np.abs(found["trace"] - sides) <= found["trace_error"] + 6e-13 * slope).all()
-    assert (np.abs(found["trace_theory"] - sides) <= 6e-13 * slope + 1e-12).all()
+    assert (np.abs(columns["trace"] - sides) <= columns["trace_error"] + 6e-13 * slope).all()
+    assert (np.abs(columns["trace_theory"] - sides) <= 6e-13 * slope + 1e-12).all()
 
 
 def test_butikovs_curve_of_the_first_tongue():
@@ -116,13 +116,13 @@ def test_the_growth_of_mathieus_equation_is_the_tridiagonal_eigenproblems():
     rng = np.random.default_rng(34)
     nu, q, number = rng.uniform(0.02, 0.98, 400), rng.uniform(0.0, 8.0, 400), rng.integers(0, 5, 400)
     a = np.array([mathieu_of_exponent(*point) for point in zip(nu.tolist(), q.tolist(), number.tolist(), strict=True)])
-    found, exact = survey("mathieu", a=a, q=q), 2.0 * np.cos(np.pi * nu)
+    columns, exact = survey("mathieu", a=a, q=q), 2.0 * np.cos(np.pi * nu)
     # a's own rounding moves the trace by its slope, at most some hundreds
-    assert np.abs(found["trace_theory"] - exact).max() < 1e-11
-    assert (np.abs(found["trace"] - exact) <= found["trace_error"] + 1e-13 * (1.0 + np.abs(a))).all()
-    assert (found["regime"] == floquet.STABLE).all()
-    assert covered(found)
-    turns = np.abs(found["exponent_imag"][:, 0])
+    assert np.abs(columns["trace_theory"] - exact).max() < 1e-11
+    assert (np.abs(columns["trace"] - exact) <= columns["trace_error"] + 1e-13 * (1.0 + np.abs(a))).all()
+    assert (columns["regime"] == floquet.STABLE).all()
+    assert errors_cover(columns)
+    turns = np.abs(columns["exponent_imag"][:, 0])
     assert np.abs(np.cos(np.pi * turns) - np.cos(np.pi * nu)).max() < 1e-11
     assert (np.abs(turns - np.sqrt(np.abs(a)))[q < 0.1] < 0.1).all()  # continuous from small modulation
 
@@ -131,67 +131,73 @@ def test_damping_is_taken_off_the_growth():
     """y = exp(-c t) z, and z obeys Mathieu's equation with a - c²."""
     rng = np.random.default_rng(35)
     a, q, c = rng.uniform(-1.0, 6.0, 60), rng.uniform(0.0, 6.0, 60), rng.uniform(0.01, 0.5, 60)
-    damped, free = survey("mathieu", a=a, q=q, damping=c), survey("mathieu", a=a - c * c, q=q)
-    bound = damped["growth_rate_error"] + free["growth_rate_error"] + 1e-14
-    assert (np.abs(damped["growth_rate"] - free["growth_rate"] + c) <= bound).all()
-    assert damped["determinant_residual"].max() < 1e-13
-    assert {floquet.ASYMPTOTICALLY_STABLE, floquet.UNSTABLE} <= set(damped["regime"].tolist())
-    assert covered(damped)
-    a = np.array([-10.0, -33.0, -100.0])  # multipliers to 3e13 beside 2e-14
-    damped, free = survey("mathieu", a=a, q=1.0, damping=0.1), survey("mathieu", a=a - 0.01, q=1.0)
-    exact = free["multiplier_real"] * np.exp(-0.1 * np.pi)
-    np.testing.assert_allclose(damped["multiplier_real"], exact, rtol=1e-12)
-    assert (damped["multiplier_real_error"] < 1e-12 * exact).all()
-    assert covered(damped)
+    with_damping, without_damping = survey("mathieu", a=a, q=q, damping=c), survey("mathieu", a=a - c * c, q=q)
+    bound = with_damping["growth_rate_error"] + without_damping["growth_rate_error"] + 1e-14
+    assert (np.abs(with_damping["growth_rate"] - without_damping["growth_rate"] + c) <= bound).all()
+    assert with_damping["determinant_residual"].max() < 1e-13
+    assert {floquet.ASYMPTOTICALLY_STABLE, floquet.UNSTABLE} <= set(with_damping["regime"].tolist())
+    assert errors_cover(with_damping)
+    a = np.array([-10.0, -33.0, -100.0])  # multipliers from 2e-14 to 3e13
+    with_damping, without_damping = survey("mathieu", a=a, q=1.0, damping=0.1), survey("mathieu", a=a - 0.01, q=1.0)
+    exact = without_damping["multiplier_real"] * np.exp(-0.1 * np.pi)
+    np.testing.assert_allclose(with_damping["multiplier_real"], exact, rtol=1e-12)
+    assert (with_damping["multiplier_real_error"] < 1e-12 * exact).all()
+    assert errors_cover(with_damping)
 
 
 def test_kapitzas_pendulum_stands_from_the_exact_frequency_on():
-    """Least frequencies over √(g/l), to 11 digits; averaging says √2 l/A."""
-    for ratio, least in ((0.05, 28.299716352), (0.1, 14.172890021), (0.2, 7.131528112)):
-        frequency = least * np.sqrt(9.80665) * np.array([1.0 - 1e-9, 1.0 + 1e-9])
-        found = survey("kapitza_pendulum", amplitude=ratio, frequency=frequency)
-        assert found["regime"].tolist() == [floquet.UNSTABLE, floquet.STABLE]
+    """Least frequencies over √(g/l), to 11 digits; averaging gives √2 l/A."""
+    for ratio, threshold in ((0.05, 28.299716352), (0.1, 14.172890021), (0.2, 7.131528112)):
+        frequency = threshold * np.sqrt(9.80665) * np.array([1.0 - 1e-9, 1.0 + 1e-9])
+        columns = survey("kapitza_pendulum", amplitude=ratio, frequency=frequency)
+        assert columns["regime"].tolist() == [floquet.UNSTABLE, floquet.STABLE]
 
 
 def test_the_first_region_of_the_paul_trap_ends_at_its_q():
-    """At a = 0 both planes have the same multipliers, and the trap is called marginal; Mathieu's equation tells."""
+    """At a = 0 both planes have the same multipliers, and the trap is called marginal; Mathieu's equation decides."""
     q = 0.908046333735 + np.array([-1e-11, 1e-11])
     assert survey("mathieu", a=0.0, q=q)["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
-    found = survey("paul_trap", a=1e-6, q=[0.9, 0.91])
-    assert found["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
+    columns = survey("paul_trap", a=1e-6, q=[0.9, 0.91])
+    assert columns["regime"].tolist() == [floquet.STABLE, floquet.PERIOD_DOUBLING]
     rng = np.random.default_rng(39)
     a, q = rng.uniform(-0.3, 0.3, 60), rng.uniform(0.0, 1.2, 60)
-    found, one, other = survey("paul_trap", a=a, q=q), survey("mathieu", a=a, q=q), survey("mathieu", a=-a, q=-q)
-    error = found["trace_error"] + one["trace_error"] + other["trace_error"]
-    assert (np.abs(found["trace"] - one["trace"] - other["trace"]) <= error).all()
-    stable = (one["regime"] == floquet.STABLE) & (other["regime"] == floquet.STABLE)
-    assert ((found["regime"] == floquet.STABLE) == stable).all()
-    assert covered(found)
+    columns, x, y = (survey("paul_trap", a=a, q=q), survey("mathieu", a=a, q=q), survey("mathieu", a=-a, q=-q))
+    error = columns["trace_error"] + x["trace_error"] + y["trace_error"]
+    assert (np.abs(columns["trace"] - x["trace"] - y["trace"]) <= error).all()
+    stable = (x["regime"] == floquet.STABLE) & (y["regime"] == floquet.STABLE)
+    assert ((columns["regime"] == floquet.STABLE) == stable).all()
+    assert errors_cover(columns)
 
 
 def test_the_asymmetric_shaft_is_constant_in_axes_that_turn_along():
     """M = -exp(J π/W): the multipliers from the rotating frame's quartic."""
     rng = np.random.default_rng(36)
     d, W = rng.uniform(0.0, 0.9, 80), rng.uniform(0.2, 2.0, 80)
-    found = survey("asymmetric_shaft", asymmetry=d, spin_rate=W)
+    columns = survey("asymmetric_shaft", asymmetry=d, spin_rate=W)
     for i in range(80):
         roots = np.sqrt(np.roots([1.0, 2.0 + 2.0 * W[i] ** 2, (1.0 - W[i] ** 2) ** 2 - d[i] ** 2]).astype(complex))
         growth = max(0.0, roots.real.max())
-        assert abs(found["growth_rate"][i] - growth) <= found["growth_rate_error"][i] + 1e-7 * (growth < 1e-7) + 1e-13
+        assert (
+            abs(columns["growth_rate"][i] - growth) <= columns["growth_rate_error"][i] + 1e-7 * (growth < 1e-7) + 1e-13
+        )
     between = (1.0 - d < W * W) & (1.0 + d > W * W)
-    assert ((found["regime"] == floquet.PERIOD_DOUBLING) == between).all()
-    assert covered(found)
+    assert ((columns["regime"] == floquet.PERIOD_DOUBLING) == between).all()
+    assert errors_cover(columns)
     # a round shaft: both pairs are one, so rounding alone orders the four
-    assert covered(survey("asymmetric_shaft", asymmetry=0.0, spin_rate=np.linspace(0.3, 1.7, 80)))
+    assert errors_cover(survey("asymmetric_shaft", asymmetry=0.0, spin_rate=np.linspace(0.3, 1.7, 80)))
 
 
 def test_a_swing_grows_where_it_is_pumped_at_twice_its_frequency():
     """Growth 3/4 d ω at first order in the depth d; damping above it takes it away."""
     d, rate = 1e-3, np.sqrt(9.80665 / 2.5)
-    found = survey("swing", depth=d, frequency=2.0 * rate, damping=[0.0, 1.45 * d * rate, 1.55 * d * rate])
-    assert found["growth_rate"][0] == pytest.approx(0.75 * d * rate, rel=1e-3)  # order d
-    assert found["regime"].tolist() == [floquet.PERIOD_DOUBLING, floquet.PERIOD_DOUBLING, floquet.ASYMPTOTICALLY_STABLE]
-    assert covered(found)
+    columns = survey("swing", depth=d, frequency=2.0 * rate, damping=[0.0, 1.45 * d * rate, 1.55 * d * rate])
+    assert columns["growth_rate"][0] == pytest.approx(0.75 * d * rate, rel=1e-3)  # order d
+    assert columns["regime"].tolist() == [
+        floquet.PERIOD_DOUBLING,
+        floquet.PERIOD_DOUBLING,
+        floquet.ASYMPTOTICALLY_STABLE,
+    ]
+    assert errors_cover(columns)
 
 
 @pytest.mark.slow
@@ -201,16 +207,16 @@ def test_two_rods_resonate_at_the_sum_of_their_frequencies():
     for stiffness, regime in ((10.0, floquet.FLUTTER), (0.0, floquet.STABLE)):
         slopes = np.diag([2.0, 1.0]) * 9.80665 + stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
         frequency = np.sqrt(np.linalg.eigvals(np.linalg.inv(mass) @ slopes)).sum()
-        found = survey("parametric_double_pendulum", stiffness=stiffness, frequency=frequency)
-        assert found["regime"] == found["regime_theory"] == regime
-        assert covered(found)
+        columns = survey("parametric_double_pendulum", stiffness=stiffness, frequency=frequency)
+        assert columns["regime"] == columns["regime_theory"] == regime
+        assert errors_cover(columns)
     rng = np.random.default_rng(37)
-    assert covered(
+    assert errors_cover(
         survey("parametric_double_pendulum", amplitude=rng.uniform(0, 0.3, 40), frequency=rng.uniform(3, 20, 40))
     )
 
 
-def duffing():
+def duffing_oscillator():
     """A driven, damped spring that stiffens: its periodic motion is no equilibrium, and is not known beforehand."""
     system = System("Duffing")
     force, c = system.parameter("force", default=0.3), system.parameter("damping", default=0.2, least=0.0)
@@ -224,7 +230,7 @@ def duffing():
 
 
 def test_the_base_motion_is_found_by_newtons_method():
-    found = of_model(Model(duffing()), force=[0.3, 1.0], damping=0.2)
+    columns = of_model(Model(duffing_oscillator()), force=[0.3, 1.0], damping=0.2)
 
     def rates(t, y, force):
         x, v, *M = y
@@ -233,15 +239,15 @@ def test_the_base_motion_is_found_by_newtons_method():
         return [v, -x - x**3 - 0.2 * v + force * np.cos(2 * t), *(A @ M).ravel()]
 
     for i, force in enumerate((0.3, 1.0)):
-        start = found["x_start"][i], found["x_dot_start"][i]
+        start = columns["x_start"][i], columns["x_dot_start"][i]
         y = solve_ivp(rates, (0, np.pi), [*start, 1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15, args=(force,)).y[:, -1]
         assert y[:2] == pytest.approx(start, abs=1e-12)
-        assert y[2] + y[5] == pytest.approx(found["trace_theory"][i], abs=1e-11)
-        assert abs(y[2] + y[5] - found["trace"][i]) <= found["trace_error"][i] + 1e-11
-    assert np.abs(found["x_start"]).min() > 0.05
-    assert found["base_residual"].max() < 1e-12
-    assert found["trace_error"].max() < 1e-9
-    assert covered(found)
+        assert y[2] + y[5] == pytest.approx(columns["trace_theory"][i], abs=1e-11)
+        assert abs(y[2] + y[5] - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
+    assert np.abs(columns["x_start"]).min() > 0.05
+    assert columns["base_residual"].max() < 1e-12
+    assert columns["trace_error"].max() < 1e-9
+    assert errors_cover(columns)
 
 
 def test_a_base_motion_that_grows_without_bound_is_none():
@@ -253,16 +259,16 @@ def test_a_base_motion_that_grows_without_bound_is_none():
     system.potential(x**2 / 2 - x * sp.cos(w * system.time))
     system.period(2 * sp.pi / w)
     system.equilibrium("rest", {x: 0})
-    found = of_model(Model(system), drive=[1.0, 1.5])
-    assert found["status"].tolist() == [NO_PERIODIC_MOTION, OK]
-    assert np.isnan(found["trace"][0])
+    columns = of_model(Model(system), drive=[1.0, 1.5])
+    assert columns["status"].tolist() == [NO_PERIODIC_MOTION, OK]
+    assert np.isnan(columns["trace"][0])
 
 
 @pytest.mark.slow
 def test_a_base_motion_that_is_not_the_only_one_near_is_none():
-    """An undamped pendulum, driven weakly near high resonances: in doubles each motion beside closes as well.
+    """An undamped pendulum, driven weakly near high resonances: in doubles each neighbouring motion closes as well.
 
-    There DOP853 finds the trace 2 to its own errors, so that det(M - 1) = 0; two others are isolated.
+    There DOP853 finds the trace 2 to its own errors, so that det(M - 1) = 0; two more are isolated.
     """
     system = System("Weakly driven")
     w, first = system.parameter("w", default=0.9, positive=True), system.parameter("first", default=1.25)
@@ -273,27 +279,27 @@ def test_a_base_motion_that_is_not_the_only_one_near_is_none():
     system.equilibrium("swinging", {x: first})
     frequencies = np.array([0.475, 0.45, 0.375, 0.325, 0.9, 0.5])
     model, first = Model(system), np.array([0.75, 1.0, 2.0, 2.25, 1.25, 0.5])
-    found = of_model(model, w=frequencies, first=first)
+    columns = of_model(model, w=frequencies, first=first)
 
     def rates(t, y, w):
         k = np.cos(y[0])
         return [y[1], np.cos(w * t) / 1000 - np.sin(y[0]), y[3], -k * y[2], y[5], -k * y[4]]
 
-    places = np.array([found["x_start"], found["x_dot_start"]]).T
+    places = np.array([columns["x_start"], columns["x_dot_start"]]).T
     places[:4, 0] = 0.8964958175976823, 1.2706378595835142, 2.0124676046729761, 2.1537720437052634  # of families
     places[:4, 1] = -0.04298940336919721, 0.029801908141645579, -0.030866649518584446, 0.58261264030460025
     for i, frequency in enumerate(frequencies):
         start = [*places[i], 1, 0, 0, 1]
         y = solve_ivp(rates, (0, 2 * np.pi / frequency), start, "DOP853", rtol=1e-13, atol=1e-15, args=(frequency,))
-        trace, closed = y.y[2, -1] + y.y[5, -1], np.abs(y.y[:2, -1] - start[:2]).max() < 1e-9
-        assert closed, frequency
+        trace, is_closed = y.y[2, -1] + y.y[5, -1], np.abs(y.y[:2, -1] - start[:2]).max() < 1e-9
+        assert is_closed, frequency
         if i < 4:
             assert abs(trace - 2.0) < 1e-7, frequency
         else:
-            assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-11
-            assert abs(trace - found["trace_theory"][i]) <= 1e-11
-    assert found["status"].tolist()[4:] == [OK] * 2
-    assert set(found["status"][:4].tolist()) <= {NO_PERIODIC_MOTION, NOT_FOUND}
+            assert abs(trace - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
+            assert abs(trace - columns["trace_theory"][i]) <= 1e-11
+    assert columns["status"].tolist()[4:] == [OK] * 2
+    assert set(columns["status"][:4].tolist()) <= {NO_PERIODIC_MOTION, NOT_FOUND}
     base = periodic.BaseMotions(model, [frequencies, first], np.zeros(6, dtype=int))
     base.sizes[:] = base.sizes[4]  # none are known of motions that are not found
     base._polish(np.arange(6), places[:, None])
@@ -313,7 +319,7 @@ def test_a_point_whose_coefficients_overflow_does_not_blame_the_motion():
 
 @pytest.mark.slow
 def test_a_force_that_has_a_potential_leaves_pairs():
-    """Two springs with a drive: as forces in place of a potential; then with what has none, a curl."""
+    """Two springs with a drive: as forces in place of a potential; then with a curl, which has no potential."""
     system = System("Driven")
     drive, curl, drag = (system.parameter(name, default=0.1) for name in ("drive", "curl", "drag"))
     x, y = (system.coordinate(name, bounds=(-1, 1)) for name in "xy")
@@ -325,8 +331,8 @@ def test_a_force_that_has_a_potential_leaves_pairs():
     system.force(y, drive * x * wave - curl * x)
     system.period(sp.pi)
     system.equilibrium("rest", {x: 0, y: 0})
-    found = of_model(Model(system), drive=0.1, curl=[0.0, 0.1, 0.0], drag=[0.0, 0.0, 0.1])
-    words = [REGIMES[code + 1] for code in found["regime"]]  # the first is -1, undetermined
+    columns = of_model(Model(system), drive=0.1, curl=[0.0, 0.1, 0.0], drag=[0.0, 0.0, 0.1])
+    words = [REGIMES[code + 1] for code in columns["regime"]]  # the first is -1, undetermined
     assert words == ["stable", "marginal", "asymptotically_stable"]
 
 
@@ -342,7 +348,7 @@ def test_multipliers_without_pairs_are_eigenvalues():
     system.period(sp.pi)
     system.equilibrium("rest", {x: 0, y: 0})
     depths = np.array([0.1, 0.5, 2.5])
-    found = of_model(Model(system), depth=depths)
+    columns = of_model(Model(system), depth=depths)
     for i, depth in enumerate(depths):
 
         def rates(t, y, depth=depth):
@@ -353,12 +359,12 @@ def test_multipliers_without_pairs_are_eigenvalues():
         M = solve_ivp(rates, (0, np.pi), np.eye(4).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1].reshape(4, 4)
         mu = np.linalg.eigvals(M)
         mu = mu[np.lexsort((np.angle(mu), -np.round(np.log(np.abs(mu)), 9)))]
-        off = np.abs(found["multiplier_real"][i] + 1j * found["multiplier_imag"][i] - mu)
-        assert (off <= found["multiplier_real_error"][i] + 1e-11).all()
-        assert found["multiplier_real_error"][i].max() < 1e-10
-    assert found["regime"].tolist()[0] == floquet.ASYMPTOTICALLY_STABLE
-    assert found["regime"].tolist()[2] in (floquet.UNSTABLE, floquet.PERIOD_DOUBLING, floquet.FLUTTER)
-    assert covered(found)
+        deviation = np.abs(columns["multiplier_real"][i] + 1j * columns["multiplier_imag"][i] - mu)
+        assert (deviation <= columns["multiplier_real_error"][i] + 1e-11).all()
+        assert columns["multiplier_real_error"][i].max() < 1e-10
+    assert columns["regime"].tolist()[0] == floquet.ASYMPTOTICALLY_STABLE
+    assert columns["regime"].tolist()[2] in (floquet.UNSTABLE, floquet.PERIOD_DOUBLING, floquet.FLUTTER)
+    assert errors_cover(columns)
 
 
 def test_damped_modes_that_turn_by_half_turns_keep_their_digits():
@@ -373,18 +379,18 @@ def test_damped_modes_that_turn_by_half_turns_keep_their_digits():
     system.period(sp.pi)
     system.equilibrium("rest", {x: 0, y: 0})
     drags = np.array([1e-9, 1e-6, 1e-3])
-    found = of_model(Model(system), drag=drags)
-    assert (found["regime"] == floquet.ASYMPTOTICALLY_STABLE).all()
-    assert (np.abs(found["growth_rate"] + drags / 2) <= found["growth_rate_error"]).all()
-    assert (found["growth_rate_error"] < 1e-11).all()  # a hundred times the rounding of the matrix
+    columns = of_model(Model(system), drag=drags)
+    assert (columns["regime"] == floquet.ASYMPTOTICALLY_STABLE).all()
+    assert (np.abs(columns["growth_rate"] + drags / 2) <= columns["growth_rate_error"]).all()
+    assert (columns["growth_rate_error"] < 1e-11).all()  # a hundred times the rounding of the matrix
 
 
 def test_large_multipliers_and_slow_growth():
-    """a = -33: exp(π √33) = 7e7; and a tongue of growth 1e-4 a period beside a frequency of order 1."""
-    found = survey("mathieu", a=-33.0, q=0.0)
+    """a = -33: exp(π √33) = 7e7; and a tongue of growth 1e-4 per period at a frequency of order 1."""
+    columns = survey("mathieu", a=-33.0, q=0.0)
     exact = np.exp(np.pi * np.sqrt(33.0))
-    assert found["multiplier_real"][0] == pytest.approx([exact, 1.0 / exact], rel=1e-12)
-    assert (found["multiplier_real_error"] / found["multiplier_real"] < 1e-11).all()
+    assert columns["multiplier_real"][0] == pytest.approx([exact, 1.0 / exact], rel=1e-12)
+    assert (columns["multiplier_real_error"] / columns["multiplier_real"] < 1e-11).all()
     slow = survey("mathieu", a=1.0, q=1e-4 / (np.pi / 2) * np.array([1.0, 0.1]))
     assert (np.abs(slow["growth_per_period"] / slow["growth_per_period_theory"] - 1.0) < [1e-5, 1e-3]).all()
     assert (slow["growth_per_period_error"] < 0.01 * slow["growth_per_period"]).all()
@@ -404,55 +410,56 @@ def test_no_pair_of_multipliers_loses_digits_beside_a_large_one():
     system.equilibrium("rest", {x: 0, y: 0})
     rng = np.random.default_rng(41)
     a, b, q = rng.uniform(-120.0, -5.0, 60), rng.uniform(-30.0, 12.0, 60), rng.uniform(0.0, 4.0, 60)
-    found = of_model(Model(system), a=a, b=b, q=q)
-    pairs = [survey("mathieu", a=one, q=q) for one in (a, b)]
-    exact = np.hstack([one["multiplier_real"] + 1j * one["multiplier_imag"] for one in pairs])
-    ours = found["multiplier_real"] + 1j * found["multiplier_imag"]
-    apart = np.abs(ours[:, :, None] / exact[:, None] - 1.0).min(axis=2)
-    # near 1 and -1, where the lesser pair meets, a rounding of its trace moves it by more
+    columns = of_model(Model(system), a=a, b=b, q=q)
+    pairs = [survey("mathieu", a=mathieu, q=q) for mathieu in (a, b)]
+    exact = np.hstack([mathieu["multiplier_real"] + 1j * mathieu["multiplier_imag"] for mathieu in pairs])
+    ours = columns["multiplier_real"] + 1j * columns["multiplier_imag"]
+    deviation = np.abs(ours[:, :, None] / exact[:, None] - 1.0).min(axis=2)
+    # near 1 and -1, at which the lesser pair meets, a rounding of its trace moves it by more
     allowed = 1e-12 / np.minimum(1.0, np.abs(np.abs(pairs[1]["trace"]) - 2.0))
-    assert (apart < np.maximum(1e-12, allowed)[:, None]).all()
-    assert covered(found)
+    assert (deviation < np.maximum(1e-12, allowed)[:, None]).all()
+    assert errors_cover(columns)
     large = np.abs(exact).max(axis=1) > 1e8
     assert large.sum() > 20
-    assert (found["regime"][large] == floquet.UNSTABLE).all()
+    assert (columns["regime"][large] == floquet.UNSTABLE).all()
 
 
 def test_the_measurement_is_blind(monkeypatch):
     a, q = np.array([1.0, 2.0]), np.array([0.5, 1.0])
-    found = survey("mathieu", a=a, q=q)
+    columns = survey("mathieu", a=a, q=q)
     right = periodic.BaseMotions.integrate_variation
 
-    def wrong(*given):
-        flow, *further = right(*given)
-        return floquet.Matrices(*(1.0 + values for values in flow)), *(1.0 + values for values in further)
+    def integrate_wrongly(*given):
+        flow, *residuals = right(*given)
+        return floquet.Matrices(*(1.0 + values for values in flow)), *(1.0 + values for values in residuals)
 
-    monkeypatch.setattr(periodic.BaseMotions, "integrate_variation", wrong)
-    other = survey("mathieu", a=a, q=q)
-    assert not np.allclose(found["trace_theory"], other["trace_theory"])
-    for name in found:
-        if f"{name}_theory" in found or (name.endswith("_error") and name != "propagation_error"):
-            assert (found[name] == other[name]).all(), name
+    monkeypatch.setattr(periodic.BaseMotions, "integrate_variation", integrate_wrongly)
+    disturbed = survey("mathieu", a=a, q=q)
+    assert not np.allclose(columns["trace_theory"], disturbed["trace_theory"])
+    for name in columns:
+        if f"{name}_theory" in columns or (name.endswith("_error") and name != "propagation_error"):
+            assert (columns[name] == disturbed[name]).all(), name
 
 
 def test_points_do_not_depend_on_each_other():
-    """Nor on how many steps Newton's method takes for others."""
+    """Nor on the number of Newton's steps at neighbouring points."""
     rng = np.random.default_rng(38)
     points = {
         "mathieu": {"a": rng.uniform(-2, 10, 90), "q": rng.uniform(0, 10, 90)},
         "duffing": {"force": rng.uniform(0, 2, 90)},
     }
     for name, values in points.items():
-        model = Model(duffing()) if name == "duffing" else systems.resolve(name).mechanism
-        found, alone = (
-            of_model(model, **{n: v[part] for n, v in values.items()}) for part in (slice(None), slice(71, 72))
+        model = Model(duffing_oscillator()) if name == "duffing" else systems.resolve(name).mechanism
+        columns, alone = (
+            of_model(model, **{n: v[selection] for n, v in values.items()})
+            for selection in (slice(None), slice(71, 72))
         )
-        for column in found:
-            assert np.array_equal(found[column][71:72], alone[column], equal_nan=True), (name, column)
+        for column in columns:
+            assert np.array_equal(columns[column][71:72], alone[column], equal_nan=True), (name, column)
 
 
 def test_a_period_that_is_none_is_refused():
-    system = duffing()
+    system = duffing_oscillator()
     system.period(3)
     with pytest.raises(DescriptionError, match=r"period: force x_dot is .* a period later"):
         Model(system)
@@ -462,9 +469,9 @@ def test_a_period_that_is_none_is_refused():
 
 @pytest.mark.parametrize("depth", [1e-9, 1.0])
 def test_a_period_is_checked_of_terms_that_are_small_or_0_at_the_defaults(depth):
-    """A wrong period of a term that a grid switches on; and one that is off in its twelfth digit."""
+    """A wrong period of a term that a grid switches on; and a period with a wrong twelfth digit."""
 
-    def hidden(period):
+    def describe(period):
         system = System("Hidden")
         d, x = system.parameter("depth", default=0.0), system.coordinate("x", bounds=(-1, 1))
         system.kinetic_energy(system.velocity(x) ** 2 / 2)
@@ -475,20 +482,20 @@ def test_a_period_is_checked_of_terms_that_are_small_or_0_at_the_defaults(depth)
 
     right = 2 * np.pi / 1.3
     exact = 2.0 * np.cos(right * np.sqrt(2.0))
-    assert of_model(Model(hidden(right)), depth=0.0)["trace"][0] == pytest.approx(exact, abs=1e-13)
-    for wrong in (3, right * (1.0 + 1e-12)):
+    assert of_model(Model(describe(right)), depth=0.0)["trace"][0] == pytest.approx(exact, abs=1e-13)
+    for false_period in (3, right * (1.0 + 1e-12)):
         with pytest.raises(DescriptionError, match=r"period: force x_dot is .* a period later"):
-            sweeps.survey({"system": hidden(wrong), "grid": {"depth": depth}})
+            sweeps.survey({"system": describe(false_period), "grid": {"depth": depth}})
     with pytest.raises(DescriptionError, match=r"period: force x_dot"):
         Model(oscillator(lambda t: 1e9 + depth * sp.cos(t), period=3))
 
 
 def test_a_slowly_convergent_certificate_is_not_taken_for_rounded():
-    """log(1.001 + cos t) has its pole 0.045 beside the real times: the flow's order is seen in short steps alone."""
-    found = of_model(Model(oscillator(lambda t: 2 + sp.log(1.001 + sp.cos(t)))))
-    assert found["status"] == OK
-    assert abs(found["trace"] - found["trace_theory"]) <= found["trace_error"]
-    assert found["phase_residual"] < 1e-12
+    """log(1.001 + cos t) has its pole at a distance of 0.045 from the real times: only short steps show the order."""
+    columns = of_model(Model(oscillator(lambda t: 2 + sp.log(1.001 + sp.cos(t)))))
+    assert columns["status"] == OK
+    assert abs(columns["trace"] - columns["trace_theory"]) <= columns["trace_error"]
+    assert columns["phase_residual"] < 1e-12
 
 
 @pytest.mark.slow
@@ -505,10 +512,10 @@ def test_no_pulse_of_the_time_is_overlooked():
     system.period(2 * sp.pi)
     system.equilibrium("rest", {x: 0})
     sharpness, times = (y.ravel() for y in np.meshgrid(10.0 ** np.arange(1.0, 14.5, 1.0), [0.0, 0.9, 1.3]))
-    found = of_model(Model(system), sharpness=sharpness, at=times)
-    assert (found["status"][sharpness < 2e3] == OK).all()
-    assert (found["status"][sharpness > 2e5] == NOT_CONVERGED).all()
-    for i in np.flatnonzero(found["status"] == OK):
+    columns = of_model(Model(system), sharpness=sharpness, at=times)
+    assert (columns["status"][sharpness < 2e3] == OK).all()
+    assert (columns["status"][sharpness > 2e5] == NOT_CONVERGED).all()
+    for i in np.flatnonzero(columns["status"] == OK):
         width, y = 1.0 / np.sqrt(sharpness[i]), np.array([1.0, 0.0, 0.0, 1.0])
 
         def rates(t, y, K=sharpness[i], at=times[i]):
@@ -520,7 +527,7 @@ def test_no_pulse_of_the_time_is_overlooked():
         for ends in pairwise(cuts):
             step = (ends[1] - ends[0]) / 16
             y = solve_ivp(rates, ends, y, "DOP853", rtol=1e-13, atol=1e-15, max_step=step).y[:, -1]
-        assert abs(found["trace"][i] - y[0] - y[3]) <= found["trace_error"][i] + 1e-12  # of SciPy
+        assert abs(columns["trace"][i] - y[0] - y[3]) <= columns["trace_error"][i] + 1e-12  # of SciPy
 
 
 def oscillator(stiffness, force=0, period=2 * sp.pi):
@@ -537,21 +544,21 @@ def oscillator(stiffness, force=0, period=2 * sp.pi):
 
 @pytest.mark.parametrize(("mean", "depth"), [(1.5375, -1.4451), (1.6319, 0.6273)])
 def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors(mean, depth):
-    """The truncation of tanh counts, and where it saturates 1 - tanh^2 has no digits to come back with."""
-    found = of_model(Model(oscillator(lambda t: mean + depth * sp.tanh(10 * sp.cos(t)))))
+    """The truncation of tanh matters, and at saturation 1 - tanh^2 has lost the digits of the way back."""
+    columns = of_model(Model(oscillator(lambda t: mean + depth * sp.tanh(10 * sp.cos(t)))))
 
     def rates(t, y):
         stiffness = mean + depth * np.tanh(10 * np.cos(t))
         return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
 
     y = solve_ivp(rates, (0, 2 * np.pi), [1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-15, max_step=0.02).y[:, -1]
-    assert found["status"] == OK
-    assert abs(found["trace"] - y[0] - y[3]) <= found["trace_error"] + 1e-12  # of SciPy, with 300 steps or more
-    assert found["trace_error"] < 1e-11
+    assert columns["status"] == OK
+    assert abs(columns["trace"] - y[0] - y[3]) <= columns["trace_error"] + 1e-12  # of SciPy, with 300 steps or more
+    assert columns["trace_error"] < 1e-11
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("describe", "message"),
     [
         (lambda: oscillator(lambda t: 2 + sp.tan(t)), "coefficients: they jump, have a kink or a pole"),
         (lambda: oscillator(lambda t: 2 + sp.asin(sp.cos(t))), "coefficients: they jump, have a kink or a pole"),
@@ -565,32 +572,32 @@ def test_a_wave_that_is_rougher_than_the_motion_is_followed_to_its_errors(mean, 
         (lambda: oscillator(lambda t: 1, sp.cos), "base motion: none of the system's period"),
     ],
 )
-def test_what_has_no_multipliers_is_refused_in_words(made, said):
+def test_what_has_no_multipliers_is_refused_in_words(describe, message):
     """A coefficient that is not smooth, no period, a wrong one, and a base motion that grows without bound."""
-    with pytest.raises((DescriptionError, DefinitionError), match=said):
-        sweeps.survey({"system": made()})
+    with pytest.raises((DescriptionError, DefinitionError), match=message):
+        sweeps.survey({"system": describe()})
 
 
 def test_constant_coefficients_have_a_period_too():
-    found = of_model(Model(oscillator(lambda t: 2)))
-    assert found["trace"][0] == pytest.approx(2.0 * np.cos(2.0 * np.pi * np.sqrt(2.0)), abs=1e-13)
-    assert found["regime"] == floquet.STABLE
+    columns = of_model(Model(oscillator(lambda t: 2)))
+    assert columns["trace"][0] == pytest.approx(2.0 * np.cos(2.0 * np.pi * np.sqrt(2.0)), abs=1e-13)
+    assert columns["regime"] == floquet.STABLE
 
 
 @pytest.mark.slow
 def test_a_coefficient_much_faster_than_the_state_is_resolved_or_named():
-    """x'' + (2 + 50 cos N t) x = 0 against DOP853; at 30,000 waves the steps do not suffice, and it says so."""
+    """x'' + (2 + 50 cos N t) x = 0 against DOP853; at 30,000 waves the status reports too long steps."""
 
     def rates(t, y):
         k = 2.0 + 50.0 * np.cos(300.0 * t)
         return [y[1], -k * y[0], y[3], -k * y[2]]
 
-    found, none = (of_model(Model(oscillator(lambda t, n=n: 2 + 50 * sp.cos(n * t)))) for n in (300, 30_000))
+    columns, none = (of_model(Model(oscillator(lambda t, n=n: 2 + 50 * sp.cos(n * t)))) for n in (300, 30_000))
     y = solve_ivp(rates, (0, 2 * np.pi), [1, 0, 0, 1], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    assert (found["status"], none["status"]) == (OK, NOT_CONVERGED)
+    assert (columns["status"], none["status"]) == (OK, NOT_CONVERGED)
     # DOP853 makes some thousand steps of 1e-13
-    assert abs(found["trace"][0] - y[0] - y[3]) <= found["trace_error"][0] + 1e-10
-    assert covered(found)
+    assert abs(columns["trace"][0] - y[0] - y[3]) <= columns["trace_error"][0] + 1e-10
+    assert errors_cover(columns)
 
 
 @pytest.mark.slow
@@ -609,14 +616,14 @@ def test_every_error_holds_and_no_regime_is_wrong(name, ranges):
     """2,000 points of a shipped system, perturbed by 1e-12 to 1e-2: 99.9 % inside, against the variational flow."""
     rng = np.random.default_rng(40)
     values = {n: rng.uniform(*ends, 2_000) for n, ends in ranges.items()}
-    found = survey(name, **values, epsilon=10 ** rng.uniform(-12, -2, 2_000))
-    sound = found["status"] == OK
-    assert sound.mean() > 0.99
-    for column in (c for c in found if f"{c}_error" in found):
-        apart = np.abs(found[column] - found[f"{column}_theory"])[sound]
-        assert (apart <= found[f"{column}_error"][sound]).mean() >= 0.999, column
-    decided = sound & (found["regime"] != floquet.MARGINAL) & (found["regime_theory"] != floquet.MARGINAL)
-    assert (found["regime"] == found["regime_theory"])[decided].all()
+    columns = survey(name, **values, epsilon=10 ** rng.uniform(-12, -2, 2_000))
+    is_ok = columns["status"] == OK
+    assert is_ok.mean() > 0.99
+    for column in (c for c in columns if f"{c}_error" in columns):
+        deviation = np.abs(columns[column] - columns[f"{column}_theory"])[is_ok]
+        assert (deviation <= columns[f"{column}_error"][is_ok]).mean() >= 0.999, column
+    is_decided = is_ok & (columns["regime"] != floquet.MARGINAL) & (columns["regime_theory"] != floquet.MARGINAL)
+    assert (columns["regime"] == columns["regime_theory"])[is_decided].all()
 
 
 c, s = sp.cos, sp.sin
@@ -679,7 +686,7 @@ def test_a_function_is_as_steep_as_it_varies_whatever_its_terms(name):
 
 @pytest.mark.parametrize("B", [3.0, 2.0000001, 2.0])
 def test_a_satellites_platform_may_be_nearly_symmetric(B):
-    """A rotor's wobble beside a platform of inertia 2 and B that turns: the trace against SciPy's DOP853."""
+    """A rotor's wobble on a rotating platform of inertias 2 and B: the trace against SciPy's DOP853."""
     system = System("Dual spin")
     b, t, rate = system.parameter("B", default=3.0, positive=True), system.time, 3
     x, y = (system.state(name, bounds=(-1, 1)) for name in ("L1", "L2"))
@@ -692,19 +699,19 @@ def test_a_satellites_platform_may_be_nearly_symmetric(B):
     system.equilibrium("spin", {x: 0, y: 0})
 
     def rates(time, L):
-        turn = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])
-        omega = turn.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ turn @ L.reshape(2, 2)
+        rotation = np.array([[np.cos(3 * time), np.sin(3 * time)], [-np.sin(3 * time), np.cos(3 * time)]])
+        omega = rotation.T @ np.diag(1 / (1 + np.array([2.0, B]))) @ rotation @ L.reshape(2, 2)
         return np.array([omega[1], -omega[0]]).ravel()
 
     M = solve_ivp(rates, (0, 2 * np.pi / 3), np.eye(2).ravel(), "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
-    found = of_model(Model(system), B=B)
-    assert found["status"] == OK
-    assert abs(found["trace"] - M[0] - M[3]) <= found["trace_error"] + 1e-12  # of SciPy
+    columns = of_model(Model(system), B=B)
+    assert columns["status"] == OK
+    assert abs(columns["trace"] - M[0] - M[3]) <= columns["trace_error"] + 1e-12  # of SciPy
 
 
 @pytest.mark.slow
 def test_perturbations_of_two_rods_that_are_driven():
-    """A torque on the first of two rods, whose accelerations are coupled: the base motion has some of its own."""
+    """A torque on the first of two rods, which have coupled accelerations: the base motion has accelerations too."""
     system = System("Driven rods")
     drive, drag = system.parameter("drive", default=1.0), system.parameter("drag", default=0.2)
     first, second = (system.coordinate(name, "rad", bounds=(-3, 3)) for name in ("first", "second"))
@@ -715,7 +722,7 @@ def test_perturbations_of_two_rods_that_are_driven():
     system.force(first, drive * sp.cos(2 * system.time))
     system.period(sp.pi)
     system.equilibrium("hanging", {first: 0, second: 0})
-    found = of_model(Model(system), drive=[0.5, 2.0], drag=0.2)
+    columns = of_model(Model(system), drive=[0.5, 2.0], drag=0.2)
     names = ("first", "second", "first_dot", "second_dot")
 
     def rates(t, x, drive):
@@ -730,11 +737,11 @@ def test_perturbations_of_two_rods_that_are_driven():
         return [*rates(t, y[:4], drive), *(A @ y[4:].reshape(4, 4)).ravel()]
 
     for i, drive in enumerate((0.5, 2.0)):
-        start = [found[f"{name}_start"][i] for name in names]
+        start = [columns[f"{name}_start"][i] for name in names]
         y = solve_ivp(slopes, (0, np.pi), [*start, *np.eye(4).ravel()], "DOP853", rtol=1e-13, atol=1e-15, args=(drive,))
         assert y.y[:4, -1] == pytest.approx(start, abs=1e-11)
         trace = np.trace(y.y[4:, -1].reshape(4, 4))
-        assert abs(trace - found["trace"][i]) <= found["trace_error"][i] + 1e-11
-        assert abs(trace - found["trace_theory"][i]) <= 1e-11
-    assert found["trace_error"].max() < 1e-9
-    assert covered(found)
+        assert abs(trace - columns["trace"][i]) <= columns["trace_error"][i] + 1e-11
+        assert abs(trace - columns["trace_theory"][i]) <= 1e-11
+    assert columns["trace_error"].max() < 1e-9
+    assert errors_cover(columns)

@@ -1,4 +1,4 @@
-"""Regimes that theorems decide: systems of each kind, where nothing else is right; and what stays marginal."""
+"""Regimes that theorems decide: systems of each kind, for which a single regime is right; and marginal systems."""
 
 import numpy as np
 import pytest
@@ -21,8 +21,8 @@ QUICK_MARGINAL = {"a mode without drag", "free particle", "the same modes as sta
 @pytest.mark.parametrize("name", repeated.but(QUICK, verdicts.OWN))
 def test_what_a_theorem_decides_is_not_marginal(name):
     model, points, right = verdicts.own(name)
-    for said in verdicts.columns(model, **points)[:2]:
-        assert [word if word in some else some for word, some in zip(said, right, strict=True)] == said
+    for words in verdicts.columns(model, **points)[:2]:
+        assert [word if word in accepted else accepted for word, accepted in zip(words, right, strict=True)] == words
 
 
 @pytest.mark.parametrize("name", repeated.but(QUICK_MARGINAL, verdicts.MARGINAL))
@@ -38,7 +38,7 @@ SHIPPED = [*relative.RANGES, *("asymmetric_shaft", "kapitza_pendulum", "mathieu"
 
 @pytest.mark.parametrize("pulse", [0.0, 1e-3])
 def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
-    """Two equal oscillators that feel each other for a thousandth of a period, where exp(-10^6 …) is no longer 0."""
+    """Two equal oscillators that are coupled for a thousandth of a period, in which exp(-10^6 …) is not 0."""
 
     def build(system, q, v, depth):
         short = depth * sp.exp(sp.Integer(10) ** 6 * (sp.cos(2 * system.time) - 1))
@@ -54,20 +54,20 @@ def test_a_pulse_too_short_for_samples_of_a_period_joins_blocks(pulse):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SHIPPED, "paul_trap", "swing"])
 def test_no_verdict_is_withheld_on_shipped_maps(name):
-    """Where growth exceeds ten of its errors, or theory proves stability: at most one point in a hundred."""
+    """If growth exceeds ten of its errors, or theory proves stability: at most one point in a hundred."""
     sweep = read_sweep(catalogue.shipped_files()[name])
     numbers = np.random.default_rng(1).choice(sweep.grid.size, 200, replace=False)
     points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
-    found = measure_points(
+    columns = measure_points(
         {key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep
     )
     flags = np.array(sweep.variables["regime"].flags)
-    theory, measured = (flags[1 + found[name]] for name in ("regime_theory", "regime"))
-    decided = found["growth_rate_theory"] > 10.0 * found["growth_rate_error"]
-    decided |= np.isin(theory, ("stable", "asymptotically_stable"))
-    assert decided.sum() > 100
+    theory, measured = (flags[1 + columns[name]] for name in ("regime_theory", "regime"))
+    is_decidable = columns["growth_rate_theory"] > 10.0 * columns["growth_rate_error"]
+    is_decidable |= np.isin(theory, ("stable", "asymptotically_stable"))
+    assert is_decidable.sum() > 100
     for words in (theory, measured):
-        assert np.isin(words, ("marginal", "undetermined"))[decided].mean() <= 0.01
+        assert np.isin(words, ("marginal", "undetermined"))[is_decidable].mean() <= 0.01
 
 
 def nilpotent(n, links):
@@ -90,11 +90,11 @@ CHAINS = [
 
 @pytest.mark.parametrize(("n", "links"), CHAINS)
 def test_where_nothing_has_a_rate_theory_is_there_and_the_status_says_what_is_missing(n, links):
-    theory, measured, status, found = verdicts.columns(nilpotent(n, links))
+    theory, measured, status, columns = verdicts.columns(nilpotent(n, links))
     assert status == ["no_time_scale"]
     assert measured == ["undetermined"]
     assert theory == ["stable" if not links else "marginal"]  # all places are equilibria, and nothing moves
-    assert found["growth_rate_theory"][0] == found["eigenvalue_imag_theory"][0] == 0.0
+    assert columns["growth_rate_theory"][0] == columns["eigenvalue_imag_theory"][0] == 0.0
 
 
 def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
@@ -107,16 +107,16 @@ def test_a_disc_that_stands_has_the_eigenvalues_of_linear_theory():
         system.rate(state, sp.sympify(rate))
     system.equilibrium("upright", {lean: 0, fall: 0, yaw: 0, roll: spin})
     gravity, spin = np.array([[1.0, 0.0], [1.0, 0.5], [1.0, 1.0], [0.0, 0.0]]).T
-    theory, measured, status, found = verdicts.columns(Model(system), gravity=gravity, spin=spin)
+    theory, measured, status, columns = verdicts.columns(Model(system), gravity=gravity, spin=spin)
     assert theory == ["unstable", "unstable", "marginal", "marginal"]
     assert measured == ["unstable", "unstable", "marginal", "undetermined"]
     assert status == ["ok", "ok", "ok", "no_time_scale"]
     growth = np.sqrt(np.maximum(gravity - 2.4 * spin**2, 0.0))
-    np.testing.assert_allclose(found["growth_rate_theory"], growth, atol=1e-12)  # rounding
+    np.testing.assert_allclose(columns["growth_rate_theory"], growth, atol=1e-12)  # rounding
 
 
-@pytest.mark.parametrize("conserved", [True, False])
-def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(conserved):
+@pytest.mark.parametrize("has_integral", [True, False])
+def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(has_integral):
     """Gyroscopic, with slopes that leave no state to reverse: the Jacobi integral, no extremum there, proves pairs."""
     system = System("Three bodies")
     mu = system.parameter("mass_ratio", default=0.01, positive=True)
@@ -125,16 +125,16 @@ def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(cons
     potential = (x**2 + y**2) / 2 + (1 - mu) / first + mu / second
     for state, rate in {x: u, y: w, u: 2 * w + potential.diff(x), w: -2 * u + potential.diff(y)}.items():
         system.rate(state, rate)
-    if conserved:
+    if has_integral:
         system.conserved((u**2 + w**2) / 2 - potential, "jacobi")
     system.equilibrium("L4", {x: sp.Rational(1, 2) - mu, y: sp.sqrt(3) / 2, u: 0, w: 0})
     ratios = np.array([0.001, 0.01, 0.03, 0.038, 0.0386, 0.05, 0.3])  # Routh: 0.0385209
     theory, measured, _, _ = verdicts.columns(Model(system), mass_ratio=ratios)
-    right = ["stable" if conserved else "marginal"] * 4 + ["flutter"] * 3
+    right = ["stable" if has_integral else "marginal"] * 4 + ["flutter"] * 3
     assert theory == measured == right
-    shipped = Model(relative.shipped("lagrange_points"))
-    if conserved:
-        assert verdicts.columns(shipped, mass_ratio=ratios, epsilon=1e-12)[0] == right
+    lagrange_points = Model(relative.shipped("lagrange_points"))
+    if has_integral:
+        assert verdicts.columns(lagrange_points, mass_ratio=ratios, epsilon=1e-12)[0] == right
 
 
 @pytest.mark.parametrize("coupling", [1e-12, 1e-9, 1e-6, 1e-3, 0.1])
@@ -142,13 +142,13 @@ def test_no_amplitude_is_too_large_for_linear_equations(coupling):
     """Four equal oscillators: an error of rounding was taken for the amplitude's at some amplitudes."""
     model = verdicts.oscillators(4, coupling)
     epsilon = 10.0 ** np.linspace(-12, -0.5, 12)
-    *_, status, found = verdicts.columns(model, epsilon=epsilon)
+    *_, status, columns = verdicts.columns(model, epsilon=epsilon)
     assert status == ["ok"] * epsilon.size
-    assert (np.abs(found["growth_rate"]) <= found["growth_rate_error"]).all()
+    assert (np.abs(columns["growth_rate"]) <= columns["growth_rate_error"]).all()
 
 
 @pytest.mark.parametrize(
-    ("acting", "count"),
+    ("interactions", "count"),
     [
         ([[0, 1], [1, 0]], 2),  # one pair: either state may change its sign
         ([[1, 1], [1, 0]], 0),  # one acts on itself
@@ -158,8 +158,8 @@ def test_no_amplitude_is_too_large_for_linear_equations(coupling):
         (np.zeros((7, 7)), 128),
     ],
 )
-def test_sign_changes_are_those_of_two_classes(acting, count):
-    acting = np.array(acting) > 0
-    changes = sign_changes(acting)
+def test_sign_changes_are_those_of_two_classes(interactions, count):
+    interactions = np.array(interactions) > 0
+    changes = sign_changes(interactions)
     assert len(changes) == len({*changes}) == count
-    assert all(signs[i] == -signs[j] for signs in changes for i, j in np.argwhere(acting))
+    assert all(signs[i] == -signs[j] for signs in changes for i, j in np.argwhere(interactions))

@@ -22,7 +22,7 @@ from sweeps.points.columns import measure_points
 from sweeps.points.loading import read_sweep
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
-pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
+pytestmark = pytest.mark.slow  # compiling their kernels takes as long as compiling those of all quick tests
 SETS = 400
 MEASURED = 48
 
@@ -42,13 +42,13 @@ def motions(name, count, seed=1, **fixed):
 def expected(name, columns, n):
     """The polynomials' coefficients of each motion."""
     rows = range(0, len(columns["epsilon"]), n)
-    told = []
+    polynomials = []
     for i in rows:
         point = {k: v[i] for k, v in columns.items()}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", np.exceptions.ComplexWarning)
-            told.append(np.real(relative.polynomial(name, point, int(point["equilibrium"]))))
-    return np.array(told)
+            polynomials.append(np.real(relative.polynomial(name, point, int(point["equilibrium"]))))
+    return np.array(polynomials)
 
 
 def coefficients(real, imag, n):
@@ -62,40 +62,42 @@ def test_theory_has_the_spectrum_of_books(name):
     m, columns = motions(name, SETS)
     first = {k: v[:: m.n] for k, v in columns.items()}
     theory = m.theory(first)
-    here = ~np.isnan(theory["place"]).any(1)
-    assert here.sum() >= SETS * 0.9
-    found = coefficients(theory["eigenvalues"].real.ravel(), theory["eigenvalues"].imag.ravel(), m.n)
+    exists = ~np.isnan(theory["place"]).any(1)
+    assert exists.sum() >= SETS * 0.9
+    polynomials = coefficients(theory["eigenvalues"].real.ravel(), theory["eigenvalues"].imag.ravel(), m.n)
     powers = theory["scale"][:, None] ** np.arange(m.n + 1)
-    off = np.abs(found - expected(name, columns, m.n)) / powers
-    assert off[here].max() < 1e-12  # doubles, of a bound on every rate
+    deviation = np.abs(polynomials - expected(name, columns, m.n)) / powers
+    assert deviation[exists].max() < 1e-12  # doubles, of a bound on every rate
 
 
 def check_measured(name, count=MEASURED):
     m, columns = motions(name, count, seed=2)
-    found = m.survey(columns)
-    known = found["status"] == 0
-    assert known.mean() > 0.85  # the others say what is missing: a mode that no nudge moved, mostly
-    S = found["rate_scale"]
+    result = m.survey(columns)
+    is_ok = result["status"] == 0
+    assert is_ok.mean() > 0.85  # the further statuses name the reason: mostly a mode that no perturbation moved
+    S = result["rate_scale"]
     exact = expected(name, columns, m.n)
-    told = coefficients(found["eigenvalue_real"], found["eigenvalue_imag"], m.n)
-    rows = known[:: m.n]
-    off = np.abs(told - exact)[rows] / (S[:: m.n, None] ** np.arange(m.n + 1))[rows]
-    assert off.max() < 1e-10  # coefficients are smooth where roots are not
-    for part in ("real", "imag"):
-        error = found[f"eigenvalue_{part}_error"]
-        distance = np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"])
-        assert (distance <= error)[known].all()
-        assert np.median((error / S)[known]) < 1e-8
+    polynomials = coefficients(result["eigenvalue_real"], result["eigenvalue_imag"], m.n)
+    rows = is_ok[:: m.n]
+    deviation = np.abs(polynomials - exact)[rows] / (S[:: m.n, None] ** np.arange(m.n + 1))[rows]
+    assert deviation.max() < 1e-10  # coefficients are smooth where roots are not
+    for component in ("real", "imag"):
+        error = result[f"eigenvalue_{component}_error"]
+        distance = np.abs(result[f"eigenvalue_{component}"] - result[f"eigenvalue_{component}_theory"])
+        assert (distance <= error)[is_ok].all()
+        assert np.median((error / S)[is_ok]) < 1e-8
     if m.n == 4:
         for variable, power in (("sum_of_squares", 2), ("product_of_squares", 4), ("discriminant", 4)):
-            error = found[f"{variable}_error"] / S**power
-            distance = np.abs(found[variable] - found[f"{variable}_theory"]) / S**power
-            assert (distance <= error)[known].all()
-            assert error[known].max() < 1e-9
+            error = result[f"{variable}_error"] / S**power
+            distance = np.abs(result[variable] - result[f"{variable}_theory"]) / S**power
+            assert (distance <= error)[is_ok].all()
+            assert error[is_ok].max() < 1e-9
     for quantity in m.quantities:
-        assert np.nanmax(found[f"{quantity}_drift"][known]) < 1e-10
-    assert (found["regime"] == found["regime_theory"])[known].mean() > 0.98  # the others are marginal to one of them
-    return found
+        assert np.nanmax(result[f"{quantity}_drift"][is_ok]) < 1e-10
+    assert (result["regime"] == result["regime_theory"])[
+        is_ok
+    ].mean() > 0.98  # elsewhere one of the two regimes is marginal
+    return result
 
 
 @pytest.mark.parametrize("name", ["rotor"])
@@ -107,10 +109,10 @@ def test_motions_show_the_spectrum_of_books(name):
 def test_errors_cover_where_a_small_state_feels_large_ones(epsilon):
     """The slug's rate about the axis, a hundredth of those across it: a nudge bends it hundreds of times its size."""
     m = model("viscous_slug")
-    found = m.survey(relative.points(m.system, m.n, 100, relative.RANGES["viscous_slug"], 2, epsilon))
-    for part in ("real", "imag"):
-        off = np.abs(found[f"eigenvalue_{part}"] - found[f"eigenvalue_{part}_theory"])
-        assert (off <= found[f"eigenvalue_{part}_error"]).all()
+    columns = m.survey(relative.points(m.system, m.n, 100, relative.RANGES["viscous_slug"], 2, epsilon))
+    for component in ("real", "imag"):
+        deviation = np.abs(columns[f"eigenvalue_{component}"] - columns[f"eigenvalue_{component}_theory"])
+        assert (deviation <= columns[f"eigenvalue_{component}_error"]).all()
 
 
 def of_matrices(matrices):
@@ -128,40 +130,40 @@ def of_matrices(matrices):
 
 
 def test_errors_cover_where_slow_decays_are_barely_moved():
-    """Rates over six decades, several of which a run of the fastest's length can hardly tell apart."""
+    """Rates over six decades, several too close for a run of the fastest's length to separate them."""
     random = np.random.default_rng(5)
     T = np.eye(4) + 0.2 * random.normal(size=(4000, 4, 4))
     matrices = (T * -(10.0 ** random.uniform(-6, 0, (4000, 1, 4)))) @ np.linalg.inv(T)
-    found = of_matrices(matrices)
-    weak = np.flatnonzero((found["status"] == 0) & (found["smallest_singular_value"] < 1e-3)).reshape(-1, 4)
+    columns = of_matrices(matrices)
+    weak = np.flatnonzero((columns["status"] == 0) & (columns["smallest_singular_value"] < 1e-3)).reshape(-1, 4)
     assert len(weak) > 150
     with mpmath.workdps(40):
         truth = [mpmath.eig(mpmath.matrix(matrices[k // 4].tolist()), left=False, right=False) for k in weak[:, 0]]
     truth = np.sort([[float(value.real) for value in values] for values in truth])
-    order = np.argsort(found["eigenvalue_real"][weak])
+    order = np.argsort(columns["eigenvalue_real"][weak])
     value, error = (
-        np.take_along_axis(found[name][weak], order, 1) for name in ("eigenvalue_real", "eigenvalue_real_error")
+        np.take_along_axis(columns[name][weak], order, 1) for name in ("eigenvalue_real", "eigenvalue_real_error")
     )
     assert (np.abs(value - truth) <= error).all()
 
 
 def test_errors_cover_where_eigenvalues_are_one_in_several_blocks():
-    """Six states, few of which feel each other, by whole numbers: 0 and others several times, in chains and beside."""
+    """Six states with few couplings, by whole numbers: multiple eigenvalues, 0 among them, with and without chains."""
     random = np.random.default_rng(3)
     matrices = random.integers(-1, 2, (150, 6, 6)) * (random.random((150, 6, 6)) < 0.3) * 1.0
-    found = of_matrices(matrices)
-    parts = {name: values.reshape(-1, 6) for name, values in found.items() if name.startswith("eigenvalue_")}
-    measured = np.flatnonzero(found["status"].reshape(-1, 6)[:, 0] == 0)
+    columns = of_matrices(matrices)
+    eigenvalues = {name: values.reshape(-1, 6) for name, values in columns.items() if name.startswith("eigenvalue_")}
+    measured = np.flatnonzero(columns["status"].reshape(-1, 6)[:, 0] == 0)
     assert measured.size > 60
     for k in measured:
         with mpmath.workdps(60):  # a chain of six has a tenth of the digits
             truth = mpmath.eig(mpmath.matrix(matrices[k].tolist()), left=False, right=False)
         truth = np.array([complex(value) for value in truth])
-        within = np.ones((6, 6), dtype=bool)  # of eigenvalues in any order
-        for part, exact in (("real", truth.real), ("imag", truth.imag)):
-            value, error = parts[f"eigenvalue_{part}"][k], parts[f"eigenvalue_{part}_error"][k]
-            within &= np.abs(value[:, None] - exact) <= error[:, None]
-        assert (maximum_bipartite_matching(csr_array(within)) >= 0).all()
+        is_covered = np.ones((6, 6), dtype=bool)  # of eigenvalues in any order
+        for component, exact in (("real", truth.real), ("imag", truth.imag)):
+            value, error = eigenvalues[f"eigenvalue_{component}"][k], eigenvalues[f"eigenvalue_{component}_error"][k]
+            is_covered &= np.abs(value[:, None] - exact) <= error[:, None]
+        assert (maximum_bipartite_matching(csr_array(is_covered)) >= 0).all()
 
 
 def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
@@ -170,17 +172,17 @@ def test_errors_of_random_linear_systems_cover_and_are_those_of_rounding():
     matrices = random.normal(size=(count, n, n)) * 10.0 ** random.uniform(-3, 3, (count, 1, 1))
     sizes = 10.0 ** random.uniform(-1, 1, (count, n))
     matrices *= sizes[:, :, None] / sizes[:, None, :]
-    found = of_matrices(matrices)
-    assert (found["status"] == 0).all()
+    columns = of_matrices(matrices)
+    assert (columns["status"] == 0).all()
     with mpmath.workdps(40):
         truth = [mpmath.eig(mpmath.matrix(a.tolist()), left=False, right=False) for a in matrices]
-        measured = found["eigenvalue_real"] + 1j * found["eigenvalue_imag"]
-        off = np.array([min((mpmath.mpc(m) - v for v in truth[i // n]), key=abs) for i, m in enumerate(measured)])
-        off = np.array([[float(abs(z.real)), float(abs(z.imag))] for z in off])
-    errors = np.stack([found["eigenvalue_real_error"], found["eigenvalue_imag_error"]], axis=1)
-    assert (off <= errors).all()
+        measured = columns["eigenvalue_real"] + 1j * columns["eigenvalue_imag"]
+        deviation = np.array([min((mpmath.mpc(m) - v for v in truth[i // n]), key=abs) for i, m in enumerate(measured)])
+        deviation = np.array([[float(abs(z.real)), float(abs(z.imag))] for z in deviation])
+    errors = np.stack([columns["eigenvalue_real_error"], columns["eigenvalue_imag_error"]], axis=1)
+    assert (deviation <= errors).all()
     # about a hundred roundings, were eigenvalues the sum of so many samples; each of these is 2e-16
-    assert np.median(errors / found["rate_scale"][:, None]) < 5e-14
+    assert np.median(errors / columns["rate_scale"][:, None]) < 5e-14
 
 
 def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
@@ -188,16 +190,16 @@ def test_no_measured_column_depends_on_a_theoretical_eigenvalue(monkeypatch):
     honest, eigen = m.survey(columns), theirs._eigen_columns
 
     def nonsense(matrix, S):
-        found = eigen(matrix, S)
-        return found | {"eigenvalues": -3.7 * found["eigenvalues"] + 1.0, "condition": 0.0 * found["condition"]}
+        theory = eigen(matrix, S)
+        return theory | {"eigenvalues": -3.7 * theory["eigenvalues"] + 1.0, "condition": 0.0 * theory["condition"]}
 
     monkeypatch.setattr(theirs, "_eigen_columns", nonsense)
     monkeypatch.setattr(theirs, "_quartic_invariants", lambda matrix: 3 * (np.full(len(matrix), -7.0),))
-    misled = m.survey(columns)
-    assert not np.array_equal(honest["growth_rate_theory"], misled["growth_rate_theory"], equal_nan=True)
+    disturbed = m.survey(columns)
+    assert not np.array_equal(honest["growth_rate_theory"], disturbed["growth_rate_theory"], equal_nan=True)
     for name in honest:
         if not name.endswith("_theory") and name != "eigenvalue_condition":
-            assert np.array_equal(honest[name], misled[name], equal_nan=True), name
+            assert np.array_equal(honest[name], disturbed[name], equal_nan=True), name
 
 
 @pytest.mark.parametrize("name", sorted(set(relative.RANGES) - {"rotor"}))
@@ -217,7 +219,7 @@ def growth(name, **values):
 
 
 def edge(test, low, high):
-    """Where a condition that holds at high and not at low begins to."""
+    """Return the value between low and high at which a condition begins to be true."""
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if test(middle) else (middle, high)
@@ -228,18 +230,18 @@ def test_the_sleeping_top_wakes_at_its_threshold():
     """I3² W² = 4 I1 m g l, and beyond it the growth while turning."""
     at_rest = edge(lambda W: growth("sleeping_top", spin_rate=W) < 1e-6, 3.0, 6.0)
     assert abs(at_rest / 4.714045207910317 - 1) < 1e-6
-    found = at("sleeping_top")["eigenvalues"][0]
-    np.testing.assert_allclose(np.abs(found.real), 1.0908712114635715, rtol=1e-12)
-    np.testing.assert_allclose(np.abs(found.imag), 2.1, rtol=1e-12)  # in the body's axes
+    eigenvalues = at("sleeping_top")["eigenvalues"][0]
+    np.testing.assert_allclose(np.abs(eigenvalues.real), 1.0908712114635715, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(eigenvalues.imag), 2.1, rtol=1e-12)  # in the body's axes
 
 
 def test_a_weightless_top_is_the_free_body():
     m, columns = motions("sleeping_top", 100, moment_of_weight=0.0)
-    found = m.theory({k: v[::4] for k, v in columns.items()})["eigenvalues"]
+    eigenvalues = m.theory({k: v[::4] for k, v in columns.items()})["eigenvalues"]
     I1, I2, I3, W = (columns[k][::4] for k in ("I1", "I2", "I3", "spin_rate"))
     free = linear.omega_squared(I1, I2, I3, W, 3)
-    squares = np.sort((found**2).real, axis=1)[:, ::2]
-    scale = np.abs(found).max(1)[:, None] ** 2
+    squares = np.sort((eigenvalues**2).real, axis=1)[:, ::2]
+    scale = np.abs(eigenvalues).max(1)[:, None] ** 2
     np.testing.assert_allclose(squares / scale, np.sort(-np.array([W**2, free]), axis=0).T / scale, atol=1e-12)
 
 
@@ -252,14 +254,14 @@ def test_a_weightless_top_is_the_free_body():
     ],
 )
 def test_measured_growth_begins_at_the_threshold(name, edge, values):
-    """A refined sweep across each threshold, of cells of 1e-7: what is measured to grow ends within a cell of it."""
+    """A refined sweep across each threshold, of cells of 1e-7: measured growth ends within a cell of it."""
     m, count = model(name), 42
     x = edge + np.linspace(-2e-6, 2e-6, count)
     points = {k: np.full(count, p.default) for k, p in m.system.parameters.items()} | values(x)
     columns = {k: np.repeat(v, m.n) for k, v in points.items()}
     columns |= {"equilibrium": np.zeros(count * m.n, dtype=int), "eigenvalue": np.tile(np.arange(1, m.n + 1), count)}
-    found = m.survey(columns | {"epsilon": np.full(count * m.n, 1e-30)})
-    grows = (found["growth_rate"] > found["growth_rate_error"])[:: m.n]
+    result = m.survey(columns | {"epsilon": np.full(count * m.n, 1e-30)})
+    grows = (result["growth_rate"] > result["growth_rate_error"])[:: m.n]
     (at,) = np.flatnonzero(grows[1:] != grows[:-1])
     assert x[at] - 1e-7 < edge < x[at + 1] + 1e-7
 
@@ -269,9 +271,9 @@ def test_errors_cover_where_the_normal_equations_have_few_digits():
     m, columns = motions("gravity_gradient_damped", 1, k1=0.7913281267534632, k3=0.02368196885735252, orbital_rate=1.0)
     columns |= {k: np.full(m.n, v) for k, v in {"slug": 0.04619562923014334, "drag": 0.7525054740885597}.items()}
     columns["epsilon"][:] = 7.04013138264527e-17
-    found = m.survey(columns, 0.4192139737991266, 458, 8.704447023205541e-11)
-    off = np.abs(found["eigenvalue_imag"] - found["eigenvalue_imag_theory"])
-    assert (off <= found["eigenvalue_imag_error"])[off > 1e-13].all()  # theory's own rounding
+    result = m.survey(columns, 0.4192139737991266, 458, 8.704447023205541e-11)
+    deviation = np.abs(result["eigenvalue_imag"] - result["eigenvalue_imag_theory"])
+    assert (deviation <= result["eigenvalue_imag_error"])[deviation > 1e-13].all()  # theory's own rounding
 
 
 def test_an_energy_whose_gradient_vanishes_chooses_no_direction():
@@ -309,10 +311,7 @@ def test_damping_keeps_lagranges_region_and_takes_debras():
     [
         ({}, 0.006743344553792552),
         ({"axial_moment": 1.6}, -0.0018299164938047),
-        (
-            {"slug_moment": 0.001, "drag": 0.001, "rotor_momentum": 1.5, "spin_rate": 0.2},
-            -0.00061782167788,
-        ),
+        ({"slug_moment": 0.001, "drag": 0.001, "rotor_momentum": 1.5, "spin_rate": 0.2}, -0.00061782167788),
     ],
 )
 def test_the_major_axis_rule_in_numbers(values, rate):
@@ -322,31 +321,31 @@ def test_the_major_axis_rule_in_numbers(values, rate):
 def test_measured_growth_is_the_energy_sinks():
     """-(κ/I_t) λ λ0/((κ/J)² + λ0²), with λ0 = (I_s W + h)/I_t and λ = λ0 - W, of first order in a small slug."""
     m, columns = motions("viscous_slug", 40, seed=7, slug_moment=1e-3)
-    found = {k: v[:: m.n] for k, v in m.survey(columns).items()}
+    result = {k: v[:: m.n] for k, v in m.survey(columns).items()}
     Is, J, kappa, h, W = (
         columns[k][:: m.n] for k in ("axial_moment", "slug_moment", "drag", "rotor_momentum", "spin_rate")
     )
     inertial = Is * W + h
     factor = kappa / ((kappa / J) ** 2 + inertial**2)
     sink, size = -factor * (inertial - W) * inertial, factor * (np.abs(inertial) + W) ** 2
-    assert (found["status"] == 0).all()
-    off = np.abs(found["growth_rate"] - sink) / size
-    assert off.max() < 0.005  # some J/I_t
-    told = np.abs(sink) > 0.01 * size
-    assert told.sum() > 20
-    assert ((found["growth_rate"] > 0) == (sink > 0))[told].all()
+    assert (result["status"] == 0).all()
+    deviation = np.abs(result["growth_rate"] - sink) / size
+    assert deviation.max() < 0.005  # some J/I_t
+    is_resolved = np.abs(sink) > 0.01 * size
+    assert is_resolved.sum() > 20
+    assert ((result["growth_rate"] > 0) == (sink > 0))[is_resolved].all()
 
 
 def test_areas_of_the_stable_regions_of_the_gravity_gradient():
-    """Lagrange's is 1/8 of the square of (k1, k3), DeBra and Delp's 1.99 %: counted in cells of what is measured."""
+    """Lagrange's is 1/8 of the square of (k1, k3), DeBra and Delp's 1.99 %: counted in cells of the measurement."""
     m, side = model("gravity_gradient"), 40
     at = (np.arange(side) + 0.5) / side * 2 - 1
     k1, k3 = (x.ravel() for x in np.meshgrid(at, at + 0.25 / side, indexing="ij"))  # no cell's middle on the diagonal
     count = k1.size
     columns = {"k1": k1, "k3": k3, "orbital_rate": np.ones(count), "epsilon": np.full(count, 1e-30)}
     columns = {k: np.repeat(v, m.n) for k, v in columns.items()} | {"equilibrium": np.zeros(count * m.n, dtype=int)}
-    found = m.survey(columns | {"eigenvalue": np.tile(np.arange(1, m.n + 1), count)})
-    stable = found["regime"][:: m.n] == REGIMES.index("stable") - 1
+    result = m.survey(columns | {"eigenvalue": np.tile(np.arange(1, m.n + 1), count)})
+    stable = result["regime"][:: m.n] == REGIMES.index("stable") - 1
     lagrange, debra = stable & (k3 > 0), stable & (k1 < 0)
     assert stable.sum() == lagrange.sum() + debra.sum()
     assert lagrange.mean() == pytest.approx(1 / 8, abs=2 / side**1.5)  # some cells of the some `side` on its edges
@@ -399,32 +398,32 @@ def check_motion(name, epsilon=0.01):
     from kernels.compile.blocks import W
 
     m, columns = motions(name, 1, seed=5)
-    one = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
-    theory = m.theory(one)
+    point = {k: v[:1] for k, v in columns.items()} | {"epsilon": np.array([epsilon])}
+    theory = m.theory(point)
     place = np.concatenate([theory["place"][0], np.zeros(len(m.equations.v))])
     code = m.code
     x = theory["sizes"][0] * (theory["basis"][0] @ np.ones(m.n))
-    start = code.starts([one[k] for k in m.names], theory["place"], [(one["epsilon"], x[:, None])])[0, 0]
+    start = code.starts([point[k] for k in m.names], theory["place"], [(point["epsilon"], x[:, None])])[0, 0]
     S = np.repeat(start, W)
     rows = S.reshape(code.rows, W)
     h = 0.25 / theory["scale"][0]
     rows[code.step_row] = h / 4
     times = h * np.arange(21)
-    reference = by_scipy(m, {k: v[0] for k, v in one.items()})(place + epsilon * x, times)
+    reference = by_scipy(m, {k: v[0] for k, v in point.items()})(place + epsilon * x, times)
     module = code.module()
     for k in range(1, 21):
         module.advance(S, 4)
-        moved = place + rows[: m.equations.n, 0]
-        off = np.abs(moved - reference[k]) / theory["sizes"][0]
-        assert off.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
+        position = place + rows[: m.equations.n, 0]
+        deviation = np.abs(position - reference[k]) / theory["sizes"][0]
+        assert deviation.max() < 1e-11 * max(1.0, np.abs(reference[k] / theory["sizes"][0]).max())
 
 
 def test_regimes_say_what_errors_let_them():
     re = np.array([[0.0, 0, 0, 0], [-1, -1, -2, -2], [1, -1, 0, 0], [0.1, 0.1, -0.1, -0.1], [0, 0, 1e-9, 0]])
     im = np.array([[1.0, -1, 2, -2], [1, -1, 0, 0], [0, 0, 1, -1], [1, -1, 1, -1], [1, -1, 2, -2]])
     error = np.full(re.shape, 1e-8)
-    told = [REGIMES[k + 1] for k in regimes(re, im, error, error)]
-    assert told == ["stable", "asymptotically_stable", "unstable", "flutter", "stable"]
+    words = [REGIMES[k + 1] for k in regimes(re, im, error, error)]
+    assert words == ["stable", "asymptotically_stable", "unstable", "flutter", "stable"]
     im[0, 2:] = [1 + 1e-9, -1 - 1e-9]  # they may have met
     assert REGIMES[regimes(re, im, error, error)[0] + 1] == "marginal"
     assert regimes(re * np.nan, im, error, error)[0] == -1
@@ -432,7 +431,7 @@ def test_regimes_say_what_errors_let_them():
 
 @functools.cache
 def pendulum_on_a_cart():
-    """A pendulum on a cart that rubs: where it stands is a family of equilibria."""
+    """A pendulum on a cart with drag: the equilibria form a family."""
     system = System("Pendulum on a cart")
     friction = system.parameter("friction", "kg s-1", default=0.2, least=0.0)
     x, q = system.coordinate("x", "m", bounds=(-2, 2)), system.coordinate("theta", "rad", bounds=(-4, 4))
@@ -446,7 +445,7 @@ def pendulum_on_a_cart():
 
 
 def test_zero_eigenvalues_of_a_family_are_its_own():
-    """A cart that rubs stops somewhere; one that does not rolls on from the least push, which is a second zero."""
+    """A cart with friction stops; without friction it rolls on from the least push, a second zero eigenvalue."""
     points = {"friction": np.array([0.2, 0.2, 0.0]), "equilibrium": np.array([0, 1, 0])}
     points = {name: np.repeat(values, 4) for name, values in points.items()}
     columns = pendulum_on_a_cart().survey(
@@ -458,13 +457,13 @@ def test_zero_eigenvalues_of_a_family_are_its_own():
     assert [REGIMES[k + 1] for k in columns["regime_theory"]] == expected
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e-6])  # rounding hides where a double root is; near roots are proved
+@pytest.mark.parametrize("gap", [0.0, 1e-6])  # rounding hides the position of a double root; near roots are proved
 @pytest.mark.parametrize("place", [0.27392337, 0.62654048, -0.71480855])
-def test_errors_cover_how_well_a_place_is_known(place, apart):
-    """(x - a) (x - b) multiplied out: the slope at its roots is ± (b - a), and where they meet 0."""
+def test_errors_cover_how_well_a_place_is_known(place, gap):
+    """(x - a) (x - b) multiplied out: the slope at its roots is ± (b - a), and 0 at a double root."""
     system = System("Two roots", most=2)
     x, y = (system.state(name, "1", bounds=(-2, 2), size=1) for name in "xy")
-    a, b = sp.Float(place), sp.Float(place + apart)
+    a, b = sp.Float(place), sp.Float(place + gap)
     system.rate(x, x**2 - (a + b) * x + a * b + y)
     system.rate(y, -y)
     with mpmath.workdps(40):  # the numbers that the machine has
@@ -476,11 +475,11 @@ def test_errors_cover_how_well_a_place_is_known(place, apart):
     )
     growth, error = (columns[name].reshape(2, 2)[:, 0] for name in ("growth_rate", "growth_rate_error"))
     expected = np.array([-slope, slope])
-    here = np.isfinite(growth)
-    assert here.any()
-    assert (np.abs(growth - expected)[here] <= error[here]).all()
-    assert error[here].max() < 1e-6  # some roundings' square root
-    if not apart:
+    exists = np.isfinite(growth)
+    assert exists.any()
+    assert (np.abs(growth - expected)[exists] <= error[exists]).all()
+    assert error[exists].max() < 1e-6  # some roundings' square root
+    if not gap:
         assert [REGIMES[k + 1] for k in columns["regime"][:2]] == ["marginal"] * 2
 
 
@@ -496,8 +495,8 @@ def test_no_bit_of_a_point_depends_on_the_others(name):
     numbers = np.random.default_rng(5).choice(sweep.grid.size, 40, replace=False)
     points = [sweep.grid.points(int(number), int(number) + 1) for number in numbers]
     together = measure_points(
-        {key: np.concatenate([one[key] for one in points]) for key in sweep.grid.arguments}, sweep
+        {key: np.concatenate([point[key] for point in points]) for key in sweep.grid.arguments}, sweep
     )
-    for i, one in enumerate(points):
-        alone = measure_points({key: one[key] for key in sweep.grid.arguments}, sweep)
+    for i, point in enumerate(points):
+        alone = measure_points({key: point[key] for key in sweep.grid.arguments}, sweep)
         assert [key for key in alone if alone[key][0].tobytes() != together[key][i].tobytes()] == []

@@ -19,21 +19,21 @@ from sweeps.mechanics.tape import FUNCTIONS, Tape
 q = x, y, z, w = (x, *sp.symbols("y z w", real=True))
 
 
-def search(F, bounds, most=200, order=None):
-    """What is found of F(q) = 0 within bounds; `order` permutes the unknowns."""
-    system, n = System("F", most=most), len(bounds)
+def search(F, bounds, max_places=200, order=None):
+    """Return the zeros of F(q) within bounds; `order` permutes the unknowns."""
+    system, n = System("F", most=max_places), len(bounds)
     order = range(n) if order is None else order
     names = [system.state(str(q[i]), bounds=bounds[i]) for i in order]
     F = [sp.sympify(F[i]).subs({q[k]: name for k, name in zip(order, names, strict=True)}) for i in order]
     equations = Equations(system, tuple(names), (), tuple(F), None, sp.Integer(0), natural=False, hamiltonian=False)
-    found = equilibria.find(Landscape(equations), [])
-    assert not found.is_crowded.any()
-    return found
+    zeros = equilibria.find(Landscape(equations), [])
+    assert not zeros.is_crowded.any()
+    return zeros
 
 
-def places(found):
+def places(zeros):
     """The places that are found, shape (count, n)."""
-    return found.places[0, : found.counts[0]]
+    return zeros.places[0, : zeros.counts[0]]
 
 
 def slope(V, n=1):
@@ -47,45 +47,45 @@ def test_there_are_sixty():
 @pytest.mark.parametrize("name", KNOWN)
 def test_all_equilibria_of_a_known_potential_are_found_and_proved(name):
     V, bounds, expected = KNOWN[name]
-    found = search(slope(V), [bounds], most=400)
+    zeros = search(slope(V), [bounds], max_places=400)
     # the closed forms' own rounding, over their distance from 0
-    assert places(found)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), rel=1e-13, abs=1e-14)
-    assert found.certified[0] == PROVED
+    assert places(zeros)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), rel=1e-13, abs=1e-14)
+    assert zeros.certified[0] == PROVED
 
 
 @pytest.mark.parametrize("name", MULTIPLE)
 def test_multiple_zeros_are_found_and_undecided(name):
     V, bounds, expected = MULTIPLE[name]
-    found = search(slope(V), [bounds])
+    zeros = search(slope(V), [bounds])
     # a double zero of terms of size 1 is known to the root of a rounding, a triple one to its cube root
-    assert places(found)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), abs=1e-7)
-    assert found.certified[0] == ROUNDING
-    assert np.isfinite(found.undecided_box).all()
+    assert places(zeros)[:, 0] == pytest.approx(np.sort(np.array(expected, dtype=float)), abs=1e-7)
+    assert zeros.certified[0] == ROUNDING
+    assert np.isfinite(zeros.undecided_box).all()
 
 
 @pytest.mark.parametrize("name", FAINT)
 def test_where_numbers_end_nothing_is_invented(name):
     V, bounds, expected = FAINT[name]
-    found = search(slope(V), [bounds])
-    assert places(found)[:, 0] == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-14)
-    assert not found.is_flat.any()
-    assert found.certified[0] == ROUNDING
+    zeros = search(slope(V), [bounds])
+    assert places(zeros)[:, 0] == pytest.approx(np.array(expected, dtype=float), rel=1e-13, abs=1e-14)
+    assert not zeros.is_flat.any()
+    assert zeros.certified[0] == ROUNDING
 
 
 def test_a_line_of_zeros_is_flat():
-    found = search([0 * x], [(-1, 2)])
-    assert found.is_flat.all()
-    assert found.certified[0] == FAMILY
+    zeros = search([0 * x], [(-1, 2)])
+    assert zeros.is_flat.all()
+    assert zeros.certified[0] == FAMILY
 
 
 def test_a_family_beside_single_zeros_is_the_same_after_few_boxes_as_after_many(monkeypatch):
     circle = x**2 + y**2 - sp.Rational(1, 2)
-    for few in (equilibria.FEW_NARROW, equilibria.MAX_NARROW):
-        monkeypatch.setattr(equilibria, "FEW_NARROW", few)
-        found = search([circle * (x - sp.Rational(1, 5)) * (x + 1), circle * (y - sp.Rational(1, 3))], [(-2, 3)] * 2)
-        assert found.certified[0] == FAMILY
-        assert found.is_flat.all()
-        assert np.isfinite(found.direction).all()
+    for num_boxes in (equilibria.FEW_NARROW, equilibria.MAX_NARROW):
+        monkeypatch.setattr(equilibria, "FEW_NARROW", num_boxes)
+        zeros = search([circle * (x - sp.Rational(1, 5)) * (x + 1), circle * (y - sp.Rational(1, 3))], [(-2, 3)] * 2)
+        assert zeros.certified[0] == FAMILY
+        assert zeros.is_flat.all()
+        assert np.isfinite(zeros.direction).all()
 
 
 def test_what_is_undecided_about_a_pole_does_not_depend_on_what_was_searched_before():
@@ -98,8 +98,8 @@ def test_what_is_undecided_about_a_pole_does_not_depend_on_what_was_searched_bef
 def test_a_search_that_is_cut_short_says_so(monkeypatch):
     monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", 0)
     monkeypatch.setattr(equilibria, "MIN_BOXES", 100)
-    found = search(slope(-sp.cos(200 * x)), [(-3, 3)], most=400)
-    assert found.certified[0] == TOO_LARGE
+    zeros = search(slope(-sp.cos(200 * x)), [(-3, 3)], max_places=400)
+    assert zeros.certified[0] == TOO_LARGE
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -110,9 +110,9 @@ def test_polynomials_have_their_roots_in_any_unit(unit, seed):
     roots = rng.uniform(-1, 1, rng.integers(3, 9))
     roots = np.sort(np.concatenate([roots, roots[:2] + 10.0 ** rng.uniform(-9, -3, 2)])) * unit
     F = 1e-7 / unit**3 * sp.Mul(*[x - sp.Float(root, 17) for root in roots])
-    found = search([F], [(-1.5 * unit, 1.5 * unit)])
-    assert places(found)[:, 0] == pytest.approx(roots, rel=1e-14, abs=1e-15 * unit)
-    assert found.certified[0] == PROVED
+    zeros = search([F], [(-1.5 * unit, 1.5 * unit)])
+    assert places(zeros)[:, 0] == pytest.approx(roots, rel=1e-14, abs=1e-15 * unit)
+    assert zeros.certified[0] == PROVED
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -127,9 +127,9 @@ def test_trigonometric_polynomials_have_the_roots_of_their_companions(seed):
     series[degree] = c[0].real
     circle = np.roots(series[::-1])
     angles = np.sort(np.angle(circle[np.abs(np.abs(circle) - 1) < 1e-9]))
-    found = search([F], [(-sp.pi, sp.pi)])
-    assert places(found)[:, 0] == pytest.approx(angles, abs=1e-11)
-    assert found.certified[0] == PROVED
+    zeros = search([F], [(-sp.pi, sp.pi)])
+    assert places(zeros)[:, 0] == pytest.approx(angles, abs=1e-11)
+    assert zeros.certified[0] == PROVED
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -138,51 +138,51 @@ def test_neither_order_nor_units_of_unknowns_change_what_is_found(seed):
     rng = np.random.default_rng(seed)
     A, c = rng.normal(size=(3, 3)) * 0.3, rng.normal(size=3) * 0.2
 
-    def built(scales):
+    def cubics(scales):
         unknowns = [s / u for s, u in zip((x, y, z), scales, strict=True)]
         rows = [u**3 - u + sum(float(a) * v for a, v in zip(row, unknowns, strict=True)) + float(b)
                 for u, row, b in zip(unknowns, A, c, strict=True)]  # fmt: skip
         return rows, [(-1.7 * u, 1.8 * u) for u in scales]
 
-    plain = search(*built([1.0] * 3))
+    plain = search(*cubics([1.0] * 3))
     scales = 2.0 ** rng.integers(-40, 40, 3)
-    scaled = search(*built(scales.tolist()))
-    turned = search(*built([1.0] * 3), order=(2, 0, 1))
-    assert plain.certified[0] == scaled.certified[0] == turned.certified[0] == PROVED
+    scaled = search(*cubics(scales.tolist()))
+    permuted = search(*cubics([1.0] * 3), order=(2, 0, 1))
+    assert plain.certified[0] == scaled.certified[0] == permuted.certified[0] == PROVED
     assert places(scaled) / scales == pytest.approx(places(plain), abs=1e-13)
-    other = places(turned)[:, [1, 2, 0]]
-    assert other[np.lexsort(other.T[::-1])] == pytest.approx(places(plain), abs=1e-13)
+    restored = places(permuted)[:, [1, 2, 0]]
+    assert restored[np.lexsort(restored.T[::-1])] == pytest.approx(places(plain), abs=1e-13)
     for place in places(plain):
         assert place**3 - place + A @ place + c == pytest.approx(np.zeros(3), abs=1e-13)
 
 
 @pytest.mark.parametrize(("lift", "count"), [(1e-12, 0), (0.0, 1), (-1e-12, 2)])
 def test_a_near_miss_is_none_and_a_near_pair_is_two(lift, count):
-    found = search([(x - 1) ** 2 + sp.Float(lift, 17)], [(-3, 5)])
-    assert found.counts[0] == count
-    assert (found.certified[0] == PROVED) == (lift != 0.0)
-    assert np.abs(places(found)[:, 0] - 1) == pytest.approx(np.full(count, np.sqrt(max(-lift, 0.0))), rel=1e-9)
+    zeros = search([(x - 1) ** 2 + sp.Float(lift, 17)], [(-3, 5)])
+    assert zeros.counts[0] == count
+    assert (zeros.certified[0] == PROVED) == (lift != 0.0)
+    assert np.abs(places(zeros)[:, 0] - 1) == pytest.approx(np.full(count, np.sqrt(max(-lift, 0.0))), rel=1e-9)
 
 
 def test_a_near_miss_that_rounding_hides_is_undecided():
-    found = search([x**2 - 2 * x + 1 + sp.Float(1e-18, 17)], [(-3, 5)])
-    assert found.certified[0] == ROUNDING
+    zeros = search([x**2 - 2 * x + 1 + sp.Float(1e-18, 17)], [(-3, 5)])
+    assert zeros.certified[0] == ROUNDING
 
 
 def mueller_brown():
     """Müller and Brown, Theoretica Chimica Acta 53 (1979) 75: three minima and two saddles."""
     A, a, b = (-200, -100, -170, 15), (-1, -1, -6.5, 0.7), (0, 0, 11, 0.6)
     c, X, Y = (-10, -10, -6.5, 0.7), (1, 0, -0.5, -1), (0, 0.5, 1.5, 1)
-    parts = zip(A, a, b, c, X, Y, strict=True)
-    return sum(A * sp.exp(a * (x - X) ** 2 + b * (x - X) * (y - Y) + c * (y - Y) ** 2) for A, a, b, c, X, Y in parts)
+    terms = zip(A, a, b, c, X, Y, strict=True)
+    return sum(A * sp.exp(a * (x - X) ** 2 + b * (x - X) * (y - Y) + c * (y - Y) ** 2) for A, a, b, c, X, Y in terms)
 
 
-TURN = (-3.3, -3.3 + 2 * np.pi)  # one turn, off the round numbers
+ANGLE_BOUNDS = (-3.3, -3.3 + 2 * np.pi)  # one turn, off the round numbers
 SEVERAL = {
-    "torus 1 × 1": (sp.cos(x) + sp.cos(y), [TURN] * 2, 4),
-    "torus 3 × 5": (sp.cos(3 * x) + sp.cos(5 * y), [TURN] * 2, 60),
-    "torus 6 × 6": (sp.cos(6 * x) + sp.cos(6 * y), [TURN] * 2, 144),
-    "torus 6 × 6, coupled": (sp.cos(6 * x) + sp.cos(6 * y) + sp.cos(x - y) / 10, [TURN] * 2, 144),
+    "torus 1 × 1": (sp.cos(x) + sp.cos(y), [ANGLE_BOUNDS] * 2, 4),
+    "torus 3 × 5": (sp.cos(3 * x) + sp.cos(5 * y), [ANGLE_BOUNDS] * 2, 60),
+    "torus 6 × 6": (sp.cos(6 * x) + sp.cos(6 * y), [ANGLE_BOUNDS] * 2, 144),
+    "torus 6 × 6, coupled": (sp.cos(6 * x) + sp.cos(6 * y) + sp.cos(x - y) / 10, [ANGLE_BOUNDS] * 2, 144),
     "sixteen wells": (sum((s**2 - 1) ** 2 for s in q), [(-2, 2.1)] * 4, 81),
     "sixteen wells, coupled": (sum((s**2 - 1) ** 2 for s in q) + x * y / 10 + z * w / 7, [(-2, 2.1)] * 4, 81),
     "Müller-Brown": (mueller_brown(), [(-1.5, 1.2), (-0.5, 2)], 5),
@@ -206,7 +206,7 @@ SEVERAL = {
         17,
     ),
     "Duffing pair": ((x**2 - 1) ** 2 / 4 + (y**2 - 1) ** 2 / 4 + (x - y) ** 2, [(-2, 2.1)] * 2, 3),
-    "three rods": (-3 * sp.cos(x) - 2 * sp.cos(y) - sp.cos(z), [TURN] * 3, 8),
+    "three rods": (-3 * sp.cos(x) - 2 * sp.cos(y) - sp.cos(z), [ANGLE_BOUNDS] * 3, 8),
 }
 
 
@@ -214,11 +214,11 @@ SEVERAL = {
 def test_all_equilibria_of_several_coordinates_are_found_and_proved(name, monkeypatch):
     monkeypatch.setattr(equilibria, "SEARCH_OPERATIONS", 10**8)
     V, bounds, count = SEVERAL[name]
-    found = search(slope(V, len(bounds)), bounds)
-    assert found.certified[0] == PROVED
-    assert found.counts[0] == count
+    zeros = search(slope(V, len(bounds)), bounds)
+    assert zeros.certified[0] == PROVED
+    assert zeros.counts[0] == count
     gradient = sp.lambdify(q[: len(bounds)], slope(V, len(bounds)))
-    for place in places(found):
+    for place in places(zeros):
         assert fsolve(lambda at: gradient(*at), place, xtol=1e-12) == pytest.approx(place, abs=1e-8)  # MINPACK's
 
 
@@ -226,27 +226,27 @@ def test_all_equilibria_of_several_coordinates_are_found_and_proved(name, monkey
 def test_a_zero_beside_a_pole_is_found_however_near(distance):
     """F of a charge at (0.3, -0.7), moved by so much from its own centre; without that it is nowhere 0."""
     u, v = x - sp.Rational(3, 10), y + sp.Rational(7, 10)
-    cubed = (u**2 + v**2) ** sp.Rational(3, 2)
-    found = search([(u - sp.Rational(distance)) / cubed, v / cubed], [(-2, 2)] * 2)
-    assert found.certified[0] == PROVED
-    assert places(found) == pytest.approx(np.array([[0.3 + distance, -0.7]][: distance > 0]).reshape(-1, 2), abs=1e-15)
+    distance_cubed = (u**2 + v**2) ** sp.Rational(3, 2)
+    zeros = search([(u - sp.Rational(distance)) / distance_cubed, v / distance_cubed], [(-2, 2)] * 2)
+    assert zeros.certified[0] == PROVED
+    assert places(zeros) == pytest.approx(np.array([[0.3 + distance, -0.7]][: distance > 0]).reshape(-1, 2), abs=1e-15)
 
 
 @pytest.mark.parametrize("power", [4, 8, 12])
 def test_a_stiff_direction_hides_no_soft_one(power):
     """Rotated by 45°, so that no coordinate is soft."""
     V = (x + y - 1) ** 2 / 2 + 10**power * (x - y - sp.Rational(1, 5)) ** 2 / 2
-    found = search(slope(V, 2), [(-1, 2)] * 2)
-    assert found.certified[0] == PROVED
+    zeros = search(slope(V, 2), [(-1, 2)] * 2)
+    assert zeros.certified[0] == PROVED
     # Y is good to the ratio times a rounding
-    assert places(found) == pytest.approx(np.array([[0.6, 0.4]]), abs=1e-15 * 10**power + 1e-14)
+    assert places(zeros) == pytest.approx(np.array([[0.6, 0.4]]), abs=1e-15 * 10**power + 1e-14)
 
 
 def test_a_degenerate_place_is_undecided_and_no_more():
-    found = search(slope(x**4 + y**4 + (x - 1) ** 2 * y**2, 2), [(-1, 2)] * 2)
-    assert found.certified[0] == ROUNDING
-    assert np.abs(found.undecided_box).max() < 1e-5
-    assert np.abs(places(found)).max() < 1e-5
+    zeros = search(slope(x**4 + y**4 + (x - 1) ** 2 * y**2, 2), [(-1, 2)] * 2)
+    assert zeros.certified[0] == ROUNDING
+    assert np.abs(zeros.undecided_box).max() < 1e-5
+    assert np.abs(places(zeros)).max() < 1e-5
 
 
 ARGUMENTS = {sp.asin: (-0.9, 0.9), sp.acos: (-0.9, 0.9), sp.atanh: (-0.9, 0.9), sp.acosh: (1.1, 4), sp.log: (0.1, 4)}
@@ -285,27 +285,27 @@ def test_sums_and_products_hold_the_exact_ones():
 
 @pytest.mark.parametrize("function", [sp.sin, sp.cos])
 def test_boxes_that_hold_a_crest_or_a_trough_reach_it(function):
-    """Up to 10^11, where a place is known to a ten thousandth of a turn; crests lie right at an end, or within."""
+    """Up to 10^11, at which a position is known to 1e-4 of a turn; crests are at an end, or inside."""
     rng, tape = np.random.default_rng(8), Tape([function(x)], [x], [])
     turns = np.floor(10.0 ** rng.uniform(0, 10.2, 500))
     for height, quarter in zip((1.0, -1.0), (1, 3) if function is sp.sin else (0, 2), strict=True):
         with mpmath.workdps(40):
             exact = [mpmath.pi / 2 * (4 * int(k) + quarter) for k in turns]
             places = np.array([float(place) for place in exact])
-            above = np.array([place > there for place, there in zip(places.tolist(), exact, strict=True)])
+            above = np.array([place > extremum for place, extremum in zip(places.tolist(), exact, strict=True)])
         before = np.where(above, np.nextafter(places, 0.0), places)
-        beyond = np.where(above, places, np.nextafter(places, np.inf))
-        for a, b in ((beyond - 0.3, beyond), (before, before + 0.3), (before - 0.2, beyond + 0.2)):
+        after = np.where(above, places, np.nextafter(places, np.inf))
+        for a, b in ((after - 0.3, after), (before, before + 0.3), (before - 0.2, after + 0.2)):
             values, _ = tape.slopes(tape.constants([]), np.zeros(500, dtype=np.int64), a[:, None], b[:, None])
             assert (values[:, 0, 0] == height).any(axis=1).all()
 
 
 def test_a_box_is_said_to_hold_a_pole_or_to_lie_outside():
     boxes = np.array([[-2.0], [-1.5], [0.5], [1.5]]), np.array([[-1.5], [1.0], [0.6], [2.0]])
-    sound, pole, outside = codes.SOUND, codes.POLE, codes.OUTSIDE
-    expected = {f(x): [outside, pole, sound, sound] for f in (sp.log, sp.sqrt)}
-    expected |= {f(x): [outside, pole, sound, outside] for f in (sp.asin, sp.acos)}
-    expected |= {1 / x: [sound, pole, sound, sound], sp.acosh(x): [outside, pole, outside, sound]}
+    regular, pole, outside = codes.SOUND, codes.POLE, codes.OUTSIDE
+    expected = {f(x): [outside, pole, regular, regular] for f in (sp.log, sp.sqrt)}
+    expected |= {f(x): [outside, pole, regular, outside] for f in (sp.asin, sp.acos)}
+    expected |= {1 / x: [regular, pole, regular, regular], sp.acosh(x): [outside, pole, outside, regular]}
     for f, states in expected.items():
         tape = Tape([f], [x], [])
         assert tape.slopes(tape.constants([]), np.zeros(4, dtype=np.int64), *boxes)[1].tolist() == states, f

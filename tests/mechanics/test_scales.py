@@ -1,4 +1,4 @@
-"""Nothing hangs on units, on the stiffest term or on 1 m: what was once wrong in silence, each by its symptom."""
+"""Results do not depend on units, on the stiffest term or on 1 m: past silent errors, each by its symptom."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ from sweeps.mechanics.model import Model
 from sweeps.points import sweep as sweeps
 from sweeps.points.loading import read_definition
 
-QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
+QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
 FACTORS = [(1e9, 1e20, 1e6), (1e-9, 1e-20, 1e-6), (1e9, 1e-20, 1e-6), (1e-9, 1e20, 1e6)]  # length, mass, time
 
 
-def plane(V, bounds, most=8, kinetic=None, unit="m", **parameters):
+def plane(V, bounds, max_places=8, kinetic=None, unit="m", **parameters):
     """Unit masses in a potential of x, y, …, as many as there are bounds."""
-    system = System("Plane", most=most)
+    system = System("Plane", most=max_places)
     m = system.parameter("mass", "kg", default=1, positive=True)
     symbols = {name: system.parameter(name, default=value) for name, value in parameters.items()}
     q = [system.coordinate(name, unit, bounds=b) for name, b in zip("xyzw", bounds, strict=False)]
@@ -32,21 +32,21 @@ def plane(V, bounds, most=8, kinetic=None, unit="m", **parameters):
     return Model(system)
 
 
-def points(model, count=1, epsilon=1e-6, **given):
-    """One row an equilibrium and mode, of each of the points whose parameters are given."""
+def points(model, count=1, epsilon=1e-6, **values):
+    """Return columns with a row for each point, equilibrium and mode; defaults replace missing values."""
     system, n = model.system, model.equations.m
     rows = system.most * n
-    found = {
-        name: np.repeat(np.resize(given.get(name, p.default), count), rows) for name, p in system.parameters.items()
+    point_columns = {
+        name: np.repeat(np.resize(values.get(name, p.default), count), rows) for name, p in system.parameters.items()
     }
-    found["equilibrium"] = np.tile(np.repeat(np.arange(system.most), n), count)
-    found["mode"] = np.tile(np.arange(1, n + 1), system.most * count)
-    return found | {"epsilon": np.full(rows * count, epsilon), "phase": np.full(rows * count, 0.6)}
+    point_columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), n), count)
+    point_columns["mode"] = np.tile(np.arange(1, n + 1), system.most * count)
+    return point_columns | {"epsilon": np.full(rows * count, epsilon), "phase": np.full(rows * count, 0.6)}
 
 
 @pytest.mark.parametrize("ratio", [1e5, 1e8, 1e10, 1e12])
 def test_a_stiff_direction_loses_no_equilibrium_and_invents_none(ratio):
-    model = plane(lambda x, y, k: x**2 / 2 + k * y**2 / 2, [(-1, 2)] * 2, most=5, k=1.0)
+    model = plane(lambda x, y, k: x**2 / 2 + k * y**2 / 2, [(-1, 2)] * 2, max_places=5, k=1.0)
     theory = model.theory(points(model, k=ratio))
     assert (~np.isnan(theory["place"][:, 0])).sum() == 2  # both modes of one place
     assert theory["place"][:2] == pytest.approx(0, abs=1e-15)
@@ -73,35 +73,35 @@ def test_an_elastic_pendulum_hangs_at_its_place(stiffness):
 
 @pytest.fixture(scope="module")
 def quartic():
-    return plane(lambda x, a, b: a * x**3 / 3 + b * x**4 / 4, [(-1, 2)], most=2, a=0.0, b=0.0)
+    return plane(lambda x, a, b: a * x**3 / 3 + b * x**4 / 4, [(-1, 2)], max_places=2, a=0.0, b=0.0)
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.0, 0.0), (0.0, 100.0), (0.0, -100.0), (1e-30, 0.0), (0.0, 1e30)])
 def test_a_degenerate_equilibrium_is_marginal_and_has_no_rate(quartic, a, b):
-    found = quartic.survey(points(quartic, a=a, b=b))
-    assert found["x_equilibrium"][0] == pytest.approx(0.0, abs=1e-15)
-    assert found["regime"][0] == found["regime_theory"][0] == kernel.MARGINAL
-    assert found["growth_rate"][0] == found["frequency"][0] == 0.0
-    assert np.isnan(found["x_equilibrium"][1])
+    columns = quartic.survey(points(quartic, a=a, b=b))
+    assert columns["x_equilibrium"][0] == pytest.approx(0.0, abs=1e-15)
+    assert columns["regime"][0] == columns["regime_theory"][0] == kernel.MARGINAL
+    assert columns["growth_rate"][0] == columns["frequency"][0] == 0.0
+    assert np.isnan(columns["x_equilibrium"][1])
 
 
 @pytest.mark.parametrize("power", [4, 6, 12, 20])
 @pytest.mark.parametrize("bounds", [(-1, 2), (-2, 3), (-0.7, 11)])
 def test_a_flat_bottom_is_marginal_within_any_bounds(power, bounds):
     """The place is found to 1e-17 of the bounds, and V″ there is some 1e-33: no scale of its own."""
-    model = plane(lambda x: x**power, [bounds], most=1)
+    model = plane(lambda x: x**power, [bounds], max_places=1)
     theory = model.theory(points(model))
     assert theory["omega_squared"].tolist() == [0.0]
     assert theory["scale"][0] > 0.1
 
 
 def test_a_row_without_an_equilibrium_has_no_theory():
-    model = plane(lambda x, k: k * (x - 3) ** 2 / 2, [(-1, 2)], most=1, k=1.0)
-    found = model.survey(points(model))
-    assert found["status"].tolist() == [statuses.NO_EQUILIBRIUM]
+    model = plane(lambda x, k: k * (x - 3) ** 2 / 2, [(-1, 2)], max_places=1, k=1.0)
+    columns = model.survey(points(model))
+    assert columns["status"].tolist() == [statuses.NO_EQUILIBRIUM]
     for name in ("omega_squared_theory", "frequency_theory", "rate_scale", "omega_squared", "x_equilibrium"):
-        assert np.isnan(found[name]).all()
-    assert found["regime_theory"].tolist() == [-1]
+        assert np.isnan(columns[name]).all()
+    assert columns["regime_theory"].tolist() == [-1]
 
 
 def argon(**options):
@@ -127,14 +127,14 @@ def test_the_size_that_is_left_out_follows_from_the_potential():
 @pytest.mark.parametrize(("size", "epsilon"), [(1.0, 1e-6), (1.0, 0.5), (4e-10, 0.5)])
 def test_a_nudge_that_leaves_the_neighbourhood_is_said(size, epsilon):
     model = argon(size=size)
-    found = model.survey(points(model, epsilon=epsilon))
-    assert found["status"].tolist() == [statuses.PERTURBATION_TOO_LARGE]
-    assert np.isnan(found["omega_squared"]).all()
+    columns = model.survey(points(model, epsilon=epsilon))
+    assert columns["status"].tolist() == [statuses.PERTURBATION_TOO_LARGE]
+    assert np.isnan(columns["omega_squared"]).all()
 
 
 @pytest.mark.slow
 def test_planar_water_with_a_bend_by_acos_has_three_vibrations_and_three_free_motions():
-    """Six coordinates, of which expanded sums once took minutes."""
+    """Six coordinates, for which the expansion of sums once took minutes."""
     system = System("Planar water", most=1)
     bond, angle = sp.Float(9.57e-11), sp.Float(1.824)
     oxygen, hydrogen = (
@@ -172,16 +172,16 @@ def test_a_kinetic_energy_that_is_not_positive_is_said():
     model = plane(
         lambda x, c: x**2 / 2,
         [(-1, 2)],
-        most=1,
+        max_places=1,
         kinetic=lambda m, x, v: (1 + m - sp.Symbol("c", real=True)) * v**2,
         c=0.5,
     )
-    found = model.survey(points(model, 2, c=np.array([2.0, 3.0])))
-    assert found["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
+    columns = model.survey(points(model, 2, c=np.array([2.0, 3.0])))
+    assert columns["status"].tolist() == [statuses.KINETIC_ENERGY_NOT_POSITIVE] * 2
 
 
 def test_a_point_with_too_many_equilibria_is_said():
-    model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], most=2, c=1.0)
+    model = plane(lambda x, c: x**4 / 4 - c * x**2 / 2, [(-2, 2)], max_places=2, c=1.0)
     theory = model.theory(points(model, c=1.0))
     assert (theory["status"] == statuses.TOO_MANY_EQUILIBRIA).all()
     assert np.isnan(theory["omega_squared"]).all()
@@ -207,8 +207,8 @@ def test_a_system_without_parameters_has_places():
 def test_fewer_points_than_threads():
     for length in ([0.5], [0.5, 1.0, 2.0]):
         sweep = sweeps.build_sweep(read_definition({"system": "pendulum", "grid": {"length": length}}))
-        one, four = (dataset.survey_grid(sweep, threads=threads) for threads in (1, 4))
-        assert one.equals(four)
+        single, several = (dataset.survey_grid(sweep, threads=threads) for threads in (1, 4))
+        assert single.equals(several)
 
 
 UNITS = {  # parameter → exponents of length, mass and time
@@ -227,10 +227,10 @@ def test_shipped_maps_do_not_know_the_units(name):
     plain = model.survey(rows)
     for factors in FACTORS:
         unit = {p: np.prod([f**e for f, e in zip(factors, exponents[p], strict=True)]) for p in exponents}
-        found = model.survey(rows | {p: rows[p] * unit[p] for p in exponents})
+        columns = model.survey(rows | {p: rows[p] * unit[p] for p in exponents})
         for column in ("regime", "regime_theory", "status", "equilibria_certified", "samples_used", "steps_per_sample"):
-            assert np.array_equal(plain[column], found[column]), column
+            assert np.array_equal(plain[column], columns[column]), column
         rates = plain["rate_scale"] ** 2
-        off = np.abs(found["omega_squared"] * factors[2] ** 2 - plain["omega_squared"]) / rates
-        assert np.nanmax(off) <= 1e-10
-        assert found["amplitude"] == pytest.approx(plain["amplitude"], rel=1e-10, nan_ok=True)
+        deviation = np.abs(columns["omega_squared"] * factors[2] ** 2 - plain["omega_squared"]) / rates
+        assert np.nanmax(deviation) <= 1e-10
+        assert columns["amplitude"] == pytest.approx(plain["amplitude"], rel=1e-10, nan_ok=True)

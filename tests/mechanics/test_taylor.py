@@ -18,12 +18,12 @@ from sweeps.mechanics.model import Model
 from sweeps.mechanics.taylor import Code
 
 W = taylor.W
-QUICK = ("pendulum",)  # what others generate is compiled for ten seconds
+QUICK = ("pendulum",)  # the code of each further system takes ten seconds to compile
 EACH = [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY]
 
 
 def scratch(model, columns, x, v, epsilon):
-    """Scratch array with W copies of a point whose deviation is ε x and whose velocity is ε v."""
+    """Return a scratch array with W copies of a point with the deviation ε x and the velocity ε v."""
     theory = model.theory(columns)
     place = theory["place"][:1]
     parameters = [p[:1] for p in theory["parameters"]]
@@ -32,7 +32,7 @@ def scratch(model, columns, x, v, epsilon):
     return S, place[0], theory["scale"][0]
 
 
-def advanced(model, S, step, steps):
+def advance(model, S, step, steps):
     S = S.copy()
     S[model.code.step_row * W : (model.code.step_row + 1) * W] = step
     model.code.module().advance(S, steps)
@@ -48,14 +48,14 @@ def test_order_is_twelve():
     sn, _, _, _ = ellipj(time + ellipk(k**2), k**2)  # sin(θ/2) = k sn(ω t + K)
     exact = 2 * np.arcsin(k * sn) / theta0
     counts = np.array([14, 17, 20, 25])  # errors from 3e-11 to 7e-14: past the higher orders, above rounding
-    errors = [abs(advanced(model, S, time / scale / n, n)[0] / theta0 - exact) for n in counts]
+    errors = [abs(advance(model, S, time / scale / n, n)[0] / theta0 - exact) for n in counts]
     slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert slope == pytest.approx(-taylor.ORDER, abs=0.3)
 
 
 @pytest.mark.parametrize("name", EACH)
 def test_full_motion_is_that_of_dop853(name):
-    """A nudge of a tenth, where the motion is far from linear, against SciPy on the symbolic accelerations."""
+    """A perturbation of 0.1, which is far from linear, against SciPy on the symbolic accelerations."""
     model = Model(shipped(name))
     n, rng = model.equations.m, np.random.default_rng(5)
     columns = points(model.system, n, 1, LIBRARY[name])
@@ -71,12 +71,12 @@ def test_full_motion_is_that_of_dop853(name):
         return np.r_[y[n:], np.array(right(*q, *w)) / sizes / scale**2]
 
     time = 6.0
-    solved = solve_ivp(rate, (0, time), np.r_[epsilon * x / sizes, v], method="DOP853", rtol=1e-12, atol=1e-14)
-    mine = advanced(model, S, time / scale / 60, 60)
+    solution = solve_ivp(rate, (0, time), np.r_[epsilon * x / sizes, v], method="DOP853", rtol=1e-12, atol=1e-14)
+    mine = advance(model, S, time / scale / 60, 60)
     # DOP853 at 1e-12 a step adds up to 1e-10 of deviations of a tenth, and an unstable motion grows e^6
-    assert mine[: n * W : W] / sizes == pytest.approx(solved.y[:n, -1], abs=4e-9)
+    assert mine[: n * W : W] / sizes == pytest.approx(solution.y[:n, -1], abs=4e-9)
     velocity = mine[n * W : 2 * n * W : W] / sizes / scale
-    assert velocity == pytest.approx(solved.y[n:, -1], abs=4e-9)
+    assert velocity == pytest.approx(solution.y[n:, -1], abs=4e-9)
 
 
 @pytest.mark.parametrize("name", EACH)
@@ -98,24 +98,24 @@ def test_energy_is_that_of_the_symbols(name):
     equations = [e.gradient[i].subs(numbers).subs({e.q[j]: guess[j] for j in range(n) if j not in free}) for i in free]
     root = sp.nsolve(equations, [e.q[i] for i in free], [guess[i] for i in free], prec=60)
     start |= {e.q[i]: root[k] for k, i in enumerate(free)}
-    moved = {q: start[q] + epsilon * sp.Float(x[i], 60) for i, q in enumerate(e.q)}
+    position = {q: start[q] + epsilon * sp.Float(x[i], 60) for i, q in enumerate(e.q)}
     speed = sp.Matrix([sp.Float(value, 60) for value in v])
-    rise = e.V.subs(numbers).subs(moved) - e.V.subs(numbers).subs(start)
-    kinetic = (speed.T * e.a.subs(numbers).subs(moved) * speed)[0] / 2
+    rise = e.V.subs(numbers).subs(position) - e.V.subs(numbers).subs(start)
+    kinetic = (speed.T * e.a.subs(numbers).subs(position) * speed)[0] / 2
     # some tens of roundings; the doubles of the place are ε⁻¹ 1e-16 off in units of the nudge
     assert S[model.code.watched_row * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
 
 
 @pytest.mark.slow
 def test_nothing_is_lost_in_a_small_nudge():
-    """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear one by its own ε."""
+    """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear motion by its own ε."""
     model = Model(shipped("double_pendulum"))
     columns = points(model.system, 2, 1, {})
     ends = []
     for epsilon in (1e-100, 1e-12, 1e-6):
         S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], epsilon)
-        moved = advanced(model, S, 10.0 / scale / 100, 100)
-        ends.append(moved[: 2 * W : W] * moved[model.code.inverse_row * W])
+        state = advance(model, S, 10.0 / scale / 100, 100)
+        ends.append(state[: 2 * W : W] * state[model.code.inverse_row * W])
     assert ends[1] == pytest.approx(ends[0], rel=1e-14)
     assert ends[2] == pytest.approx(ends[0], rel=1e-10)
 
@@ -125,11 +125,11 @@ def test_lanes_do_not_see_each_other():
     model = Model(shipped("double_pendulum"))
     columns = points(model.system, 2, 1, {})
     S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], 0.1)
-    alone = advanced(model, S, 0.1 / scale, 20)
-    mixed = S.reshape(-1, W).copy()
-    mixed[:, 1:] *= np.linspace(0.5, 2.0, W - 1)
-    mixed = advanced(model, mixed.ravel(), 0.1 / scale, 20)
-    assert np.array_equal(alone.reshape(-1, W)[:, 0], mixed.reshape(-1, W)[:, 0])
+    alone = advance(model, S, 0.1 / scale, 20)
+    lanes = S.reshape(-1, W).copy()
+    lanes[:, 1:] *= np.linspace(0.5, 2.0, W - 1)
+    lanes = advance(model, lanes.ravel(), 0.1 / scale, 20)
+    assert np.array_equal(alone.reshape(-1, W)[:, 0], lanes.reshape(-1, W)[:, 0])
 
 
 @pytest.mark.slow
@@ -142,23 +142,23 @@ def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
     )
     environment = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")}
     environment["XDG_CACHE_HOME"] = str(tmp_path)
-    ours = cache_folder()  # all but what is generated need not be compiled here again
+    ours = cache_folder()  # only the generated code has to be compiled here
     shutil.copytree(
         ours, tmp_path / "polhode" / ours.name, ignore=shutil.ignore_patterns("generated*", f"*{code.digest[:24]}*")
     )
     runs = []
     for _ in range(2):
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
         )
-        runs.append(done.stdout.splitlines())
+        runs.append(process.stdout.splitlines())
     assert runs[0][0] == runs[1][0]
     assert code.digest[:24] in runs[0][0]
     assert [lines[1] for lines in runs] == ["0 1", "1 0"]
 
 
 def rods(n):
-    """So many rods of mass m at their ends, one below the other."""
+    """A chain of rods with masses m at their ends."""
     system = System(f"{n} rods", most=2**n)
     m, length, g = (system.parameter(name, default=1.0, positive=True) for name in ("mass", "length", "gravity"))
     x = y = sp.Integer(0)
@@ -176,10 +176,10 @@ def test_code_of_many_rods_grows_with_the_graph(n):
     equations = derive(rods(n))
     m, length, _ = equations.parameters
     assert equations.a[0, 1] == (n - 1) * m * length**2 * sp.cos(equations.q[0] - equations.q[1])
-    made = Code(graph(equations))
-    assert len(made.graph.nodes) < 14 * n * n
-    assert len(made.text) < 1100 * len(made.graph.nodes)
-    assert made.compile_seconds <= 60
+    code = Code(graph(equations))
+    assert len(code.graph.nodes) < 14 * n * n
+    assert len(code.text) < 1100 * len(code.graph.nodes)
+    assert code.compile_seconds <= 60
 
 
 def test_a_damaged_generated_file_is_written_again(tmp_path):
