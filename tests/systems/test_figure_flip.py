@@ -1,4 +1,4 @@
-"""The animation of the flip: whose it is, how the body turns, and what the file holds."""
+"""The animation of the flip: its body, the rotation and the content of the file."""
 
 from itertools import pairwise
 
@@ -41,21 +41,21 @@ def test_a_map_where_nothing_flips_has_no_animation():
 def test_a_racket_on_the_grid_is_shown_about_its_own_axis_2():
     I1, I2, I3 = 0.00121, 0.01638, 0.01748
     grid = {"I1": [I1, 0.02], "I2": [0.01, I2], "I3": [I3, 0.03], "omega0": [2.0, 11.0]}
-    found = figure_flip.racket(sweeps.survey({"grid": grid}))
-    assert [found[name] for name in ("I1", "I2", "I3", "axis", "omega0")] == [I1, I2, I3, 2, 11.0]
+    point = figure_flip.racket(sweeps.survey({"grid": grid}))
+    assert [point[name] for name in ("I1", "I2", "I3", "axis", "omega0")] == [I1, I2, I3, 2, 11.0]
 
 
 def mean_squares(faces):
-    """Mean square of each coordinate over what closed surfaces enclose, by tetrahedra from the origin."""
+    """Return the mean square of each coordinate within closed surfaces, by tetrahedra from the origin."""
     volume, squares, total = 0.0, np.zeros(3), np.zeros(3)
     for face in faces:
         if face.veil < 1.0:
             continue  # strings weigh nothing
         for u, v, w in ((face.corners[0], face.corners[i], face.corners[i + 1]) for i in range(1, 3)):
-            part = np.dot(u, np.cross(v, w)) / 6.0
-            volume += part
-            total += part * (u + v + w) / 4.0
-            squares += part * (u * u + v * v + w * w + u * v + v * w + w * u) / 10.0
+            cell = np.dot(u, np.cross(v, w)) / 6.0
+            volume += cell
+            total += cell * (u + v + w) / 4.0
+            squares += cell * (u * u + v * v + w * w + u * v + v * w + w * u) / 10.0
     return squares / volume, total / volume
 
 
@@ -63,8 +63,8 @@ def mean_squares(faces):
 def test_the_solid_has_the_moments_of_the_body(moments):
     faces = solid.solid(np.array(moments))
     squares, middle = mean_squares(faces)
-    found = squares.sum() - squares
-    np.testing.assert_allclose(found / found[0], np.array(moments) / moments[0], rtol=1e-12)  # rounding
+    inertia = squares.sum() - squares
+    np.testing.assert_allclose(inertia / inertia[0], np.array(moments) / moments[0], rtol=1e-12)  # rounding
     np.testing.assert_allclose(middle, 0.0, atol=1e-14)
     assert len(faces) == (6 if moments[0] == 1.0 else 136)
 
@@ -73,13 +73,15 @@ def test_the_body_turns_as_its_angular_velocity_says():
     """Against SciPy's rotations, composed at many midpoints; and L stays upright."""
     moments, omega = np.array([1.0, 2.0, 2.6]), np.array([0.3, 5.0, -0.2])
     times = np.linspace(0.0, 3.0, 4)
-    found = figure_flip.attitudes(moments, omega, times)
+    attitudes = figure_flip.attitudes(moments, omega, times)
     h = 3.0 / 3000
-    turn = Rotation.from_matrix(found[0])
+    rotation = Rotation.from_matrix(attitudes[0])
     for vector in Rotation.from_rotvec(exact.rotation(moments, omega, (np.arange(3000) + 0.5) * h) * h):
-        turn = turn * vector
-    assert (Rotation.from_matrix(found[-1]).inv() * turn).magnitude() < 1e-5  # (|ω| h)² of the midpoints, summed
-    for matrix, spin in zip(found, exact.rotation(moments, omega, times), strict=True):
+        rotation = rotation * vector
+    assert (
+        Rotation.from_matrix(attitudes[-1]).inv() * rotation
+    ).magnitude() < 1e-5  # (|ω| h)² of the midpoints, summed
+    for matrix, spin in zip(attitudes, exact.rotation(moments, omega, times), strict=True):
         L = matrix @ (moments * spin)
         np.testing.assert_allclose(L / np.linalg.norm(L), [0, 0, 1], atol=1e-14)
 
@@ -93,17 +95,17 @@ def test_the_file_is_an_animation_that_moves(ds, tmp_path, monkeypatch):
         assert animation.info["loop"] == 0
         pictures = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(animation)]
     assert len(pictures) == 6
-    for one, other in pairwise(pictures):
-        assert (one != other).any()
+    for before, after in pairwise(pictures):
+        assert (before != after).any()
     list(figures.draw_all(ds, tmp_path, theme="dark"))
     with Image.open(tmp_path / "flip.gif") as animation:
-        # the paper of a dark figure, #15181c, to one of the 256 shades of a palette
+        # the paper of a dark figure, #15181c, to the nearest of the 256 shades of a palette
         assert animation.convert("RGB").getpixel((0, 0)) == pytest.approx((0x15, 0x18, 0x1C), abs=1)
 
 
 @pytest.mark.parametrize("status", [0, 1])
 def test_a_film_is_written_by_the_encoder_or_refused(ds, tmp_path, monkeypatch, status):
-    """A stand-in for ffmpeg keeps what it is given: frames of 1920 pixels, 30 a second, as many as it is told."""
+    """A fake ffmpeg stores its arguments and its input: frames of 1920 pixels, 30 a second, in the requested number."""
     encoder = tmp_path / "bin" / "ffmpeg"
     encoder.parent.mkdir()
     encoder.write_text(
@@ -118,9 +120,9 @@ def test_a_film_is_written_by_the_encoder_or_refused(ds, tmp_path, monkeypatch, 
         assert not (tmp_path / "films").exists()
         return
     assert list(figures.draw_all(ds, tmp_path / "films", "mp4")) == [tmp_path / "films" / "flip.mp4"]
-    told = (tmp_path / "films" / "flip.mp4").read_text()
-    assert "-s 1920x1080 -r 30 " in told
-    assert int(told.split()[-1]) == 4 * 1920 * 1080 * 4  # twice the frames of a GIF, of four bytes a pixel
+    arguments = (tmp_path / "films" / "flip.mp4").read_text()
+    assert "-s 1920x1080 -r 30 " in arguments
+    assert int(arguments.split()[-1]) == 4 * 1920 * 1080 * 4  # twice the frames of a GIF, of four bytes a pixel
 
 
 @pytest.mark.parametrize("inches", [(7.2, 5.0), (9.6, 5.4), (6.4, 3.5)])
@@ -145,5 +147,5 @@ def test_a_motion_is_a_film_with_the_body_s_mesh(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "ball.gif\n"
     with Image.open("ball.gif") as animation:
         assert animation.n_frames == 6
-    moved = sweeps.motion({"mesh": {"file": "ball.stl", "density": 1000.0, "unit": "cm"}})
-    assert len(next(iter(outline.read(moved.attrs).values()))["faces"]) == 3 * 320
+    trajectory = sweeps.motion({"mesh": {"file": "ball.stl", "density": 1000.0, "unit": "cm"}})
+    assert len(next(iter(outline.read(trajectory.attrs).values()))["faces"]) == 3 * 320

@@ -1,4 +1,4 @@
-"""The animations of small oscillations: the motion is that of the full equations, and what moves is drawn."""
+"""The animations of small oscillations: the motion is that of the full equations, and the moving parts are drawn."""
 
 from itertools import pairwise
 
@@ -24,10 +24,10 @@ GRIDS = {
 
 @pytest.fixture(scope="module")
 def maps():
-    known = {}
+    cache = {}
 
     def of(name):
-        return known.setdefault(name, sweeps.survey({"system": name, "grid": GRIDS[name]}))
+        return cache.setdefault(name, sweeps.survey({"system": name, "grid": GRIDS[name]}))
 
     return of
 
@@ -44,15 +44,15 @@ def test_it_moves(maps, monkeypatch, name):
     pictures = list(pictures)
     assert len(pictures) == 4
     assert all(picture.shape == pictures[0].shape for picture in pictures)
-    assert all((one != other).any() for one, other in pairwise(pictures))
+    assert all((before != after).any() for before, after in pairwise(pictures))
     assert pictures[0][0, 0].tolist() == [255] * 4
 
 
 def test_it_begins_beside_what_the_map_found_stable_and_unstable(maps):
     ds, model = maps("bead_on_hoop"), systems.resolve("bead_on_hoop").mechanism
     for spin, names in ((1.0, ("bottom", "top")), (5.0, ("right", "bottom"))):
-        here = ds.sel(radius=1.0, spin_rate=spin).isel(mass=0, gravity=0, epsilon=0, phase=0)
-        runs = [figure_motion.motion_near(here, regime, model) for regime in ("stable", "unstable")]
+        point = ds.sel(radius=1.0, spin_rate=spin).isel(mass=0, gravity=0, epsilon=0, phase=0)
+        runs = [figure_motion.motion_near(point, regime, model) for regime in ("stable", "unstable")]
         assert tuple(run.name for run in runs) == names
     assert runs[0].place == pytest.approx(np.arccos(9.80665 / 25), abs=1e-12)
 
@@ -72,13 +72,15 @@ def test_a_map_that_names_another_system_has_no_animation_of_it(maps):
 
 @pytest.mark.parametrize("name", GRIDS)
 def test_the_picture_is_that_of_the_description(name):
-    """Lengths of rods and the hoop's radius, and masses where the coordinates put them."""
+    """Lengths of rods and the hoop's radius, and masses at the positions of their coordinates."""
     model = systems.resolve(name).mechanism
     point = {p.name: p.default for p in model.system.parameters.values()}
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, model.equations.m))
     values = point | {str(x): y for x, y in zip(model.equations.q, q.T, strict=True)}
     values |= {str(v): 0.0 for v in model.equations.v} | {"time": 0.0}
-    masses = [seen[:, 0] for kind, seen in equations.picture_points(model.equations, values) if kind == "mass"]
+    masses = [
+        positions[:, 0] for kind, positions in equations.picture_points(model.equations, values) if kind == "mass"
+    ]
     end = np.zeros((5, 2))
     for mass, angle in zip(masses, q.T, strict=True):
         end = end + np.column_stack([np.sin(angle), -np.cos(angle)])  # all lengths are 1 m
@@ -86,14 +88,14 @@ def test_the_picture_is_that_of_the_description(name):
 
 
 def test_a_pendulum_swings_far_as_elliptic_functions_say():
-    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); from 0.03 rad beside the top, too."""
+    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); from 0.03 rad off the top, too."""
     starts, g = np.array([0.25, np.pi - 0.03]), 9.80665
     model = systems.resolve("pendulum").mechanism
-    times, one = np.tile(np.linspace(0.0, 4.0, 41), (2, 1)), np.ones(2)
-    found = motions.solve(model.moving, [one, one, g * one], np.c_[starts, 0 * one], times, 1e-12)[0][..., 0]
+    times, unit = np.tile(np.linspace(0.0, 4.0, 41), (2, 1)), np.ones(2)
+    angles = motions.solve(model.moving, [unit, unit, g * unit], np.c_[starts, 0 * unit], times, 1e-12)[0][..., 0]
     m = np.sin(starts / 2)[:, None] ** 2
     sn, _, _, _ = ellipj(np.sqrt(g) * np.linspace(0.0, 4.0, 41) + ellipk(m), m)  # sn(u + K) = cd(u)
-    np.testing.assert_allclose(np.sin(found / 2), np.sqrt(m) * sn, atol=1e-9)  # e^12 of growth times rounding
+    np.testing.assert_allclose(np.sin(angles / 2), np.sqrt(m) * sn, atol=1e-9)  # e^12 of growth times rounding
 
 
 @pytest.mark.slow
@@ -105,9 +107,12 @@ def test_a_double_pendulum_tumbles_as_another_integrator_says(maps):
         return [u, v, *np.linalg.solve(mass, pull)]
 
     start = np.array([np.pi + 0.03, np.pi - 0.03])
-    model, given = systems.resolve("double_pendulum").mechanism, [np.array([x]) for x in (1.0, 1.0, 1.0, 1.0, 9.80665)]
+    model, parameters = (
+        systems.resolve("double_pendulum").mechanism,
+        [np.array([x]) for x in (1.0, 1.0, 1.0, 1.0, 9.80665)],
+    )
     times = np.linspace(0, 3, 31)
-    found, error, _ = motions.solve(model.moving, given, np.array([[*start, 0, 0]]), times[None], 1e-12)
+    states, error, _ = motions.solve(model.moving, parameters, np.array([[*start, 0, 0]]), times[None], 1e-12)
     run = solve_ivp(rates, (0, 3), [*start, 0, 0], "DOP853", rtol=1e-12, atol=1e-12, t_eval=np.linspace(0, 3, 31))
-    np.testing.assert_allclose(found[0], run.y.T, atol=1e-8)  # e^15 of growth times both integrators' rounding
+    np.testing.assert_allclose(states[0], run.y.T, atol=1e-8)  # e^15 of growth times both integrators' rounding
     assert error.max() < 1e-8

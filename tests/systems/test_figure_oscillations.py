@@ -1,4 +1,4 @@
-"""Pictures of small oscillations: what stands in them, read off the drawn artists; the maps are made by hand."""
+"""Pictures of small oscillations: their content, read from the drawn artists; the maps are made by hand."""
 
 import matplotlib
 import numpy as np
@@ -15,7 +15,7 @@ STABLE, UNSTABLE, MARGINAL = (REGIMES.index(name) - 1 for name in ("stable", "un
 
 
 @pytest.fixture(autouse=True)
-def styled():
+def use_style():
     with matplotlib.rc_context(sheets.STYLE):
         yield
 
@@ -48,18 +48,18 @@ def a_map(square, regime, names=("cone",), x=None):
     return xr.Dataset({name: (dims, values) for name, values in columns.items()}, coordinates, title)
 
 
-def drawn(figure):
+def artist_labels(figure):
     artists = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
     return {artist.get_gid() for artist in artists}
 
 
-def listed(figure):
+def legend_labels(figure):
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
 def test_the_legend_lists_what_is_drawn():
     square = np.linspace(0.5, 1.0, 30).reshape(5, 6, 1)
-    assert listed(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []
+    assert legend_labels(figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))) == []
     square[:, :3] = -1.0
     square[0, 0] = np.nan
     square[0, 1] = np.nan
@@ -71,19 +71,19 @@ def test_the_legend_lists_what_is_drawn():
         ((NON_FINITE, NO_EQUILIBRIUM), "no measured value"),
     ):
         ds["status"].values[0, :2] = np.reshape(codes, (2, 1, 1, 1, 1, 1, 1))
-        changing = figure_oscillations.draw(ds)
-        assert drawn(changing) >= {"measured", "theory"}
-        assert listed(changing) == [r"theory: $\omega^2 = 0$", words]
+        axes = figure_oscillations.draw(ds)
+        assert artist_labels(axes) >= {"measured", "theory"}
+        assert legend_labels(axes) == [r"theory: $\omega^2 = 0$", words]
     curve = figure_oscillations.draw(a_map(square[:1, 1:], np.where(square[:1, 1:] > 0, STABLE, UNSTABLE)))
-    assert listed(curve) == ["theory", "stable", "unstable"]
-    assert drawn(curve) >= {"theory", "stable", "unstable"}
+    assert legend_labels(curve) == ["theory", "stable", "unstable"]
+    assert artist_labels(curve) >= {"theory", "stable", "unstable"}
 
 
 def test_what_is_the_same_everywhere_is_drawn_as_a_law_and_not_as_one_colour():
     square = np.ones((5, 6, 1))
     figure = figure_oscillations.draw(a_map(square, np.full(square.shape, STABLE)))
-    assert "measured" not in drawn(figure)
-    assert {"theory", "stable"} <= drawn(figure)
+    assert "measured" not in artist_labels(figure)
+    assert {"theory", "stable"} <= artist_labels(figure)
     assert len(figure.axes) == 1  # no bar of colours
 
 
@@ -120,8 +120,8 @@ def test_each_name_of_a_curve_stands_at_its_curve(law, span):
         end = ax.transAxes.inverted().transform(ax.transData.transform((1.0, rate)))[1]
         places.append((end, text.xy[1]))
     # names keep their distance from each other, and 3 digits of a value move an end by a hundredth
-    room = figure_oscillations.MIN_LABEL_SPACING * (figure_oscillations.MAX_CURVES - 1) + 0.01
-    assert all(abs(end - at) <= room for end, at in places)
+    max_shift = figure_oscillations.MIN_LABEL_SPACING * (figure_oscillations.MAX_CURVES - 1) + 0.01
+    assert all(abs(end - at) <= max_shift for end, at in places)
     ends = [round(end, 2) for end, _ in sorted(places, key=lambda place: place[1])]
     assert ends == sorted(ends)
 
@@ -130,8 +130,8 @@ def test_rounding_about_zero_is_no_boundary():
     """A flat mode: theory has ω² = 0, and 6e-17 of either sign."""
     noise = np.random.default_rng(0).choice([-6e-17, 6e-17], (60, 60, 1))
     figure = figure_oscillations.draw(a_map(noise, np.full(noise.shape, MARGINAL)))
-    assert "theory" not in drawn(figure)
-    assert listed(figure) == ["marginal"]
+    assert "theory" not in artist_labels(figure)
+    assert legend_labels(figure) == ["marginal"]
     (dots,) = (line for line in figure.axes[0].lines if line.get_gid() == "marginal")
     assert 0 < dots.get_xdata().size <= figure_oscillations.MAX_DOTS  # 3,600 would be a grey page
     assert len(set(np.diff(np.unique(dots.get_xdata())).round(9))) == 1  # evenly strided

@@ -30,8 +30,8 @@ def lines(figure, gid):
 def test_the_scene_is_the_body_as_it_is_and_no_mirror_image(moments):
     scene = Scene(np.array(moments))
     np.testing.assert_allclose(scene.moments, np.array(moments)[list(scene.axes)] / 1.5, rtol=1e-15)
-    turned = np.eye(3)[list(scene.axes)]
-    assert np.linalg.det(turned) == pytest.approx(1.0)
+    permutation = np.eye(3)[list(scene.axes)]
+    assert np.linalg.det(permutation) == pytest.approx(1.0)
     assert np.linalg.det(scene.view) == pytest.approx(1.0)
     assert scene.moments[1] == 1.0
     assert scene.view[2].min() > 0  # the three positive ends face the reader, the middle one most
@@ -55,10 +55,10 @@ def test_curves_have_the_colour_of_their_side_of_the_separatrix(moments):
 def test_what_is_seen_is_the_near_side():
     scene = Scene(np.array([1.0, 1.5, 2.2]))
     for _, curve in figure_polhodes.polhodes(scene):
-        for point, facing in zip(curve[::40], scene.facing_cosine(curve[::40]), strict=True):
+        for point, cosine in zip(curve[::40], scene.facing_cosine(curve[::40]), strict=True):
             # from a point of the near side the line of sight leaves the ellipsoid, elsewhere it enters it
-            beyond = point + 1e-6 * scene.view[2]
-            assert (beyond**2 @ scene.moments > 1.0) == (facing > 0) or abs(facing) < 1e-5
+            outer_point = point + 1e-6 * scene.view[2]
+            assert (outer_point**2 @ scene.moments > 1.0) == (cosine > 0) or abs(cosine) < 1e-5
 
 
 def test_near_and_far_halves_make_the_curves():
@@ -66,10 +66,10 @@ def test_near_and_far_halves_make_the_curves():
     for kind in ("stable_minor", "stable_major", "unstable"):
         near, far = lines(figure, f"{kind} near"), lines(figure, f"{kind} far")
         assert len(near) == len(far) >= 2
-        for one, other in zip(near, far, strict=True):
-            assert one.get_color() == other.get_color() == APPEARANCE.color(kind)
-            assert one.get_linewidth() > other.get_linewidth()
-            assert (np.isnan(one.get_xdata()) != np.isnan(other.get_xdata())).all()
+        for near_half, far_half in zip(near, far, strict=True):
+            assert near_half.get_color() == far_half.get_color() == APPEARANCE.color(kind)
+            assert near_half.get_linewidth() > far_half.get_linewidth()
+            assert (np.isnan(near_half.get_xdata()) != np.isnan(far_half.get_xdata())).all()
     assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "direction"]) > 4
     assert len(lines(figure, "spin")) == 3
 
@@ -77,13 +77,13 @@ def test_near_and_far_halves_make_the_curves():
 def test_axes_are_named_in_the_order_of_their_moments():
     figure = draw(survey(I1=2.2, I2=1.0, I3=1.5))
     texts = {text.get_text() for text in figure.axes[0].texts}
-    named = {"axis 2: least\n$I_2$ = 1", "axis 3: middle\n$I_3$ = 1.5", "axis 1: greatest\n$I_1$ = 2.2"}
-    assert named <= texts
+    labels = {"axis 2: least\n$I_2$ = 1", "axis 3: middle\n$I_3$ = 1.5", "axis 1: greatest\n$I_1$ = 2.2"}
+    assert labels <= texts
     renderer = figure.canvas.get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.axes[0].texts if text.get_text()]
     assert len(boxes) == 3
     for i, box in enumerate(boxes):
-        assert not any(box.overlaps(other) for other in boxes[i + 1 :])
+        assert not any(box.overlaps(second_box) for second_box in boxes[i + 1 :])
         assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
 
 
@@ -92,8 +92,8 @@ def test_the_body_is_the_most_asymmetric_that_can_exist():
     body = figure_polhodes.most_asymmetric_body(survey(I1=1.0, I2=[1.5, 2.1], I3=[2.2, 2.4, 2.6]))
     assert body.moments.tolist() == [1.0, 1.5, 2.4]
     golden = (1 + 5**0.5) / 2
-    found = figure_polhodes.asymmetry(np.random.default_rng(1).uniform(0.1, 1.0, (20_000, 3)))
-    assert golden - 0.05 < found.max() <= golden
+    asymmetries = figure_polhodes.asymmetry(np.random.default_rng(1).uniform(0.1, 1.0, (20_000, 3)))
+    assert golden - 0.05 < asymmetries.max() <= golden
 
 
 @pytest.mark.slow

@@ -43,8 +43,8 @@ def test_the_measured_rates_stand_on_the_formulas_line(tops):
 
 
 def test_every_map_of_the_system_has_its_picture(tops, tmp_path):
-    one = tops.isel(ratio=[0], omega3=[0], half_angle=[0])  # the others' are drawn above
-    paths = list(figures.draw_all(one, tmp_path))
+    single_point = tops.isel(ratio=[0], omega3=[0], half_angle=[0])  # the pictures of all points are drawn above
+    paths = list(figures.draw_all(single_point, tmp_path))
     assert [path.name for path in paths] == ["precession.png", "cones.png", "theory_against_measured.png"]
     sizes = {path.name: path.stat().st_size for path in paths}
     assert min(sizes.values()) > 20_000, sizes
@@ -57,18 +57,18 @@ def test_a_sphere_has_no_cones(tops):
 @pytest.mark.parametrize("ratio", [0.5, 1.8])
 def test_the_cones_are_those_of_the_motion(ratio):
     """Angles of the angular velocity and of the figure axis to L, from quaternions."""
-    moved = SYSTEM.motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15, 1e-10)
-    turned = Rotation.from_quat(np.stack([moved[f"q{i}"] for i in range(4)], axis=1), scalar_first=True)
-    omega = np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1)
+    trajectory = SYSTEM.motion({"ratio": ratio, "omega3": 2.0, "half_angle": 25.0}, 7.0, 15, 1e-10)
+    attitude = Rotation.from_quat(np.stack([trajectory[f"q{i}"] for i in range(4)], axis=1), scalar_first=True)
+    omega = np.stack([trajectory[f"omega{i}"] for i in (1, 2, 3)], axis=1)
     L = omega[0] * [1.0, 1.0, ratio]
-    in_space, axis = turned.apply(omega), turned.apply([0.0, 0.0, 1.0])
-    theta, beyond = figure_tops.cone_angles(ratio, np.radians(25.0))
+    in_space, axis = attitude.apply(omega), attitude.apply([0.0, 0.0, 1.0])
+    theta, body_cone = figure_tops.cone_angles(ratio, np.radians(25.0))
 
     def angle(a, b):
         return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
 
     to_L = np.tile(L, (15, 1))
     np.testing.assert_allclose(angle(axis, to_L), theta, atol=1e-13)
-    np.testing.assert_allclose(angle(in_space, to_L), abs(beyond), atol=1e-13)
+    np.testing.assert_allclose(angle(in_space, to_L), abs(body_cone), atol=1e-13)
     np.testing.assert_allclose(angle(in_space, axis), np.radians(25.0), atol=1e-13)
-    assert (beyond > 0) == (ratio > 1)
+    assert (body_cone > 0) == (ratio > 1)

@@ -15,19 +15,19 @@ EPSILON = np.geomspace(1e-8, 0.3, 60)
 
 
 @pytest.fixture(scope="module")
-def breaking():
+def breakdown_map():
     return sweeps.survey("breakdown")
 
 
 def synthetic(deviation, *, theory=-4.0, error=1e-13, status=0):
-    """A map of one body whose relative deviation of Ω² is given, over EPSILON."""
-    ones = np.ones((1, 1, EPSILON.size))
+    """Return a map of one body with this relative deviation of Ω² over EPSILON."""
+    unit = np.ones((1, 1, EPSILON.size))
     dims = ("body", "axis", "epsilon")
     columns = {
-        "omega_squared": theory * (1.0 + deviation) * ones,
-        "omega_squared_theory": theory * ones,
-        "omega_squared_reduced_error": abs(theory) * error * ones,
-        "status": (np.zeros(EPSILON.size) + status).astype("i1") * ones.astype("i1"),
+        "omega_squared": theory * (1.0 + deviation) * unit,
+        "omega_squared_theory": theory * unit,
+        "omega_squared_reduced_error": abs(theory) * error * unit,
+        "status": (np.zeros(EPSILON.size) + status).astype("i1") * unit.astype("i1"),
     }
     return xr.Dataset(
         {name: (dims, values) for name, values in columns.items()},
@@ -96,16 +96,16 @@ def test_floor_is_ten_times_what_the_least_nudges_show_or_their_error():
 @pytest.mark.parametrize("exponent", [2.0, 1.5])
 @pytest.mark.parametrize("theory", [-4.0, 0.3])
 def test_breakdown_of_a_synthetic_law(exponent, theory):
-    found = fits.fit_breakdown(synthetic(0.4 * EPSILON**exponent, theory=theory))
+    fit = fits.fit_breakdown(synthetic(0.4 * EPSILON**exponent, theory=theory))
     # forming 1 + deviation costs 1e-16 of a deviation of 1e-11, a slope error of 1e-5 over nine decades at most
-    assert float(found.slope[0, 0]) == pytest.approx(exponent, abs=1e-4)
+    assert float(fit.slope[0, 0]) == pytest.approx(exponent, abs=1e-4)
 
 
 def test_breakdown_keeps_clear_of_the_floor():
-    found = fits.fit_breakdown(synthetic(0.4 * EPSILON**2 + 2e-9, error=1e-10))
-    assert float(found.floor[0, 0]) == pytest.approx(2e-8, rel=1e-6)
+    fit = fits.fit_breakdown(synthetic(0.4 * EPSILON**2 + 2e-9, error=1e-10))
+    assert float(fit.floor[0, 0]) == pytest.approx(2e-8, rel=1e-6)
     # at the floor a tenth of the deviation is plateau, which flattens the law by some percent there only
-    assert float(found.slope[0, 0]) == pytest.approx(2.0, abs=0.03)
+    assert float(fit.slope[0, 0]) == pytest.approx(2.0, abs=0.03)
 
 
 def test_breakdown_leaves_out_what_is_not_ok():
@@ -116,29 +116,29 @@ def test_breakdown_leaves_out_what_is_not_ok():
 
 
 def test_breakdown_needs_a_theory():
-    found = fits.fit_breakdown(synthetic(0.4 * EPSILON**2, theory=0.0))
-    assert np.isnan(found.slope).all()
-    assert int(found.fitted[0, 0]) == 0
+    fit = fits.fit_breakdown(synthetic(0.4 * EPSILON**2, theory=0.0))
+    assert np.isnan(fit.slope).all()
+    assert int(fit.fitted[0, 0]) == 0
 
 
-def test_shipped_bodies_leave_theory_as_the_square_of_the_nudge(breaking):
+def test_shipped_bodies_leave_theory_as_the_square_of_the_nudge(breakdown_map):
     """Every body and axis with Ω² ≠ 0 and three unequal moments: the motion is even in ε, so the law is ε²."""
-    found = fits.fit_breakdown(breaking).squeeze("phase")
-    moments = np.stack([breaking[name].values for name in ("I1", "I2", "I3")])
+    fit = fits.fit_breakdown(breakdown_map).squeeze("phase")
+    moments = np.stack([breakdown_map[name].values for name in ("I1", "I2", "I3")])
     asymmetric = np.array([len(set(column)) == 3 for column in moments.T.tolist()])
-    slopes = found.slope.values[asymmetric]
+    slopes = fit.slope.values[asymmetric]
     assert slopes.size == 27
     assert np.abs(slopes - 2.0).max() <= 0.1  # the next term, ε⁴, still counts for some at 1e-2
     # A symmetric top's own axis turns exactly at the linear rate: nothing above the floor, nothing to fit.
-    assert np.isnan(found.slope.values[~asymmetric]).all()
+    assert np.isnan(fit.slope.values[~asymmetric]).all()
 
 
 # ---------------------------------------------------------------------------------------------------------
 # Periods
 
 
-def test_period_of_the_earth(breaking):
-    earth = fits.compare_periods(breaking)[0]
+def test_period_of_the_earth(breakdown_map):
+    earth = fits.compare_periods(breakdown_map)[0]
     with mpmath.workdps(30):
         I1, I2, I3 = mpmath.mpf("8.0101e37"), mpmath.mpf("8.0103e37"), mpmath.mpf("8.0365e37")
         sidereal = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
@@ -149,11 +149,11 @@ def test_period_of_the_earth(breaking):
     assert "not rigid" in earth.note
 
 
-def test_periods_only_of_bodies_that_were_observed(breaking, tiny):
-    assert [period.body for period in fits.compare_periods(breaking)] == ["Earth", "Moon", "Mars"]
-    assert [period.body for period in fits.compare_periods(breaking.isel(body=slice(1, 5)))] == ["Moon", "Mars"]
-    assert fits.compare_periods(breaking.sel(axis=[1, 2])) == []
+def test_periods_only_of_bodies_that_were_observed(breakdown_map, tiny):
+    assert [period.body for period in fits.compare_periods(breakdown_map)] == ["Earth", "Moon", "Mars"]
+    assert [period.body for period in fits.compare_periods(breakdown_map.isel(body=slice(1, 5)))] == ["Moon", "Mars"]
+    assert fits.compare_periods(breakdown_map.sel(axis=[1, 2])) == []
     assert fits.compare_periods(tiny) == []
-    without = breaking.copy()
+    without = breakdown_map.copy()
     without.attrs = {}
     assert fits.compare_periods(without) == []

@@ -13,7 +13,7 @@ EDGES = (3.0, 2.0, 1.0)
 BRICK = (5 / 12, 10 / 12, 13 / 12)  # M (b2 + c2)/12 and cyclic, M = 1 kg: Landau and Lifshitz, section 32
 
 
-def turned(mesh, seed=3):
+def rotate(mesh, seed=3):
     matrix = trimesh.transformations.random_rotation_matrix(np.random.default_rng(seed).random(3))
     mesh.apply_transform(matrix)
     return matrix[:3, :3]
@@ -23,15 +23,15 @@ def tensor_of(moments, rotation):
     return rotation @ np.diag(moments) @ rotation.T
 
 
-def brick(path, *, shift=(0.0, 0.0, 0.0), turn=True):
+def brick(path, *, shift=(0.0, 0.0, 0.0), is_rotated=True):
     mesh = trimesh.creation.box(EDGES)
-    rotation = turned(mesh) if turn else np.eye(3)
+    rotation = rotate(mesh) if is_rotated else np.eye(3)
     mesh.apply_translation(shift)
     mesh.export(path)
     return rotation
 
 
-def refused(call):
+def refusal(call):
     with pytest.raises((inertia.InertiaError, inertia.MeshError)) as error:
         call()
     assert "allowed: " in str(error.value)
@@ -41,19 +41,21 @@ def refused(call):
 @pytest.mark.parametrize("scale", [1e-200, 1e-47, 1.0, 8e37, 1e200])
 def test_a_turned_tensor_gives_back_moments_and_axes(scale):
     moments = np.array([1.0, 2.5, 3.25])
-    rotation = turned(trimesh.creation.box(EDGES))
-    found = inertia.principal(tensor_of(moments, rotation) * scale)
+    rotation = rotate(trimesh.creation.box(EDGES))
+    principal = inertia.principal(tensor_of(moments, rotation) * scale)
     # a 3 by 3 eigenproblem is right to some roundings of the largest eigenvalue
-    np.testing.assert_allclose(found.moments, moments * scale, rtol=0, atol=1e-14 * 3.25 * scale)
-    axes = np.array(found.axes)
+    np.testing.assert_allclose(principal.moments, moments * scale, rtol=0, atol=1e-14 * 3.25 * scale)
+    axes = np.array(principal.axes)
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
     assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-14)
     np.testing.assert_allclose(np.abs(axes @ rotation), np.eye(3), atol=1e-13)
-    np.testing.assert_allclose(axes.T @ np.diag(found.moments) @ axes, tensor_of(moments, rotation) * scale, rtol=1e-12)
+    np.testing.assert_allclose(
+        axes.T @ np.diag(principal.moments) @ axes, tensor_of(moments, rotation) * scale, rtol=1e-12
+    )
 
 
 def test_moments_equal_but_for_rounding_are_made_equal_and_said():
-    rotation = turned(trimesh.creation.box(EDGES))
+    rotation = rotate(trimesh.creation.box(EDGES))
     sphere = inertia.principal(tensor_of([2.0, 2.0, 2.0], rotation))
     assert len(set(sphere.moments)) == 1
     top = inertia.principal(np.diag([1.0, 2.0, 2.0 + 4e-16]))
@@ -75,7 +77,7 @@ def test_moments_equal_but_for_rounding_are_made_equal_and_said():
     ],
 )
 def test_a_tensor_of_no_body_is_refused(tensor, words):
-    assert words in refused(lambda: inertia.principal(tensor))
+    assert words in refusal(lambda: inertia.principal(tensor))
 
 
 def test_a_flat_plate_is_a_body():
@@ -85,12 +87,12 @@ def test_a_flat_plate_is_a_body():
 @pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "off"])
 def test_a_brick_of_any_format_has_the_moments_of_the_textbook(tmp_path, suffix):
     rotation = brick(tmp_path / f"brick.{suffix}")
-    found = inertia.solid(tmp_path / f"brick.{suffix}", mass=1.0)
-    # STL holds coordinates in single precision, the others eight decimals or more: 1e-7 of the edges
-    np.testing.assert_allclose(found.principal.moments, BRICK, rtol=2e-6)
-    np.testing.assert_allclose(np.abs(np.array(found.principal.axes) @ rotation), np.eye(3), atol=2e-6)
-    assert found.volume == pytest.approx(6.0, rel=1e-6)
-    assert found.mass == pytest.approx(1.0, rel=1e-15)
+    body = inertia.solid(tmp_path / f"brick.{suffix}", mass=1.0)
+    # STL stores coordinates in single precision, the further formats eight decimals or more: 1e-7 of the edges
+    np.testing.assert_allclose(body.principal.moments, BRICK, rtol=2e-6)
+    np.testing.assert_allclose(np.abs(np.array(body.principal.axes) @ rotation), np.eye(3), atol=2e-6)
+    assert body.volume == pytest.approx(6.0, rel=1e-6)
+    assert body.mass == pytest.approx(1.0, rel=1e-15)
 
 
 def test_a_thin_plate_keeps_its_thickness(tmp_path):
@@ -101,8 +103,8 @@ def test_a_thin_plate_keeps_its_thickness(tmp_path):
 
 
 def test_density_unit_and_place_count_as_they_should(tmp_path):
-    brick(tmp_path / "near.obj", turn=False)
-    brick(tmp_path / "far.obj", shift=(4000.0, -3000.0, 2000.0), turn=False)
+    brick(tmp_path / "near.obj", is_rotated=False)
+    brick(tmp_path / "far.obj", shift=(4000.0, -3000.0, 2000.0), is_rotated=False)
     near, far = (inertia.solid(tmp_path / f"{name}.obj", density=600.0, unit="cm") for name in ("near", "far"))
     # 3 by 2 by 1 cm at 600 kg m-3: 3.6 g
     np.testing.assert_allclose(near.principal.moments, np.array(BRICK) * 3.6e-3 * 1e-4, rtol=1e-12)
@@ -116,27 +118,27 @@ def test_faces_that_look_inwards_are_turned_and_said(tmp_path):
     mesh = trimesh.creation.box(EDGES)
     mesh.invert()
     mesh.export(tmp_path / "inside.off")
-    found = inertia.solid(tmp_path / "inside.off", mass=1.0)
-    np.testing.assert_allclose(found.principal.moments, BRICK, rtol=1e-12)
-    assert "inwards" in found.principal.notes[0]
+    body = inertia.solid(tmp_path / "inside.off", mass=1.0)
+    np.testing.assert_allclose(body.principal.moments, BRICK, rtol=1e-12)
+    assert "inwards" in body.principal.notes[0]
 
 
 def test_an_open_mesh_says_how_open(tmp_path):
     mesh = trimesh.creation.box(EDGES)
     mesh.faces = mesh.faces[:-1]
     mesh.export(tmp_path / "open.stl")
-    said = refused(lambda: inertia.solid(tmp_path / "open.stl", mass=1.0))
-    assert "is not watertight: 3 of its 18 edges" in said
+    message = refusal(lambda: inertia.solid(tmp_path / "open.stl", mass=1.0))
+    assert "is not watertight: 3 of its 18 edges" in message
 
 
 def test_solids_that_share_an_edge_are_named_as_such(tmp_path):
-    beside = trimesh.creation.box(EDGES)
-    beside.apply_translation([3.0, 2.0, 0.0])
-    mesh = trimesh.util.concatenate([trimesh.creation.box(EDGES), beside])
+    neighbour = trimesh.creation.box(EDGES)
+    neighbour.apply_translation([3.0, 2.0, 0.0])
+    mesh = trimesh.util.concatenate([trimesh.creation.box(EDGES), neighbour])
     mesh.export(tmp_path / "touching.stl")
-    said = refused(lambda: inertia.solid(tmp_path / "touching.stl", mass=1.0))
-    assert "1 of its 35 edges" in said
-    assert "solids that share no edge" in said
+    message = refusal(lambda: inertia.solid(tmp_path / "touching.stl", mass=1.0))
+    assert "1 of its 35 edges" in message
+    assert "solids that share no edge" in message
 
 
 @pytest.mark.parametrize(
@@ -155,11 +157,11 @@ def test_solids_that_share_an_edge_are_named_as_such(tmp_path):
 )
 def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)
-    assert words in refused(lambda: inertia.solid(tmp_path / name, mass=1.0))
+    assert words in refusal(lambda: inertia.solid(tmp_path / name, mass=1.0))
 
 
 @pytest.mark.parametrize(
-    ("edges", "given", "unit", "note"),
+    ("edges", "settings", "unit", "note"),
     [
         ((71.5, 146.7, 7.4), {"mass": 0.172}, "m", "its density is 2.22e-06 kg/m³: is it in mm (--unit mm)?"),
         ((7.15, 14.67, 0.74), {"mass": 0.172}, "m", "its density is 0.00222 kg/m³: is it in cm (--unit cm)?"),
@@ -170,9 +172,9 @@ def test_a_file_that_is_no_mesh_is_refused_in_words(tmp_path, name, content, wor
         ((3.0, 2.0, 1.0), {"density": 600.0}, "m", ""),
     ],
 )
-def test_lengths_in_another_unit_are_doubted(tmp_path, edges, given, unit, note):
+def test_lengths_in_another_unit_are_doubted(tmp_path, edges, settings, unit, note):
     trimesh.creation.box(edges).export(tmp_path / "box.obj")
-    notes = inertia.solid(tmp_path / "box.obj", unit=unit, **given).principal.notes
+    notes = inertia.solid(tmp_path / "box.obj", unit=unit, **settings).principal.notes
     assert notes == ((note,) if note else ())
 
 
@@ -180,12 +182,12 @@ def test_lengths_in_another_unit_are_doubted(tmp_path, edges, given, unit, note)
 @pytest.mark.parametrize("suffix", ["stl", "obj"])
 def test_a_mesh_of_any_size_is_read(tmp_path, size, suffix):
     ball = trimesh.creation.icosphere(3, 1.0)
-    wanted = inertia.principal(ball.moment_inertia / ball.volume).moments  # of unit mass
+    expected = inertia.principal(ball.moment_inertia / ball.volume).moments  # of unit mass
     ball.apply_scale(size)
     ball.export(tmp_path / f"ball.{suffix}", **({"digits": 17} if suffix == "obj" else {}))
-    found = inertia.solid(tmp_path / f"ball.{suffix}", mass=1.0).principal.moments
+    moments = inertia.solid(tmp_path / f"ball.{suffix}", mass=1.0).principal.moments
     # coordinates in STL files are single precision
-    np.testing.assert_allclose(np.array(found) / size**2, wanted, rtol=1e-6)
+    np.testing.assert_allclose(np.array(moments) / size**2, expected, rtol=1e-6)
 
 
 def test_corners_that_differ_in_their_normals_are_one(tmp_path):
@@ -201,10 +203,10 @@ def test_corners_that_differ_in_their_normals_are_one(tmp_path):
 def test_a_missing_and_a_truncated_mesh_are_refused(tmp_path):
     brick(tmp_path / "brick.stl")
     (tmp_path / "cut.stl").write_bytes((tmp_path / "brick.stl").read_bytes()[:300])
-    refused(lambda: inertia.solid(tmp_path / "cut.stl", mass=1.0))
-    assert "is not there" in refused(lambda: inertia.solid(tmp_path / "none.stl", mass=1.0))
+    refusal(lambda: inertia.solid(tmp_path / "cut.stl", mass=1.0))
+    assert "is not there" in refusal(lambda: inertia.solid(tmp_path / "none.stl", mass=1.0))
     (tmp_path / "folder.stl").mkdir()
-    assert "is not there, or is no file" in refused(lambda: inertia.solid(tmp_path / "folder.stl", mass=1.0))
+    assert "is not there, or is no file" in refusal(lambda: inertia.solid(tmp_path / "folder.stl", mass=1.0))
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -221,18 +223,18 @@ def test_a_mesh_is_found_beside_its_definition_and_travels_between_processes(tmp
     import pickle
 
     path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
-    brick(tmp_path / "mine" / "brick.obj", turn=False)
+    brick(tmp_path / "mine" / "brick.obj", is_rotated=False)
     monkeypatch.chdir("/")
-    loaded = read_definition(path)
-    np.testing.assert_allclose(loaded.bodies[0].moments, BRICK, rtol=1e-12)
-    again = pickle.loads(pickle.dumps(loaded))
-    assert again.bodies[0].moments == loaded.bodies[0].moments
-    assert loaded.text == path.read_text()
+    first = read_definition(path)
+    np.testing.assert_allclose(first.bodies[0].moments, BRICK, rtol=1e-12)
+    copy = pickle.loads(pickle.dumps(first))
+    assert copy.bodies[0].moments == first.bodies[0].moments
+    assert first.text == path.read_text()
 
 
 def test_another_content_of_the_mesh_is_another_input(tmp_path):
     path = definition(tmp_path, "mesh: {file: brick.obj, mass: 1.0}")
-    brick(tmp_path / "mine" / "brick.obj", turn=False)
+    brick(tmp_path / "mine" / "brick.obj", is_rotated=False)
     before = read_definition(path).inputs
     brick(tmp_path / "mine" / "brick.obj")
     assert before.startswith("brick.obj ")

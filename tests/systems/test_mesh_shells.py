@@ -21,7 +21,7 @@ def solid(folder, *parts):
     return inertia.solid(folder / "parts.off", density=1.0)
 
 
-APART = [box((1, 1, 1)), box((1, 1, 1), (3, 0, 0))]
+TWO_BRICKS = [box((1, 1, 1)), box((1, 1, 1), (3, 0, 0))]
 OVERLAPPING = {
     "a corner in the other": [box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5))],
     "a cross, no corner in the other": [box((4, 1, 1)), box((1, 4, 0.5), (0.1, 0, 0.05))],
@@ -39,39 +39,39 @@ def test_what_overlaps_is_refused(tmp_path, name):
 
 
 def test_two_bricks_apart_have_the_moments_of_both(tmp_path):
-    found = solid(tmp_path, *APART)
-    assert found.volume == pytest.approx(2.0, rel=1e-12)
+    body = solid(tmp_path, *TWO_BRICKS)
+    assert body.volume == pytest.approx(2.0, rel=1e-12)
     # each M a2/6 about its own middle, and M d2 with d = 1.5 (Steiner)
-    np.testing.assert_allclose(found.principal.moments, [2 / 6, 2 / 6 + 2 * 1.5**2, 2 / 6 + 2 * 1.5**2], rtol=1e-12)
+    np.testing.assert_allclose(body.principal.moments, [2 / 6, 2 / 6 + 2 * 1.5**2, 2 / 6 + 2 * 1.5**2], rtol=1e-12)
 
 
 def test_a_brick_inside_out_beside_another_is_turned_and_said(tmp_path):
-    found = solid(tmp_path, APART[0], box((1, 1, 1), (3, 0, 0), inwards=True))
-    assert found.volume == pytest.approx(2.0, rel=1e-12)
-    assert "1 of its 2 surfaces looked inwards" in found.principal.notes[0]
+    body = solid(tmp_path, TWO_BRICKS[0], box((1, 1, 1), (3, 0, 0), inwards=True))
+    assert body.volume == pytest.approx(2.0, rel=1e-12)
+    assert "1 of its 2 surfaces looked inwards" in body.principal.notes[0]
 
 
 def test_a_hollow_and_what_lies_in_it_count_once(tmp_path):
-    found = solid(tmp_path, box((4, 4, 4)), box((3, 3, 3), inwards=True), box((1, 1, 1), (0.5, 0, 0)))
-    assert found.volume == pytest.approx(64 - 27 + 1, rel=1e-12)
-    assert not any("surfaces" in note for note in found.principal.notes)
+    body = solid(tmp_path, box((4, 4, 4)), box((3, 3, 3), inwards=True), box((1, 1, 1), (0.5, 0, 0)))
+    assert body.volume == pytest.approx(64 - 27 + 1, rel=1e-12)
+    assert not any("surfaces" in note for note in body.principal.notes)
 
 
 def test_bricks_that_touch_are_apart(tmp_path):
-    found = solid(tmp_path, box((1, 1, 1)), box((0.5, 0.5, 1), (0, 0, 1)))
-    assert found.volume == pytest.approx(1.25, rel=1e-12)
+    body = solid(tmp_path, box((1, 1, 1)), box((0.5, 0.5, 1), (0, 0, 1)))
+    assert body.volume == pytest.approx(1.25, rel=1e-12)
 
 
 def test_surfaces_too_fine_to_be_compared_are_said(tmp_path, monkeypatch):
     monkeypatch.setattr(mesh_shells, "MAX_PAIRS", 100)
-    found = solid(tmp_path, box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5)))
-    assert "1 pairs of its surfaces are too fine to be compared" in found.principal.notes[0]
+    body = solid(tmp_path, box((1, 1, 1)), box((1, 1, 1), (0.5, 0.5, 0.5)))
+    assert "1 pairs of its surfaces are too fine to be compared" in body.principal.notes[0]
 
 
 def test_one_flipped_triangle_is_turned_and_said(tmp_path):
     mesh = box((3, 2, 1))
     mesh.faces[4] = mesh.faces[4][::-1]
     mesh.export(tmp_path / "flipped.off")
-    found = inertia.solid(tmp_path / "flipped.off", mass=1.0)
-    np.testing.assert_allclose(found.principal.moments, [5 / 12, 10 / 12, 13 / 12], rtol=1e-12)
-    assert "looked both ways" in found.principal.notes[0]
+    body = inertia.solid(tmp_path / "flipped.off", mass=1.0)
+    np.testing.assert_allclose(body.principal.moments, [5 / 12, 10 / 12, 13 / 12], rtol=1e-12)
+    assert "looked both ways" in body.principal.notes[0]

@@ -1,4 +1,4 @@
-"""The way back from two periods, with their errors: against mpmath over the triangle, and as a map like any other."""
+"""Energies from two observed periods, with their errors: against mpmath over the triangle, and as a map."""
 
 import json
 import math
@@ -23,8 +23,8 @@ def bodies(count, seed=7):
     rng = np.random.default_rng(seed)
     x = 1.0 - np.sqrt(rng.random(count)) * 0.999
     y = 1.0 - x * rng.random(count)
-    found = np.sort([x, y], axis=0).T.tolist()
-    return [*found, [1e-6, 1.0 - 5e-7], [0.5, 0.5 + 1e-9], [0.3, 1.0 - 1e-9], [0.5, 0.5001], [0.9999, 0.99995]]
+    moments = np.sort([x, y], axis=0).T.tolist()
+    return [*moments, [1e-6, 1.0 - 5e-7], [0.5, 0.5 + 1e-9], [0.3, 1.0 - 1e-9], [0.5, 0.5001], [0.9999, 0.99995]]
 
 
 def ratio_of(low, middle, energy):
@@ -42,27 +42,27 @@ def ratio_of(low, middle, energy):
             second, third = Lb * s2, La * (1 - s2) if long else Lc * (1 - m * s2)
             return (second / I2 + third / I3) / (second + third) / mpmath.sqrt(1 - m * s2)
 
-        turn = 4 * mpmath.quad(rate, mpmath.linspace(0, mpmath.pi / 2, 9)) / p
-        return float(turn / (2 * mpmath.pi))
+        period_psi = 4 * mpmath.quad(rate, mpmath.linspace(0, mpmath.pi / 2, 9)) / p
+        return float(period_psi / (2 * mpmath.pi))
 
 
 @pytest.mark.parametrize("times", [1.0 + 1e-6, 1.3, 7.0])
 def test_the_energy_gives_mpmaths_ratio_back(times):
-    seen = 0
+    count = 0
     for low, middle in bodies(12):
-        least = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
+        least_ratio = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
         for k in (tumbling.SAM, tumbling.LAM):
-            ratio = times * least[k]
+            ratio = times * least_ratio[k]
             energy = float(tumbling.inverse(low, middle, 1.0, ratio)["energy"][k, 0])
             separatrix, end = 1.0 / middle, (1.0, 1.0 / low)[k]
             near = abs(energy - separatrix) / energy
             if near < 1e-6 or abs(energy - end) < 1e-10 * energy or min(middle - low, 1.0 - middle) < 1e-6:
-                continue  # where the digits of the energy itself do not hold the ratio
-            seen += 1
-            # 8 roundings of the energy, as the ratio takes them up beside the separatrix and the least wobble
+                continue  # near the separatrix the digits of the energy do not determine the ratio
+            count += 1
+            # 8 roundings of the energy, as the ratio amplifies them near the separatrix and the least wobble
             allowed = 1e-12 + 16 * 2.2e-16 / near + 16 * 2.2e-16 * energy / abs(energy - end) * (times - 1)
             assert ratio_of(low, middle, energy) == pytest.approx(ratio, rel=max(allowed, 1e-10)), (low, middle, k)
-    assert seen > 12
+    assert count > 12
 
 
 @pytest.mark.parametrize("unit", [1.0, 3.0])
@@ -74,9 +74,9 @@ def test_the_least_ratio_is_that_of_small_oscillations_by_mpmath(unit):
             wobble1 = mpmath.sqrt((c - a) * (b - a) / (b * c)) / a
             # about axis 3 the long axis goes round with spin and wobble; about axis 1 it precesses alone
             short, long = (1 / c) / wobble3, (1 / a - wobble1) / wobble1
-        found = tumbling.inverse(low, middle, unit, 1.0)["least_ratio"][:, 0]
+        least_ratio = tumbling.inverse(low, middle, unit, 1.0)["least_ratio"][:, 0]
         # a dozen roundings: differences of nearly equal moments are exact in any unit
-        assert found == pytest.approx([float(short), float(long)], rel=4e-15)
+        assert least_ratio == pytest.approx([float(short), float(long)], rel=4e-15)
 
 
 @pytest.mark.parametrize(
@@ -85,18 +85,18 @@ def test_the_least_ratio_is_that_of_small_oscillations_by_mpmath(unit):
 def test_a_symmetric_body_has_the_one_mode_of_its_cone(low, middle):
     """Of a top P_psi and P_phi are elementary: nutation angle theta, P_phi = 2 pi I/L of the equatorial moment."""
     oblate = low == middle
-    least = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
-    mode, other = (tumbling.SAM, tumbling.LAM) if oblate else (tumbling.LAM, tumbling.SAM)
-    assert math.isinf(least[other])
+    least_ratio = tumbling.inverse(low, middle, 1.0, 1.0)["least_ratio"][:, 0]
+    mode, absent_mode = (tumbling.SAM, tumbling.LAM) if oblate else (tumbling.LAM, tumbling.SAM)
+    assert math.isinf(least_ratio[absent_mode])
     for times in (1.0 + 1e-9, 1.5, 40.0):
-        ratio = times * least[mode]
-        found = tumbling.inverse(low, middle, 1.0, ratio)
-        energy = float(found["energy"][mode, 0])
-        assert math.isnan(found["energy"][other, 0])
+        ratio = times * least_ratio[mode]
+        inverse = tumbling.inverse(low, middle, 1.0, ratio)
+        energy = float(inverse["energy"][mode, 0])
+        assert math.isnan(inverse["energy"][absent_mode, 0])
         axial, equatorial = (1.0, low) if oblate else (low, 1.0)
         cosine2 = (energy - 1.0 / equatorial) / (1.0 / axial - 1.0 / equatorial)
         psi = math.sqrt(cosine2) / axial * abs(axial / equatorial - 1.0)  # rate of omega in the body, L = 1
-        # what the digits of the energy leave of the angle, and of its small difference from 0 at the least ratio
+        # the digits of the energy limit the angle, and its small difference from 0 at the least ratio
         allowed = 1e-7 if times < 1.1 else 1e-11 + 1e-15 / (cosine2 * abs(1.0 / axial - 1.0 / equatorial))
         # the long axis of an oblate body lies in its equator: it goes round with the cone, less the wobble
         about = 1.0 / equatorial - psi if oblate else 1.0 / equatorial
@@ -106,21 +106,21 @@ def test_a_symmetric_body_has_the_one_mode_of_its_cone(low, middle):
 def test_sigma_is_that_of_drawn_periods():
     """The share of Gaussian periods that a mode allows is the normal tail of the exclusion: nothing is linearised."""
     rng = np.random.default_rng(11)
-    for least, *seen in (
+    for least_ratio, *periods in (
         (1.0, 6.58, 8.67, 2.0, 3.0),
         (2.5, 4.0, 2.0, 1.0, 0.0),
         (3.0, 4.0, 2.0, 0.0, 0.5),
         (0.2, 1.0, 9.0, 0.3, 2.0),
     ):
-        psi, phi = (rng.normal(seen[k], seen[k + 2], 400_000) for k in (0, 1))
-        sigma = float(exclusion(np.float64(least), *seen))
-        allowed = np.mean(psi > least * phi)
+        psi, phi = (rng.normal(periods[k], periods[k + 2], 400_000) for k in (0, 1))
+        sigma = float(exclusion(np.float64(least_ratio), *periods))
+        allowed = np.mean(psi > least_ratio * phi)
         assert sigma > 0
         assert allowed == pytest.approx(ndtr(-sigma), abs=5 * math.sqrt(0.25 / 400_000))
 
 
 @pytest.mark.parametrize(
-    ("least", "seen", "sigma"),
+    ("least_ratio", "periods", "sigma"),
     [
         (1.0, (2.0, 1.0, 0.0, 0.0), 0.0),
         (1.0, (1.0, 2.0, 0.0, 0.0), math.inf),
@@ -131,8 +131,8 @@ def test_sigma_is_that_of_drawn_periods():
         (math.inf, (1.0, 2.0, 0.5, 0.0), math.inf),
     ],
 )
-def test_one_sigma_or_none(least, seen, sigma):
-    assert float(exclusion(np.float64(least), *map(np.float64, seen))) == sigma
+def test_one_sigma_or_none(least_ratio, periods, sigma):
+    assert float(exclusion(np.float64(least_ratio), *map(np.float64, periods))) == sigma
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -168,21 +168,21 @@ VERDICTS = [
 ]
 
 
-@pytest.mark.parametrize(("given", "words"), VERDICTS)
-def test_the_verdict_uses_the_errors(capsys, given, words):
-    assert words in said(capsys, "tumbler", *OUMUAMUA, *given)
+@pytest.mark.parametrize(("options", "words"), VERDICTS)
+def test_the_verdict_uses_the_errors(capsys, options, words):
+    assert words in said(capsys, "tumbler", *OUMUAMUA, *options)
 
 
 def test_krylov_on_the_command_line_and_in_python(capsys):
-    wanted = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.96, 0.36, "--sigma-phi", 0.1)
-    told = json.loads(said(capsys, *wanted, "--json"))
-    found = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
-    assert told == found
-    short = found[0]
+    command = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.96, 0.36, "--sigma-phi", 0.1)
+    output = json.loads(said(capsys, *command, "--json"))
+    modes = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
+    assert output == modes
+    short = modes[0]
     assert (short["mode"], short["verdict"], short["sigma"]) == ("sam", "possible", 0.0)
     assert short["energy"] == pytest.approx(1.0338, abs=5e-5)
-    moved = [sweeps.tumbler(368.7, 67.27 + by, ratios=(0.36, 0.96))[0]["energy"] for by in (-0.1, 0.1)]
-    assert short["energy_stderr"] == pytest.approx(0.5 * abs(moved[1] - moved[0]), rel=0.02)
+    energies = [sweeps.tumbler(368.7, 67.27 + by, ratios=(0.36, 0.96))[0]["energy"] for by in (-0.1, 0.1)]
+    assert short["energy_stderr"] == pytest.approx(0.5 * abs(energies[1] - energies[0]), rel=0.02)
     # the energy gives back both periods
     grid = {"I1": 0.36, "I2": 0.96, "I3": 1.0, "energy": short["energy"], "omega0": short["omega0"]}
     back = sweeps.survey({"system": "tumbling", "grid": grid}).squeeze()
@@ -191,7 +191,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("--P-psi", -1, "--P-phi", 2), "P_psi: -1 is out of range"),
         (("--P-psi", 1, "--P-phi", 2, "--sigma-psi", -1), "sigma_psi: -1 is out of range"),
@@ -209,14 +209,14 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
         (("--P-psi", 1, "--P-phi", 2, "--ratios", 0.5, 0.9, "-o", "x.nc"), "--ratios: is given together with"),
     ],
 )
-def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, told):
-    assert told in said(capsys, "tumbler", *arguments, status=2)
+def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, message):
+    assert message in said(capsys, "tumbler", *arguments, status=2)
 
 
-@pytest.mark.parametrize("given", [{"ratios": (0.5,)}, {"ratios": "ab"}, {"P_phi": 10**400}, {"unit": ["h"]}])
-def test_other_things_than_numbers_are_named(given):
+@pytest.mark.parametrize("settings", [{"ratios": (0.5,)}, {"ratios": "ab"}, {"P_phi": 10**400}, {"unit": ["h"]}])
+def test_other_things_than_numbers_are_named(settings):
     with pytest.raises(DefinitionError, match="allowed: "):
-        sweeps.tumbler(**{"P_psi": 1.0, "P_phi": 2.0} | given)
+        sweeps.tumbler(**{"P_psi": 1.0, "P_phi": 2.0} | settings)
 
 
 def test_a_flat_body_is_asked_of_like_any_other(capsys):
@@ -270,17 +270,17 @@ def test_a_definition_of_observed_periods_is_swept(capsys, tmp_path, monkeypatch
 
 
 def test_scipy_finds_the_same_energies():
-    found = sweeps.tumbler(368.7, 67.27)
-    chosen = found.isel(I1_over_I3=slice(5, None, 18), thickness=slice(5, None, 20)).squeeze()
+    ds = sweeps.tumbler(368.7, 67.27)
+    selection = ds.isel(I1_over_I3=slice(5, None, 18), thickness=slice(5, None, 20)).squeeze()
     compared = 0
-    for i in range(chosen.sizes["I1_over_I3"]):
-        for j in range(chosen.sizes["thickness"]):
-            one = chosen.isel(I1_over_I3=i, thickness=j)
-            point = {name: float(one[name]) for name in ("I1", "I2", "I3", "P_psi", "P_phi")}
+    for i in range(selection.sizes["I1_over_I3"]):
+        for j in range(selection.sizes["thickness"]):
+            point_map = selection.isel(I1_over_I3=i, thickness=j)
+            point = {name: float(point_map[name]) for name in ("I1", "I2", "I3", "P_psi", "P_phi")}
             for mode in ("sam", "lam"):
                 energy = energy_of(point, mode)
                 if math.isfinite(energy):
                     compared += 1
                     # of the reference's quadrature and root
-                    assert float(one[f"energy_{mode}"]) == pytest.approx(energy, rel=1e-9)
+                    assert float(point_map[f"energy_{mode}"]) == pytest.approx(energy, rel=1e-9)
     assert compared > 10

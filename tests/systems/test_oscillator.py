@@ -30,7 +30,7 @@ system.potential({V})
 """
 
 
-def described(folder, text):
+def write_description(folder, text):
     """Path of a file with this text, as a definition names it."""
     path = folder / "spring.py"
     path.write_text(text, encoding="utf-8")
@@ -42,7 +42,7 @@ def described(folder, text):
 
 @pytest.fixture
 def spring(tmp_path):
-    return described(tmp_path, SPRING.format(V="k * x**2 / 2"))
+    return write_description(tmp_path, SPRING.format(V="k * x**2 / 2"))
 
 
 def small(name, **grid):
@@ -55,8 +55,10 @@ def test_map_has_the_contracts_names_and_dimensions():
     assert ds["omega_squared"].shape == (1, 3, 1, 2, 1, 2, 1)
     assert ds["equilibrium"].values.tolist() == ["hanging", "upright"]
     assert set(ds.data_vars) == {*oscillator.VARIABLES, "theta_equilibrium"}
-    hanging = ds.sel(equilibrium="hanging", mode=1).squeeze()
-    assert hanging["omega_squared"].sel(epsilon=1e-6).values == pytest.approx(9.80665 / ds["length"].values, rel=1e-9)
+    hanging_mode = ds.sel(equilibrium="hanging", mode=1).squeeze()
+    assert hanging_mode["omega_squared"].sel(epsilon=1e-6).values == pytest.approx(
+        9.80665 / ds["length"].values, rel=1e-9
+    )
     assert ds["length"].attrs["units"] == "m"
 
 
@@ -73,8 +75,8 @@ def test_a_files_path_counts_from_the_definitions_folder(tmp_path, spring, monke
     monkeypatch.chdir(tmp_path / "elsewhere")
     sweep = read_sweep("../mine.yaml")
     assert sweep.definition.system == "spring.py"
-    for same in (sweep, pickle.loads(pickle.dumps(sweep))):
-        assert same.system.description.title == "Mass on a spring"
+    for copy in (sweep, pickle.loads(pickle.dumps(sweep))):
+        assert copy.system.description.title == "Mass on a spring"
     assert pickle.loads(pickle.dumps(sweep.system)).source == sweep.system.source
     (tmp_path / "mine.yaml").write_text("system: nowhere.py\n")
     with pytest.raises(DefinitionError, match=r"nowhere\.py: cannot be read .* from the definition's folder"):
@@ -82,9 +84,9 @@ def test_a_files_path_counts_from_the_definitions_folder(tmp_path, spring, monke
 
 
 def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_path):
-    name = described(tmp_path, SPRING.format(V="x**4 / 4 - k * x**2 / 2"))  # three where k > 0, and room for one
+    name = write_description(tmp_path, SPRING.format(V="x**4 / 4 - k * x**2 / 2"))  # three for k > 0, and `most` is 1
     sweep = read_sweep(small(name, stiffness=[-1.0, 0.5]))
-    found = sweep.system.mechanism.theory(
+    theory = sweep.system.mechanism.theory(
         {
             "mass": np.ones(2),
             "stiffness": np.array([-1.0, 0.5]),
@@ -92,8 +94,8 @@ def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_
             "mode": np.ones(2, int),
         }
     )
-    assert found["status"].tolist() == [statuses.OK, statuses.TOO_MANY_EQUILIBRIA]
-    assert found["omega_squared"][0] == pytest.approx(1.0)
+    assert theory["status"].tolist() == [statuses.OK, statuses.TOO_MANY_EQUILIBRIA]
+    assert theory["omega_squared"][0] == pytest.approx(1.0)
     with pytest.raises(DefinitionError, match=r"there are 3, at mass=1, stiffness=0\.5; allowed: at most 1"):
         read_sweep(small(name, stiffness=0.5))
 
@@ -101,13 +103,13 @@ def test_a_crowded_point_among_others_is_its_status_and_no_end_of_the_sweep(tmp_
 def test_fingerprint_changes_with_the_description(tmp_path):
     prints = []
     for V in ("k * x**2 / 2", "k * x**2"):
-        prints.append(systems.resolve(described(tmp_path, SPRING.format(V=V))).fingerprint())
+        prints.append(systems.resolve(write_description(tmp_path, SPRING.format(V=V))).fingerprint())
     assert prints[0] != prints[1]
     assert all(len(text) == 64 for text in prints)
 
 
 @pytest.mark.parametrize(
-    ("V", "wrong"),
+    ("V", "message"),
     [
         ("k * x**2 / 2 + __import__('sympy').Symbol('g') * x", "V: unbound symbol g"),
         ("k * x", "equilibria: none within the bounds"),
@@ -129,25 +131,25 @@ def test_fingerprint_changes_with_the_description(tmp_path):
         ("k * x**2)\n__import__('os')._exit(0", "ended without an answer"),
     ],
 )
-def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, wrong):
-    name = described(tmp_path, SPRING.format(V=V))
-    with pytest.raises(DefinitionError, match=wrong) as refused:
+def test_what_is_wrong_with_a_description_is_said_before_any_work(tmp_path, V, message):
+    name = write_description(tmp_path, SPRING.format(V=V))
+    with pytest.raises(DefinitionError, match=message) as error:
         read_sweep(small(name, stiffness=2.0))
-    assert "\n" not in str(refused.value)
-    assert name in str(refused.value)
+    assert "\n" not in str(error.value)
+    assert name in str(error.value)
 
 
 def test_a_file_that_does_not_end_is_ended(tmp_path, monkeypatch):
     monkeypatch.setattr("sweeps.systems.described.MAX_FILE_SECONDS", 1.0)
-    name = described(tmp_path, "while True:\n    pass\n")
+    name = write_description(tmp_path, "while True:\n    pass\n")
     with pytest.raises(DefinitionError, match="took more than 1 s"):
         read_sweep(small(name, stiffness=2.0))
 
 
 def test_a_system_built_by_a_program_gives_what_its_file_gives(tmp_path):
-    name, made = described(tmp_path, SPRING.format(V="k * x**2 / 2")), {}
-    exec(SPRING.format(V="k * x**2 / 2"), made)
-    of_file, of_object = (sweeps.survey(small(system, stiffness=[1.0, 4.0])) for system in (name, made["system"]))
+    name, namespace = write_description(tmp_path, SPRING.format(V="k * x**2 / 2")), {}
+    exec(SPRING.format(V="k * x**2 / 2"), namespace)
+    of_file, of_object = (sweeps.survey(small(system, stiffness=[1.0, 4.0])) for system in (name, namespace["system"]))
     for variable in of_file.data_vars:
         np.testing.assert_array_equal(of_file[variable], of_object[variable])
 
@@ -167,13 +169,13 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
         place = float(sp.nsolve(e.diff(x), 0.0))
         curvature = float(e.diff(x, 2).subs(x, place))
     text = SPRING.format(V=f"k * __import__('sympy').sympify({V!r}, {{'x': x}})").replace("(-1, 2)", "(-1, 1.2)")
-    ds = sweeps.survey(small(described(tmp_path, text), stiffness=2.0)).squeeze()
+    ds = sweeps.survey(small(write_description(tmp_path, text), stiffness=2.0)).squeeze()
     assert ds["equilibria_certified"] == 0
     assert float(ds["omega_squared_reduced"]) == pytest.approx(2.0 * curvature, rel=1e-8)
 
 
 @pytest.mark.parametrize(
-    ("grid", "wrong"),
+    ("grid", "message"),
     [
         ({"length": 0.0}, "grid.length: 0.0 is out of range"),
         ({"lenght": 1.0}, "unknown key"),
@@ -181,13 +183,13 @@ def test_functions_with_a_name_of_their_own_are_taken(tmp_path, V, curvature):
         ({"epsilon": 1.5}, "epsilon"),
     ],
 )
-def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
-    with pytest.raises(DefinitionError, match=wrong):
+def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, message):
+    with pytest.raises(DefinitionError, match=message):
         read_sweep(small("pendulum", **grid))
 
 
 @pytest.mark.parametrize(
-    ("direction", "wrong"),
+    ("direction", "message"),
     [
         ([1.0], r"integration\.direction: \[1\.0\] has 1 numbers; allowed: 2, of theta1, theta2"),
         ([0.0, 0.0], r"integration\.direction: \[0\.0, 0\.0\] has no direction.*; allowed: .* not all 0"),
@@ -195,35 +197,35 @@ def test_a_grid_refuses_what_its_parameters_do_not_allow(grid, wrong):
         (1.0, r"integration\.direction: 1\.0 is not a list; allowed: direction of the perturbation"),
     ],
 )
-def test_a_direction_is_refused_in_words(direction, wrong):
-    with pytest.raises(DefinitionError, match=wrong):
+def test_a_direction_is_refused_in_words(direction, message):
+    with pytest.raises(DefinitionError, match=message):
         read_sweep(small("double_pendulum") | {"integration": {"direction": direction}})
 
 
 def test_a_wide_swing_of_a_pendulum_is_stable_and_its_errors_hold():
-    """The error tells the nudge's own bias, not the scatter alone, up to 57°."""
+    """The error covers the bias by the perturbation, not the scatter alone, up to 57°."""
     epsilon = np.array([0.1, 0.32, 0.5, 0.7, 0.99])
     ds = sweeps.survey(small("pendulum", length=1.0, epsilon=epsilon.tolist())).squeeze().sel(equilibrium="hanging")
     assert ds["regime"].values.tolist() == [0] * 5
     for name in ("omega_squared", "omega_squared_reduced", "frequency", "frequency_reduced"):
         theory = ds["omega_squared_theory"] if name.startswith("omega") else ds["frequency_theory"]
-        off = np.abs(ds[name] - theory).values
-        assert (off <= ds[f"{name}_error"].values).all()
-        assert (off[:4] <= 0.05 * theory.values[:4]).all()
+        deviation = np.abs(ds[name] - theory).values
+        assert (deviation <= ds[f"{name}_error"].values).all()
+        assert (deviation[:4] <= 0.05 * theory.values[:4]).all()
     assert (np.abs(ds["omega_squared_reduced"] / ds["omega_squared_theory"] - 1) < 2e-3).all()
 
 
 def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked_for(tmp_path):
-    """On the pitchfork of the hoop V = m R² Ω² θ⁴/8 + …: half the nudge, half the frequency; beside it none."""
+    """On the pitchfork of the hoop V = m R² Ω² θ⁴/8 + …: half the perturbation, half the frequency."""
     grid = {"radius": 9.80665, "spin_rate": [1.0, 1.5], "epsilon": [0.02, 0.01], "phase": 0.0}
     ds = sweeps.survey(small("bead_on_hoop", **grid) | {"integration": {"degenerate": True}}).squeeze()
-    here = ds.sel(equilibrium="bottom")
-    assert here["degenerate_order"].values.tolist() == [[4, 4], [0, 0]]
-    frequency, error = (here[f"degenerate_frequency{end}"].values[0] for end in ("", "_error"))
+    bottom = ds.sel(equilibrium="bottom")
+    assert bottom["degenerate_order"].values.tolist() == [[4, 4], [0, 0]]
+    frequency, error = (bottom[f"degenerate_frequency{end}"].values[0] for end in ("", "_error"))
     assert frequency[0] / frequency[1] == pytest.approx(2, rel=1e-3)
     assert (error <= 1e-3 * frequency).all()
-    assert np.isnan(here["degenerate_frequency"].values[1]).all()
-    assert here["degenerate_amplitude"].values[0] == pytest.approx([0.02, 0.01], rel=1e-3)
+    assert np.isnan(bottom["degenerate_frequency"].values[1]).all()
+    assert bottom["degenerate_amplitude"].values[0] == pytest.approx([0.02, 0.01], rel=1e-3)
     with pytest.raises(
         DefinitionError, match="degenerate: true is given for 2 coordinates; allowed: false, or a system"
     ):
@@ -232,15 +234,15 @@ def test_a_degenerate_place_has_the_frequency_of_its_amplitude_where_it_is_asked
 
 @pytest.mark.slow
 def test_what_compile_was_told_of_is_compiled_for_good(tmp_path):
-    """The title makes a system that no cache holds yet."""
-    described(tmp_path, SPRING.format(V="k * x**2").replace("Mass on a spring", uuid.uuid4().hex))
+    """The title makes a system that is in no cache yet."""
+    write_description(tmp_path, SPRING.format(V="k * x**2").replace("Mass on a spring", uuid.uuid4().hex))
     definition = tmp_path / "mine.yaml"
     definition.write_text(f"system: {tmp_path}/spring.py\ngrid: {{stiffness: 2.0}}\nshards: 1\n")
     name, dates = systems.resolve(f"{tmp_path}/spring.py")._code().name, []
     for arguments in (["compile", definition], ["shard", definition, "1", "1", "-o", tmp_path / "shard.nc"]):
         command = [sys.executable, "-m", "sweeps", *arguments]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+        process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert process.returncode == 0, process.stderr
         dates.append([path.stat().st_mtime_ns for path in sorted(cache_folder().glob(f"code/{name}.*"))])
     assert len(dates[0]) == 2  # advance and energy
     assert dates[0] == dates[1]

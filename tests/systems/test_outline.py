@@ -1,4 +1,4 @@
-"""Meshes with few faces, for pictures: as near to the body as their cells, in its sense; and what is no surface."""
+"""Meshes with few faces, for pictures: within a cell of the body, with its orientation; and refused surfaces."""
 
 import base64
 import json
@@ -20,21 +20,21 @@ def test_a_simplified_ring_keeps_its_shape_and_sense():
     vertices, faces = outline.simplify(np.asarray(ring.vertices), np.asarray(ring.faces))
     assert 500 < len(faces) <= outline.MAX_FACES < len(ring.faces)
     cell = 5.0 / 16  # of a lattice coarser than any that is needed
-    off = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]) - 2.0, vertices[:, 2]) - 0.5
-    assert np.abs(off).max() < cell
-    found = trimesh.Trimesh(vertices, faces, process=False)
-    assert found.volume == pytest.approx(ring.volume, rel=0.1)  # and above 0: faces look outwards
+    distance = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]) - 2.0, vertices[:, 2]) - 0.5
+    assert np.abs(distance).max() < cell
+    solid = trimesh.Trimesh(vertices, faces, process=False)
+    assert solid.volume == pytest.approx(ring.volume, rel=0.1)  # and above 0: normals point outwards
 
 
 def test_few_faces_stay_as_they_are_and_come_back_from_text():
     box = trimesh.creation.box((3.0, 2.0, 1.0))
     vertices, faces = outline.simplify(np.asarray(box.vertices), np.asarray(box.faces))
-    found = outline.decode_surface(outline.encode_surface(vertices, faces))
-    np.testing.assert_array_equal(np.reshape(found["faces"], (-1, 3)), box.faces)
+    surface = outline.decode_surface(outline.encode_surface(vertices, faces))
+    np.testing.assert_array_equal(np.reshape(surface["faces"], (-1, 3)), box.faces)
     far = np.linalg.norm([1.5, 1.0, 0.5])
-    restored = np.reshape(found["vertices"], (-1, 3)) / outline.COORDINATE_SCALE * far
+    coordinates = np.reshape(surface["vertices"], (-1, 3)) / outline.COORDINATE_SCALE * far
     np.testing.assert_allclose(
-        restored, box.vertices, atol=far / outline.COORDINATE_SCALE
+        coordinates, box.vertices, atol=far / outline.COORDINATE_SCALE
     )  # half a unit, and a rounding
 
 
@@ -53,14 +53,14 @@ def test_bodies_share_the_faces():
     ring = trimesh.creation.torus(2.0, 0.5, major_sections=96, minor_sections=48)
     box = trimesh.creation.box((3.0, 2.0, 1.0))
     text = outline.format_outlines({"ring": (ring.vertices, ring.faces), "box": (box.vertices, box.faces)})
-    found = outline.read({"outlines": text})
-    faces = {name: len(one["faces"]) // 3 for name, one in found.items()}
+    outlines = outline.read({"outlines": text})
+    faces = {name: len(surface["faces"]) // 3 for name, surface in outlines.items()}
     assert faces["box"] == 12
     assert 500 < faces["ring"] <= outline.MAX_FACES - 12
     assert outline.format_outlines({}) == ""
 
 
-WRONG = (
+INVALID_OUTLINES = (
     [1, 0, 0, 0],
     [2, 0, 0, 0],
     [1, 0, 0, 0, 0, 0, 1],
@@ -74,7 +74,7 @@ WRONG = (
     "text",
     [
         *("", "{", "[]", "3", json.dumps({"a": 3}), json.dumps({"a": "no base64!"}), json.dumps({"a": ""})),
-        *(json.dumps({"a": base64.b64encode(np.array(raw, "<u2").tobytes()).decode()}) for raw in WRONG),
+        *(json.dumps({"a": base64.b64encode(np.array(raw, "<u2").tobytes()).decode()}) for raw in INVALID_OUTLINES),
     ],
 )
 def test_what_is_no_surface_is_left_out(text):

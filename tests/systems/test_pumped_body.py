@@ -1,4 +1,4 @@
-"""Pumped bodies from a definition to a picture: refusals, what is impossible, Mathieu's curves, verification."""
+"""Pumped bodies from a definition to a picture: refusals, impossible bodies, Mathieu's curves, verification."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ RACKET = {
 
 
 @pytest.mark.parametrize(
-    ("grid", "said"),
+    ("grid", "message"),
     [
         (
             {"depth1": 1.0},
@@ -35,8 +35,8 @@ RACKET = {
         ({"omega0": 0.0}, "grid.omega0: 0.0 is out of range"),
     ],
 )
-def test_what_no_body_can_do_is_refused(grid, said):
-    with pytest.raises(DefinitionError, match=said):
+def test_what_no_body_can_do_is_refused(grid, message):
+    with pytest.raises(DefinitionError, match=message):
         read_sweep({"system": "pumped_body", "grid": GRID | grid})
 
 
@@ -53,13 +53,13 @@ def test_the_triangle_inequality_is_held_against_the_whole_period(inverse):
     points = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
     points |= {f"depth{i}": rng.uniform(-0.9, 0.9, 200) for i in (1, 2, 3)}
     points |= {f"lag{i}": rng.uniform(-9.0, 9.0, 200) for i in (1, 2, 3)}
-    least = least_margin(points, inverse)
+    margins = least_margin(points, inverse)
     for k in range(200):
         u = np.linspace(0.0, 2.0 * np.pi, 200_001)
         factors = [1.0 + points[f"depth{i}"][k] * np.cos(u + points[f"lag{i}"][k]) for i in (1, 2, 3)]
         moments = np.array([points[f"I{i}"][k] * (1 / f if inverse else f) for i, f in enumerate(factors, 1)])
         margin = (1.0 - 2.0 * moments.max(axis=0) / moments.sum(axis=0)).min()
-        assert least[k] == pytest.approx(margin, abs=1e-8)
+        assert margins[k] == pytest.approx(margin, abs=1e-8)
 
 
 def test_impossible_points_are_counted():
@@ -70,14 +70,14 @@ def test_impossible_points_are_counted():
 @pytest.mark.slow
 def test_the_measured_boundary_is_mathieus_curve():
     ds = sweeps.survey(RACKET)
-    part = ds.sel(axis=3).squeeze()
-    _, known = figure_shapes.mathieu(3, part, "frequency", "depth2")
-    frequency, depth = part["frequency"].values, part["depth2"].values
+    axis_map = ds.sel(axis=3).squeeze()
+    _, curves = figure_shapes.mathieu(3, axis_map, "frequency", "depth2")
+    frequency, depth = axis_map["frequency"].values, axis_map["depth2"].values
     crossings = 0
-    for row, at in zip(part["trace"].transpose("depth2", "frequency").values, depth, strict=True):
+    for row, at in zip(axis_map["trace"].transpose("depth2", "frequency").values, depth, strict=True):
         for side in (-2.0, 2.0):
             for i in np.flatnonzero(np.diff(np.sign(row - side))):
-                places = np.concatenate([_at(f, d, at) for f, d in known])
+                places = np.concatenate([_at(f, d, at) for f, d in curves])
                 assert min(np.abs(places - frequency[i : i + 2].mean())) <= 0.5 * np.diff(frequency)[0] + 1e-9
                 crossings += 1
     assert crossings > 40
@@ -119,9 +119,11 @@ def test_the_held_racket_keeps_its_axis_and_the_other_flips():
     assert point["I2"] == 2.0182  # the only intermediate axis of the two
     times = np.linspace(0.0, 150.0, 2_000)
     for depth, flips in ((point["depth2"], False), (0.0, True)):
-        moments, L, turned = figure_kapitza_racket.integrate(point | {"depth2": depth}, True, times)
+        moments, L, attitudes = figure_kapitza_racket.integrate(point | {"depth2": depth}, True, times)
         assert (L[:, 2] < 0.0).any() == flips
-        assert np.abs(turned @ turned.swapaxes(1, 2) - np.eye(3)).max() < 1e-7  # DOP853 at 1e-9, some hundred steps
+        assert (
+            np.abs(attitudes @ attitudes.swapaxes(1, 2) - np.eye(3)).max() < 1e-7
+        )  # DOP853 at 1e-9, some hundred steps
         energy = (L**2 / moments).sum(axis=1)
         assert (np.ptp(energy) < 1e-8) == flips
     pictures = list(PumpedBodyPresentation(resolve("pumped_body")).animations(ds)["held"]())

@@ -1,4 +1,4 @@
-"""A body whose moments change with time: against Mathieu's equation in 30 digits and SciPy's DOP853."""
+"""A body with moments that change with time: against Mathieu's equation in 30 digits and SciPy's DOP853."""
 
 import math
 
@@ -18,10 +18,13 @@ AT_REST = {f"{name}{i}": 0.0 for name in ("depth", "lag") for i in (1, 2, 3)}
 
 def points(**values):
     """Return points about axis 3 at epsilon 1e-9, all else as given."""
-    given = (
+    values_of_point = (
         AT_REST | {"axis": 3, "I1": 1.0, "I2": 2.0, "I3": 2.0, "omega0": 0.5, "epsilon": 1e-9, "phase": 0.6} | values
     )
-    names, columns = list(given), np.broadcast_arrays(*(np.atleast_1d(value) for value in given.values()))
+    names, columns = (
+        list(values_of_point),
+        np.broadcast_arrays(*(np.atleast_1d(value) for value in values_of_point.values())),
+    )
     return {
         name: np.array(column, np.int64 if name == "axis" else float)
         for name, column in zip(names, columns, strict=True)
@@ -29,7 +32,7 @@ def points(**values):
 
 
 def mathieu(a, q, **values):
-    """Return the points whose perturbation obeys y'' + (a - 2 q cos 2 tau) y = 0: L = 1, c = 1/2, nu = 0.3."""
+    """Return the points at which the perturbation obeys y'' + (a - 2 q cos 2 tau) y = 0: L = 1, c = 1/2, nu = 0.3."""
     square = 0.09
     mean, depth = np.asarray(a) * square / 2.0, np.asarray(q) * square
     I2 = 1.0 / (0.5 + mean)
@@ -59,16 +62,16 @@ TRACES = [
 
 @pytest.mark.parametrize(("a", "q", "trace"), TRACES)
 def test_traces_of_mathieus_equation(a, q, trace):
-    found = equations.survey(mathieu(a, q), True)
-    assert found["status"] == statuses.OK
-    assert abs(found["trace"][0] - trace) <= 1e-12 + found["trace_error"][0]
-    assert found["trace_error"][0] < 1e-9
-    assert abs(found["trace_theory"][0] - trace) <= 2e-12  # the last digit of the table
-    if q == 0.5:  # one of which all digits are known
-        assert abs(found["trace_theory"][0] - exact_trace(a, q)) <= 1e-13 * abs(trace)
+    columns = equations.survey(mathieu(a, q), True)
+    assert columns["status"] == statuses.OK
+    assert abs(columns["trace"][0] - trace) <= 1e-12 + columns["trace_error"][0]
+    assert columns["trace_error"][0] < 1e-9
+    assert abs(columns["trace_theory"][0] - trace) <= 2e-12  # the last digit of the table
+    if q == 0.5:  # a point with an exact trace
+        assert abs(columns["trace_theory"][0] - exact_trace(a, q)) <= 1e-13 * abs(trace)
     assert (
-        found["regime"]
-        == found["regime_theory"]
+        columns["regime"]
+        == columns["regime_theory"]
         == (STABLE if abs(trace) < 2 else UNSTABLE if trace > 2 else PERIOD_DOUBLING)
     )
 
@@ -97,29 +100,29 @@ def test_the_trace_is_two_on_mathieus_characteristic_curves(q):
         a = a[np.abs(2.0 * q / a) < 40]
         a = a[a > -1.0 / 0.09]  # I2 > 0
         body = mathieu(a, q)
-        sound = np.abs(body["depth2"]) < 0.99
-        body = {name: values[sound] for name, values in body.items()}
+        is_possible = np.abs(body["depth2"]) < 0.99
+        body = {name: values[is_possible] for name, values in body.items()}
         if body["I1"].size:
-            found = equations.survey(body, True)
-            np.testing.assert_allclose(found["trace_theory"], side, atol=1e-10)
-            assert (np.abs(found["trace"] - side) <= found["trace_error"] + 1e-10).all()
+            columns = equations.survey(body, True)
+            np.testing.assert_allclose(columns["trace_theory"], side, atol=1e-10)
+            assert (np.abs(columns["trace"] - side) <= columns["trace_error"] + 1e-10).all()
 
 
 def test_pumped_stable_axis():
     rate = math.sqrt(0.5 / 6.0)  # 0.288675134595
-    found = equations.survey(points(I2=1.5, depth2=0.05, frequency=2.0 * rate), True)
-    assert found["growth_rate"][0] / rate == pytest.approx(0.0499415701984, abs=1e-12)
-    assert found["regime"] == PERIOD_DOUBLING
+    columns = equations.survey(points(I2=1.5, depth2=0.05, frequency=2.0 * rate), True)
+    assert columns["growth_rate"][0] / rate == pytest.approx(0.0499415701984, abs=1e-12)
+    assert columns["regime"] == PERIOD_DOUBLING
 
 
 def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     I2 = 1.0 / (0.5 - 0.0045)
     moments = [I2, 1.0 / (0.4955 + 0.045), 1.0 / (0.4955 - 0.045)]
     assert moments == pytest.approx([2.0182, 1.8501, 2.2198], abs=5e-5)
-    found = equations.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
-    assert found["regime"] == STABLE
-    assert np.abs(found["exponent_imag"]) == pytest.approx(0.156844738313 * 0.15, abs=1e-12)
-    assert np.hypot(found["multiplier_real"], found["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
+    columns = equations.survey(points(I2=I2, depth2=0.045 * I2, frequency=0.3), True)
+    assert columns["regime"] == STABLE
+    assert np.abs(columns["exponent_imag"]) == pytest.approx(0.156844738313 * 0.15, abs=1e-12)
+    assert np.hypot(columns["multiplier_real"], columns["multiplier_imag"]) == pytest.approx(1.0, abs=1e-14)
     still = equations.survey(points(I2=I2, frequency=0.3), True)
     assert still["growth_rate"][0] == pytest.approx(0.047434, abs=1e-6)
     square = np.array([0.3, 0.54, 0.56]) ** 2  # the same a and q at other frequencies, as long as it is a body
@@ -127,18 +130,18 @@ def test_kapitzas_racket_is_stable_and_without_modulation_is_not():
     faster = points(I2=I2, depth2=0.5 * square * I2, frequency=np.sqrt(square))
     assert equations.survey(faster, True)["trace"] == pytest.approx(2.0 * np.cos(0.156844738313 * np.pi), abs=1e-11)
     assert (least_margin(faster, True) >= 0.0).tolist() == [True, True, False]
-    again = equations.survey(mathieu(-0.2, 0.5), True)
-    assert again["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
+    unmodulated = equations.survey(mathieu(-0.2, 0.5), True)
+    assert unmodulated["growth_rate"][0] / 0.15 == pytest.approx(0.295611078056, abs=1e-11)
 
 
 def test_small_growth_beside_frequencies_of_order_one_and_multipliers_of_1e8():
     width = 1e-4 * 4.0 / math.pi  # in the first tongue growth per period is pi q/2
-    found = equations.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
+    columns = equations.survey(mathieu(1.0, width / 2.0, epsilon=1e-20), True)
     with mpmath.workdps(30):
         expected = float(mpmath.acosh(abs(exact_trace(1.0, width / 2.0)) / 2))
     assert 0.9e-4 < expected < 1.1e-4
-    assert found["growth_per_period"][0] == pytest.approx(expected, rel=0.01)
-    assert found["growth_per_period_error"][0] < 0.01 * expected
+    assert columns["growth_per_period"][0] == pytest.approx(expected, rel=0.01)
+    assert columns["growth_per_period_error"][0] < 0.01 * expected
     large = equations.survey(points(I1=1.0, I2=3.0, I3=2.0, depth1=0.1, omega0=4.0, frequency=0.9, epsilon=1e-20), True)
     trace = trace_by_scipy(
         {
@@ -156,72 +159,75 @@ def bodies(seed, n, epsilon=None):
     """Return random possible bodies about all axes, with moments of three depths and lags."""
     rng = np.random.default_rng(seed)
     second = rng.uniform(0.05, 1.0, (3, n))
-    given = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
-    given |= {f"depth{i}": rng.uniform(-0.6, 0.6, n) * (rng.random(n) < 0.7) for i in (1, 2, 3)}
-    given |= {f"lag{i}": rng.uniform(-4.0, 4.0, n) for i in (1, 2, 3)}
-    given |= {"frequency": 10 ** rng.uniform(-0.7, 1.0, n), "omega0": rng.uniform(0.3, 3.0, n) * rng.choice([-1, 1], n)}
+    parameters = dict(zip(("I1", "I2", "I3"), second.sum(axis=0) - second, strict=True))
+    parameters |= {f"depth{i}": rng.uniform(-0.6, 0.6, n) * (rng.random(n) < 0.7) for i in (1, 2, 3)}
+    parameters |= {f"lag{i}": rng.uniform(-4.0, 4.0, n) for i in (1, 2, 3)}
+    parameters |= {
+        "frequency": 10 ** rng.uniform(-0.7, 1.0, n),
+        "omega0": rng.uniform(0.3, 3.0, n) * rng.choice([-1, 1], n),
+    }
     size = 10 ** rng.uniform(-12, -1, n) if epsilon is None else np.full(n, epsilon)
-    return points(**given, axis=rng.integers(1, 4, n), epsilon=size, phase=rng.uniform(-4.0, 4.0, n))
+    return points(**parameters, axis=rng.integers(1, 4, n), epsilon=size, phase=rng.uniform(-4.0, 4.0, n))
 
 
 @pytest.mark.parametrize("inverse", [False, True])
 def test_random_bodies_are_those_of_scipy(inverse):
-    given = bodies(1, 10, 1e-10)
-    found = equations.survey(given, inverse)
+    parameters = bodies(1, 10, 1e-10)
+    columns = equations.survey(parameters, inverse)
     for k in range(10):
-        expected = trace_by_scipy({name: values[k] for name, values in given.items()}, inverse)
+        expected = trace_by_scipy({name: values[k] for name, values in parameters.items()}, inverse)
         scale = max(1.0, abs(expected))
-        assert abs(found["trace_theory"][k] - expected) <= 1e-11 * scale  # DOP853 at 1e-13, some hundred steps
-        if found["status"][k] == statuses.OK:
-            assert abs(found["trace"][k] - expected) <= found["trace_error"][k] + 1e-11 * scale
-    assert (found["status"] == statuses.OK).sum() > 7
+        assert abs(columns["trace_theory"][k] - expected) <= 1e-11 * scale  # DOP853 at 1e-13, some hundred steps
+        if columns["status"][k] == statuses.OK:
+            assert abs(columns["trace"][k] - expected) <= columns["trace_error"][k] + 1e-11 * scale
+    assert (columns["status"] == statuses.OK).sum() > 7
 
 
 @pytest.mark.parametrize("inverse", [False, True])
 def test_every_error_holds_and_no_regime_is_wrong(inverse):
     """2,000 bodies, perturbations from 1e-12 to 0.1: at least 99.9 % within the error."""
-    found = equations.survey(bodies(2, 2_000), inverse)
-    measured = np.isfinite(found["trace"])
+    columns = equations.survey(bodies(2, 2_000), inverse)
+    measured = np.isfinite(columns["trace"])
     assert measured.mean() > 0.5
-    assert (found["status"] == statuses.OK).sum() >= 0.999 * measured.sum()  # all four entries within their errors
+    assert (columns["status"] == statuses.OK).sum() >= 0.999 * measured.sum()  # all four entries within their errors
     for name in [
-        name.removesuffix("_theory") for name in found if name.endswith("_theory") and f"{name[:-7]}_error" in found
+        name.removesuffix("_theory") for name in columns if name.endswith("_theory") and f"{name[:-7]}_error" in columns
     ]:
-        apart = np.abs(found[name] - found[f"{name}_theory"])[measured]
-        within = apart <= found[f"{name}_error"][measured]
-        assert within.mean() >= 0.999, (name, within.mean())
-    decided = (found["regime"] != floquet.MARGINAL) & (found["regime_theory"] != floquet.MARGINAL) & measured
-    assert (found["regime"] == found["regime_theory"])[decided].all()
-    assert decided.sum() > 0.8 * measured.sum()
+        deviation = np.abs(columns[name] - columns[f"{name}_theory"])[measured]
+        is_covered = deviation <= columns[f"{name}_error"][measured]
+        assert is_covered.mean() >= 0.999, (name, is_covered.mean())
+    is_decided = (columns["regime"] != floquet.MARGINAL) & (columns["regime_theory"] != floquet.MARGINAL) & measured
+    assert (columns["regime"] == columns["regime_theory"])[is_decided].all()
+    assert is_decided.sum() > 0.8 * measured.sum()
 
 
 def test_a_large_perturbation_has_no_number_and_says_so():
-    found = equations.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
-    assert found["status"] == statuses.PERTURBATION_TOO_LARGE
-    assert np.isnan(found["trace"]).all()
-    assert found["regime"] == floquet.UNDETERMINED
-    assert np.isfinite(found["trace_theory"]).all()
+    columns = equations.survey(points(I2=2.5, I3=2.0, depth2=0.1, frequency=0.1, omega0=1.0, epsilon=0.3), True)
+    assert columns["status"] == statuses.PERTURBATION_TOO_LARGE
+    assert np.isnan(columns["trace"]).all()
+    assert columns["regime"] == floquet.UNDETERMINED
+    assert np.isfinite(columns["trace_theory"]).all()
 
 
 def test_no_measured_bit_depends_on_the_variational_flow(monkeypatch):
-    given = bodies(4, 50)
-    whole = equations.survey(given)
+    body_points = bodies(4, 50)
+    honest = equations.survey(body_points)
 
-    def wrong(*given, right=periodic.BaseMotions.certify):
-        flow, *further = right(*given)
-        return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *further
+    def certify_wrongly(*body_points, right=periodic.BaseMotions.certify):
+        flow, *residuals = right(*body_points)
+        return flow._replace(matrix=flow.matrix + 7.0, turns=flow.turns + 1.0), *residuals
 
-    monkeypatch.setattr(periodic.BaseMotions, "certify", wrong)
-    other = equations.survey(given)
-    for name in whole:
+    monkeypatch.setattr(periodic.BaseMotions, "certify", certify_wrongly)
+    disturbed = equations.survey(body_points)
+    for name in honest:
         if "theory" not in name and name not in ("status", "propagation_error", "phase_residual"):
-            np.testing.assert_array_equal(whole[name], other[name], err_msg=name)
+            np.testing.assert_array_equal(honest[name], disturbed[name], err_msg=name)
 
 
 def test_a_point_alone_has_the_bits_that_it_has_among_others():
-    given = bodies(6, 70)
-    whole = equations.survey(given)
+    parameters = bodies(6, 70)
+    all_columns = equations.survey(parameters)
     for k in (0, 33, 69):
-        alone = equations.survey({name: values[k : k + 1] for name, values in given.items()})
-        for name in whole:
-            assert alone[name][0].tobytes() == whole[name][k].tobytes(), name
+        alone = equations.survey({name: values[k : k + 1] for name, values in parameters.items()})
+        for name in all_columns:
+            assert alone[name][0].tobytes() == all_columns[name][k].tobytes(), name

@@ -15,7 +15,7 @@ from sweeps.systems.relative_equilibrium import system as relative
 from sweeps.systems.relative_equilibrium.presentation import figure_flat_spin, figure_spectra
 from sweeps.systems.relative_equilibrium.system import INVARIANTS, REGIMES, VARIABLES
 
-pytestmark = pytest.mark.slow  # compiling what they need takes as long as all that the quick tests need
+pytestmark = pytest.mark.slow  # compiling their kernels takes as long as compiling those of all quick tests
 TOP = {"system": "sleeping_top", "grid": {"spin_rate": [3.0, 4.7, 4.8, 6.0], "moment_of_weight": [0.0, 2.0]}}
 
 
@@ -58,12 +58,12 @@ system.equilibrium("rest", {x: 0})
     systems.resolve.cache_clear()
     ds = sweeps.survey({"system": str(path), "grid": {"stiffness": [-1.0, 0.5, 4.0]}}).squeeze()
     roots = [np.sort_complex(np.roots([1, 0.2, k])) for k in (-1.0, 0.5, 4.0)]
-    found = ds["eigenvalue_real"].values + 1j * ds["eigenvalue_imag"].values
-    np.testing.assert_allclose(np.sort_complex(found), roots, atol=1e-11)
+    eigenvalues = ds["eigenvalue_real"].values + 1j * ds["eigenvalue_imag"].values
+    np.testing.assert_allclose(np.sort_complex(eigenvalues), roots, atol=1e-11)
     words = [REGIMES[k + 1] for k in ds["regime"].isel(eigenvalue=0).values]
     assert words == ["unstable", "asymptotically_stable", "asymptotically_stable"]
-    again = pickle.loads(pickle.dumps(systems.resolve(str(path))))
-    assert type(again) is relative.RelativeEquilibrium
+    copy = pickle.loads(pickle.dumps(systems.resolve(str(path))))
+    assert type(copy) is relative.RelativeEquilibrium
 
 
 def test_tops_that_spin_too_slowly_for_steady_precession_are_refused():
@@ -79,18 +79,18 @@ def test_what_is_wrong_with_a_definition_is_refused():
 
 
 def test_pictures(top):
-    drawn = systems.presentation_of(top.assign_attrs(system="sleeping_top")).figures(top)
-    assert set(drawn) == {"stability", "theory_against_measured"}
-    for draw in drawn.values():
+    draw_functions = systems.presentation_of(top.assign_attrs(system="sleeping_top")).figures(top)
+    assert set(draw_functions) == {"stability", "theory_against_measured"}
+    for draw in draw_functions.values():
         assert isinstance(draw(), Figure)
 
 
-@pytest.mark.parametrize("damped", [False, True])
-def test_the_boundary_of_theory_is_found_between_the_points_of_a_map(damped):
+@pytest.mark.parametrize("has_damping", [False, True])
+def test_the_boundary_of_theory_is_found_between_the_points_of_a_map(has_damping):
     """λ² + c λ + k of two oscillators: stable for k > 0, and for c > 0; the last cell is a tenth inside."""
-    stiffness, c = np.linspace(-0.97, 1.03, 21), 0.2 if damped else 0.0
-    k, other = np.meshgrid(stiffness, [1.5, 2.5], indexing="ij")
-    roots = [[(-c + sign * np.sqrt(c**2 - 4 * one + 0j)) / 2 for sign in (1, -1)] for one in (k, other)]
+    stiffness, c = np.linspace(-0.97, 1.03, 21), 0.2 if has_damping else 0.0
+    k, second_stiffness = np.meshgrid(stiffness, [1.5, 2.5], indexing="ij")
+    roots = [[(-c + sign * np.sqrt(c**2 - 4 * one + 0j)) / 2 for sign in (1, -1)] for one in (k, second_stiffness)]
     eigenvalues = np.moveaxis(np.array(roots).reshape(4, *k.shape), 0, -1)
     growth, over = eigenvalues.real.max(axis=-1), ("k", "other")
     regime = np.where(growth > 1e-9, *(REGIMES.index(name) - 1 for name in ("unstable", "stable")))
@@ -108,18 +108,18 @@ def test_a_slender_bodys_spin_ends_flat():
     point |= {"rotor_momentum": 0.0, "spin_rate": 2.0}
     (rate,) = np.unique(sweeps.survey({"system": "viscous_slug", "grid": point})["growth_rate"])
     times, momenta = figure_flat_spin.integrate(point | {"growth_rate": float(rate)})
-    told, sizes = figure_flat_spin.tilt_angle(momenta), np.linalg.norm(momenta, axis=1)
+    tilt, sizes = figure_flat_spin.tilt_angle(momenta), np.linalg.norm(momenta, axis=1)
     np.testing.assert_allclose(sizes, sizes[0], rtol=1e-7)  # the interpolation between steps
-    early = (told > 0.012) & (told < 0.03)
-    found = np.polyfit(times[early], np.log(told[early]), 1)[0]
-    assert found == pytest.approx(rate, rel=0.02)  # a slug that has not yet settled, an angle that is no more small
-    assert np.degrees(told[-1]) == pytest.approx(88.0, abs=0.1)
+    early = (tilt > 0.012) & (tilt < 0.03)
+    slope = np.polyfit(times[early], np.log(tilt[early]), 1)[0]
+    assert slope == pytest.approx(rate, rel=0.02)  # a slug that has not yet settled, an angle that is no more small
+    assert np.degrees(tilt[-1]) == pytest.approx(88.0, abs=0.1)
 
 
 def test_the_flat_spin_is_drawn():
     ds = sweeps.survey({"system": "viscous_slug", "grid": {"axial_moment": [0.5, 1.5], "drag": 0.05}})
-    moving = systems.make_presentation(systems.resolve("viscous_slug")).animations(ds)
-    assert len(list(moving["flat_spin"]())) == figure_flat_spin.FRAMES + 1
+    animations = systems.make_presentation(systems.resolve("viscous_slug")).animations(ds)
+    assert len(list(animations["flat_spin"]())) == figure_flat_spin.FRAMES + 1
     assert not list(figure_flat_spin.frames(ds.sel(axial_moment=[1.5])))
 
 
@@ -140,8 +140,8 @@ def test_panels_and_colours_of_frequencies_know_no_units(rate):
     ds = sweeps.survey(system="foucault", grid=grid)
     figure = figure_spectra.draw(ds)
     meshes = [mesh for ax in figure.axes for mesh in ax.collections if mesh.get_gid() == "frequency"]
-    most = float(np.abs(ds["eigenvalue_imag"]).max())
+    max_frequency = float(np.abs(ds["eigenvalue_imag"]).max())
     assert len(meshes) == 2  # both spin rates
-    for mesh in meshes:  # the one bar is right for all panels
+    for mesh in meshes:  # the single colour bar is right for all panels
         assert mesh.get_clim()[0] == 0.0
-        assert most <= mesh.get_clim()[1] < 2.5 * most
+        assert max_frequency <= mesh.get_clim()[1] < 2.5 * max_frequency

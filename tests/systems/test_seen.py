@@ -1,4 +1,4 @@
-"""Throws and tumbling bodies: their maps, refusals, motions, and what `body` says."""
+"""Throws and tumbling bodies: their maps, refusals, motions, and the text of `body`."""
 
 import math
 
@@ -39,8 +39,8 @@ def test_a_racket_twists_most_at_its_best_nudge(throws):
 
 def test_energies_that_a_body_cannot_have_are_flagged(tumbles):
     modes = tumbles["mode"].attrs["flag_meanings"].split()
-    found = tumbles["mode"].isel(I2=0, I3=0, omega0=0).values
-    assert [[modes[flag + 1] for flag in row] for row in found.tolist()] == [
+    flags = tumbles["mode"].isel(I2=0, I3=0, omega0=0).values
+    assert [[modes[flag + 1] for flag in row] for row in flags.tolist()] == [
         ["sam", "lam", "lam"],
         ["sam", "lam", "impossible"],
     ]
@@ -50,8 +50,8 @@ def test_energies_that_a_body_cannot_have_are_flagged(tumbles):
 def test_the_tilt_is_that_of_the_motion(tumbles):
     point = {"I1": 0.3, "I2": 0.8, "I3": 1.0, "energy": 1.1, "omega0": 1.0}
     row = tumbles.sel(I1=0.3, energy=1.1).isel(I2=0, I3=0, omega0=0)
-    moved = resolve("tumbling").motion(point, 40 * float(row["period_psi_exact"]), 40_001, 1e-10)
-    tilt = np.arccos(0.0 + moved["omega3"].values * 1.0)  # L/I3 = 1: m_3 = w_3
+    trajectory = resolve("tumbling").motion(point, 40 * float(row["period_psi_exact"]), 40_001, 1e-10)
+    tilt = np.arccos(0.0 + trajectory["omega3"].values * 1.0)  # L/I3 = 1: m_3 = w_3
     assert float(row["tilt_greatest"]) == pytest.approx(tilt.max(), abs=1e-5)
     assert float(row["tilt_least"]) == pytest.approx(tilt.min(), abs=1e-5)
     assert float(row["tilt_mean"]) == pytest.approx(tilt.mean(), abs=1e-4)
@@ -82,32 +82,32 @@ def test_verify_sees_quaternions_that_are_another_motions(throws, tmp_path, monk
 
     path, honest = tmp_path / "map.nc", SYSTEM.motion
 
-    def bent(*point_and_rest):
+    def disturbed_motion(*point_and_rest):
         return honest(*point_and_rest).assign(q1=lambda ds: ds["q1"] + 1e-7)
 
     storage.write_map(throws, path)
-    monkeypatch.setattr(SYSTEM, "motion", bent)
-    (wrong,) = (check for check in verify.verify(path, points=2) if check.name == "attitude")
-    assert "the closed form is" in wrong.findings[0]
+    monkeypatch.setattr(SYSTEM, "motion", disturbed_motion)
+    (check_of_attitude,) = (check for check in verify.verify(path, points=2) if check.name == "attitude")
+    assert "the closed form is" in check_of_attitude.findings[0]
 
 
 def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
-    turned = Rotation.from_euler("xyz", (0.3, -0.8, 1.1)).as_matrix()
-    tensor = turned @ np.diag([0.3, 0.8, 1.0]) @ turned.T
+    axes = Rotation.from_euler("xyz", (0.3, -0.8, 1.1)).as_matrix()
+    tensor = axes @ np.diag([0.3, 0.8, 1.0]) @ axes.T
     bodies = [{"name": "turned", "tensor": ((tensor + tensor.T) / 2).tolist()}]
     for definition, name in ((THROWS, "twist_exact"), (TUMBLES, "period_psi_exact")):
         grid = {key: value for key, value in definition["grid"].items() if key not in ("I1", "I2", "I3", "energy")}
         grid |= {"energy": 1.1} if "energy" in definition["grid"] else {}
-        given = {"system": definition["system"], "grid": grid}
+        settings = {"system": definition["system"], "grid": grid}
         ratios = {"I1": 0.3, "I2": 0.8, "I3": 1.0}
-        found = sweeps.survey(given | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
-        values = found[name].values.reshape(2, -1)
+        ds = sweeps.survey(settings | {"bodies": [*bodies, {"name": "straight", "ratios": ratios}]})
+        values = ds[name].values.reshape(2, -1)
         np.testing.assert_allclose(values[0], values[1], rtol=1e-13)  # the eigenproblem's rounding
-        assert "principal moments and axes" in read_definition(given | {"bodies": bodies}).remarks[0][1]
+        assert "principal moments and axes" in read_definition(settings | {"bodies": bodies}).remarks[0][1]
 
 
 @pytest.mark.parametrize(
-    ("definition", "told"),
+    ("definition", "message"),
     [
         (THROWS | {"grid": {"chi": 0.1, "theta": 4.0}}, "theta"),
         (THROWS | {"grid": {"chi": 0.1, "omega0": 0.0}}, "omega0"),
@@ -119,26 +119,28 @@ def test_every_system_takes_a_body_by_its_tensor_and_names_its_axes():
         (TUMBLES | {"integration": {"rotations": 3}}, "rotations"),
     ],
 )
-def test_what_is_wrong_is_named(definition, told):
-    with pytest.raises(DefinitionError) as refused:
+def test_what_is_wrong_is_named(definition, message):
+    with pytest.raises(DefinitionError) as error:
         read_definition(definition)
-    assert told in str(refused.value)
+    assert message in str(error.value)
 
 
 def test_a_motion_holds_the_attitude_both_ways():
     point = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "chi": 0.05, "theta": 0.5 * math.pi, "omega0": 10.0}
-    moved = resolve("twist").motion(point, None, 50, 1e-12)
-    exact, direct = (np.stack([moved[f"q{i}{way}"] for i in range(4)], axis=1) for way in ("", "_direct"))
-    turned = Rotation.from_quat(exact, scalar_first=True)
-    assert (turned.inv() * Rotation.from_quat(direct, scalar_first=True)).magnitude().max() < 1e-9
-    L = turned.apply(np.stack([moved[f"omega{i}"] for i in (1, 2, 3)], axis=1) * [0.00121, 0.01638, 0.01748])
+    trajectory = resolve("twist").motion(point, None, 50, 1e-12)
+    exact, direct = (np.stack([trajectory[f"q{i}{way}"] for i in range(4)], axis=1) for way in ("", "_direct"))
+    attitude = Rotation.from_quat(exact, scalar_first=True)
+    assert (attitude.inv() * Rotation.from_quat(direct, scalar_first=True)).magnitude().max() < 1e-9
+    L = attitude.apply(np.stack([trajectory[f"omega{i}"] for i in (1, 2, 3)], axis=1) * [0.00121, 0.01638, 0.01748])
     np.testing.assert_allclose(L, np.tile(L[0], (50, 1)), atol=1e-12)
-    assert "scalar first" in moved["q0"].attrs["comment"]
+    assert "scalar first" in trajectory["q0"].attrs["comment"]
 
 
 def test_a_top_has_its_attitude_too():
-    moved = resolve("symmetric_top").motion({"ratio": 2.0, "omega3": 1.0, "half_angle": 5.0}, 10.0, 201, 1e-10)
-    axis = Rotation.from_quat(np.stack([moved[f"q{i}"] for i in range(4)], axis=1), scalar_first=True).apply([0, 0, 1])
+    trajectory = resolve("symmetric_top").motion({"ratio": 2.0, "omega3": 1.0, "half_angle": 5.0}, 10.0, 201, 1e-10)
+    axis = Rotation.from_quat(np.stack([trajectory[f"q{i}"] for i in range(4)], axis=1), scalar_first=True).apply(
+        [0, 0, 1]
+    )
     L = np.array([math.tan(math.radians(5.0)), 0.0, 2.0])
     L /= np.linalg.norm(L)
     x = np.cross([0, 1, 0], L)
@@ -151,13 +153,13 @@ def test_a_top_has_its_attitude_too():
 @pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_no_herpolhode_of_a_body_that_can_exist_has_an_inflexion(count):
     """Hess and de Sparre. The curvature's sign is that of L . (w' x (w'' + w x w')), w' and w'' in the body."""
-    rng, seen, bent = np.random.default_rng(2), 0, 0
-    while seen < count:
+    rng, num_bodies, num_inflexions = np.random.default_rng(2), 0, 0
+    while num_bodies < count:
         J = rng.uniform(0.0, 1.0, 3)
         moments, w = np.array([J[1] + J[2], J[2] + J[0], J[0] + J[1]]), rng.normal(size=3)
-        seen += 1
-        bent += _inflects(moments, w)
-    assert bent == 0
+        num_bodies += 1
+        num_inflexions += _inflects(moments, w)
+    assert num_inflexions == 0
     assert any(_inflects(np.array([1.0, 1.3, rng.uniform(2.8, 4.0)]), rng.normal(size=3)) for _ in range(200))
 
 
@@ -184,12 +186,12 @@ def test_the_herpolhode_stays_between_its_circles():
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "sentence"),
     [
         ("earth", "(inertial frame; 0.9967 of a turn)"),
         ("plate", "(inertial frame; 0.5 of a turn)"),
         ("racket", "up to 167°"),
     ],
 )
-def test_a_body_is_told_as_seen_from_space(capsys, name, told):
-    assert told in " ".join(said(capsys, "body", name).split())
+def test_a_body_is_told_as_seen_from_space(capsys, name, sentence):
+    assert sentence in " ".join(said(capsys, "body", name).split())

@@ -17,7 +17,7 @@ RACKET = (0.00121, 0.01638, 0.01748)  # Brody (1985)
 
 
 def first_flips(moments, axis, omega0, epsilon, phase, count=3):
-    """Times at which SciPy's DOP853 sees the spin change sign."""
+    """Return the times at which the spin changes sign, by SciPy's DOP853."""
     a, b, c = axis - 1, axis % 3, (axis + 1) % 3
     start = [0.0, 0.0, 0.0]
     start[a], start[b], start[c] = omega0, epsilon * omega0 * math.cos(phase), epsilon * omega0 * math.sin(phase)
@@ -57,17 +57,17 @@ def test_times_of_linear_theory_are_those_of_mpmath():
     wobbles = [
         20 * mpmath.pi / 100 / mpmath.sqrt((a - b) * (a - c) / (b * c)) for a, b, c in ((I1, I2, I3), (I3, I1, I2))
     ]
-    one, two, three = predict_spins(RACKET, 10.0, 1e-6, 0.6)
+    minor, middle, major = predict_spins(RACKET, 10.0, 1e-6, 0.6)
     # a few roundings, the differences of the moments among them
-    assert two.e_folding_time == pytest.approx(float(1 / rate), rel=1e-13)
-    assert one.euler_period == pytest.approx(float(wobbles[0]), rel=1e-13)
-    assert three.euler_period == pytest.approx(float(wobbles[1]), rel=1e-13)
-    assert [spin.regime for spin in (one, two, three)] == ["stable_minor", "unstable", "stable_major"]
+    assert middle.e_folding_time == pytest.approx(float(1 / rate), rel=1e-13)
+    assert minor.euler_period == pytest.approx(float(wobbles[0]), rel=1e-13)
+    assert major.euler_period == pytest.approx(float(wobbles[1]), rel=1e-13)
+    assert [spin.regime for spin in (minor, middle, major)] == ["stable_minor", "unstable", "stable_major"]
 
 
 def test_the_earth_wobbles_in_the_304_days_of_the_textbooks():
     earth = predict_spins((8.0101e37, 8.0103e37, 8.0365e37), 7.292115e-5, 1e-6, 0.6)[2]
-    assert earth.euler_period / 86400 == pytest.approx(303.74, abs=0.01)  # bodies.yaml says where it comes from
+    assert earth.euler_period / 86400 == pytest.approx(303.74, abs=0.01)  # bodies.yaml names the source
     assert "303.7 days" in describe_spin(earth)
 
 
@@ -98,8 +98,8 @@ def turned_about_l(moments, axis, omega0, epsilon, phase):
     inertia = np.array(moments)
 
     def rates(t, y):
-        w, turned = y[:3], y[3:].reshape(3, 3)  # the rows of `turned` are the axes of space, in the body
-        return np.concatenate([np.cross(inertia * w, w) / inertia, np.cross(turned, w).reshape(-1)])
+        w, space_axes = y[:3], y[3:].reshape(3, 3)  # the rows of `turned` are the axes of space, in the body
+        return np.concatenate([np.cross(inertia * w, w) / inertia, np.cross(space_axes, w).reshape(-1)])
 
     def across(t, y):
         return y[b]
@@ -195,12 +195,12 @@ def test_plain_kernels_answer_as_the_compiled_ones():
     plain = json.loads(python(code))
     compiled: dict = {}
     exec(ODD, compiled)
-    for found, expected in zip(plain, compiled["found"], strict=True):
-        for one, other in zip(found, expected, strict=True):
-            for name, value in other.items():
+    for answers, expected in zip(plain, compiled["found"], strict=True):
+        for answer, compiled_answer in zip(answers, expected, strict=True):
+            for name, value in compiled_answer.items():
                 if isinstance(value, float):  # contraction moves a last digit, and decides nothing
                     value = pytest.approx(value, rel=1e-14, abs=0.0, nan_ok=True)
-                assert one[name] == value
+                assert answer[name] == value
 
 
 def test_a_process_with_numba_keeps_its_kernels_compiled():

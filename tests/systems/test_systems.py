@@ -1,4 +1,4 @@
-"""What every system promises, each on a small definition of its own."""
+"""Properties of every system, each on a small definition of its own."""
 
 import pickle
 from dataclasses import replace
@@ -56,9 +56,9 @@ def small(name):
 
 
 def refusal(grid, **more):
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         read_sweep({"system": "symmetric_top", "grid": grid} | more)
-    return str(refused.value)
+    return str(error.value)
 
 
 @pytest.mark.parametrize("name", systems.MODULES)  # described systems: test_oscillator.py
@@ -101,16 +101,16 @@ CUT = {
 @pytest.mark.parametrize("name", repeated.but(("symmetric_top",), CUT))
 def test_shards_threads_and_chunks_make_the_same_map_bit_for_bit(name, tmp_path):
     sweep = read_sweep({"system": name} | CUT[name])
-    whole = content_hash.content_hash(dataset.survey_grid(sweep))
+    expected = content_hash.content_hash(dataset.survey_grid(sweep))
     paths = [tmp_path / f"{number}.nc" for number in (1, 2, 3)]
     for number, path in enumerate(paths, 1):
         shards.write_shard(sweep, number, 3, path, threads=2)
-    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
+    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == expected
     with sweeps.open_map(tmp_path / "map.nc") as ds:
-        assert content_hash.content_hash(ds) == whole
+        assert content_hash.content_hash(ds) == expected
         assert ds.attrs["kernel_fingerprint"] == sweep.system.fingerprint()
-    assert content_hash.content_hash(dataset.survey_grid(sweep, threads=2)) == whole
-    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=5)) == whole
+    assert content_hash.content_hash(dataset.survey_grid(sweep, threads=2)) == expected
+    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=5)) == expected
 
 
 @pytest.mark.slow
@@ -149,11 +149,11 @@ def test_points_of_several_axes_are_each_what_they_are_alone(order):
     axis = np.arange(40) % 3 + 1
     points["axis"] = {"in turn": axis, "shuffled": rng.permutation(axis), "one after the other": np.sort(axis)}[order]
     system, integration = systems.resolve("rigid_body"), read_sweep(SMALL["rigid_body"]).definition.integration
-    found = system.columns(points, integration)
+    columns = system.columns(points, integration)
     for k in (0, 1, 2, 13, 39):
         alone = system.columns({name: values[k : k + 1] for name, values in points.items()}, integration)
         assert {name: values[0].tobytes() for name, values in alone.items()} == {
-            n: found[n][k].tobytes() for n in alone
+            n: columns[n][k].tobytes() for n in alone
         }
 
 
@@ -177,7 +177,7 @@ def test_points_of_tops_are_those_of_the_full_grid(data):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"ratio": 0.0}, "grid.ratio: 0.0 is out of range; allowed: a number > 0"),
         ({"ratio": [0.5, -1.0]}, "grid.ratio[1]: -1.0 is out of range; allowed: a number > 0"),
@@ -190,8 +190,8 @@ def test_points_of_tops_are_those_of_the_full_grid(data):
         ({"epsilon": 1e-6}, "grid.epsilon: is an unknown key; allowed: the keys ratio, omega3, half_angle"),
     ],
 )
-def test_tops_that_are_refused(changes, said):
-    assert said in refusal(TOP | changes)
+def test_tops_that_are_refused(changes, message):
+    assert message in refusal(TOP | changes)
 
 
 def test_the_symmetric_sweep_is_a_full_grid_that_crosses_the_sphere():
@@ -212,18 +212,18 @@ def test_the_earth_by_the_lectures_ratio_takes_305_days():
     assert float(ds["period_theory"].squeeze()) == pytest.approx(305.0, rel=1e-13)
     assert float(ds["period"].squeeze()) == pytest.approx(305.0, rel=305e-12)
     body = {"name": "Earth", "ratios": {"I1": 305, "I2": 305, "I3": 306}, "omega0": 2 * np.pi}  # (I3 - I1)/I1 = 1/305
-    found = sweeps.survey({"axes": [3], "bodies": [body]})["euler_period"].squeeze()
-    assert float(found) == pytest.approx(305.0, rel=305e-12)
+    period = sweeps.survey({"axes": [3], "bodies": [body]})["euler_period"].squeeze()
+    assert float(period) == pytest.approx(305.0, rel=305e-12)
 
 
 def test_the_earth_of_the_moments_takes_304_57_sidereal_days():
     earth = sweeps.survey("bodies").sel(body="Earth", axis=3).squeeze("phase").isel(epsilon=0)
     with mpmath.workdps(30):
         I1, I2, I3 = (mpmath.mpf(text) for text in ("8.0101e37", "8.0103e37", "8.0365e37"))
-        wanted = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
-    assert round(float(wanted), 2) == 304.57
+        expected = mpmath.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
+    assert round(float(expected), 2) == 304.57
     rotations = float(earth["euler_period"]) * float(earth["omega0"]) / (2 * np.pi)
-    assert rotations == pytest.approx(float(wanted), rel=1e-11)  # the differences of the moments keep 13 digits
+    assert rotations == pytest.approx(float(expected), rel=1e-11)  # the differences of the moments keep 13 digits
 
 
 OSCILLATOR = "pendulum"
@@ -232,7 +232,7 @@ OSCILLATOR = "pendulum"
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*systems.MODULES, OSCILLATOR])
 def test_a_system_names_the_kernels_that_make_its_columns(name):
-    """In a process of its own: what measuring a sweep has imported is what the fingerprint covers."""
+    """In a process of its own: the fingerprint covers exactly the modules that measuring a sweep imports."""
     small = SMALL.get(name, {"grid": {}})
     code = f"""
 import sys
@@ -248,19 +248,19 @@ print(*(sys.modules[name].__file__ for name in sys.modules if name.split(".")[0]
 @pytest.mark.parametrize("column", [*survey.COLUMNS, *flips.COLUMNS], ids=lambda column: column.name)
 def test_a_column_with_another_power_of_the_spin_rate_is_caught_in_a_collapsed_map(column, monkeypatch):
     flips_asked = column in flips.COLUMNS
-    # a body that is no number about two axes has a status that is not 0: every column has what a wrong power changes
+    # a body that is no number about two axes has a status that is not 0: a wrong power changes each column
     grid = {"I1": 1.0 if flips_asked else [1.0, 1e-300], "I2": 1.5, "I3": 3.0, "omega0": [1.7, -2.3]}
-    asked = {"variables": ["omega_squared", "status", column.name]} if column.name in TERMS else {}
-    sweep = read_sweep({"grid": grid, "integration": {"collapse": True, "flips": flips_asked, **asked}})
+    output = {"variables": ["omega_squared", "status", column.name]} if column.name in TERMS else {}
+    sweep = read_sweep({"grid": grid, "integration": {"collapse": True, "flips": flips_asked, **output}})
     dataset.survey_grid(sweep)
-    for wrong in {-1, 0, 1, 2} - {column.power}:
-        monkeypatch.setitem(survey.POWERS, column.name, wrong)
+    for power in {-1, 0, 1, 2} - {column.power}:
+        monkeypatch.setitem(survey.POWERS, column.name, power)
         with pytest.raises(ArithmeticError, match=rf"^{column.name}: collapsed"):
             dataset.survey_grid(sweep)
 
 
 def test_rows_of_a_table_in_text_are_variables():
-    found = shared_variables.parse_rows(
+    variables = shared_variables.parse_rows(
         """
         rate        rad s-1  rate of the thing,
             measured
@@ -272,7 +272,7 @@ def test_rows_of_a_table_in_text_are_variables():
         "drift  1  f4  largest change [check]",
     )
     rate = Variable("rate", "rad s-1", "rate of the thing, measured", comment="from samples, and from them alone")
-    assert list(found) == ["rate", "rate_exact", "steps_per_sample", "drift"]
-    assert found["rate"] == replace(rate, exact="rate_exact")
-    assert found["drift"] == Variable("drift", "1", "largest change", "f4", role=Role.CHECK)
-    assert found["steps_per_sample"] is shared_variables.STEPS
+    assert list(variables) == ["rate", "rate_exact", "steps_per_sample", "drift"]
+    assert variables["rate"] == replace(rate, exact="rate_exact")
+    assert variables["drift"] == Variable("drift", "1", "largest change", "f4", role=Role.CHECK)
+    assert variables["steps_per_sample"] is shared_variables.STEPS

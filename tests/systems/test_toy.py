@@ -1,4 +1,4 @@
-"""A system of equations from a folder of its own, which nothing else in the sources knows, on the whole way."""
+"""A system of equations from a folder of its own, which no source file names, from the definition to the report."""
 
 import json
 import os
@@ -35,19 +35,19 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
     assert "damped_top" in systems.system_names()
-    made = list(pipeline.make_outputs(Path("honey.yaml"), "", Path("results")))
-    assert [path.name for path in made] == ["stability_map.nc", "figures", "report.html"]
-    path = str(made[0])
+    outputs = list(pipeline.make_outputs(Path("honey.yaml"), "", Path("results")))
+    assert [path.name for path in outputs] == ["stability_map.nc", "figures", "report.html"]
+    path = str(outputs[0])
     with sweeps.open_map(path) as ds:
         assert dict(ds.sizes) == {"spin": 2, "tau": 12}
         np.testing.assert_allclose(ds.decay, 1 / ds.tau.broadcast_like(ds.decay), rtol=1e-6)  # h = 1/64: h^4 = 6e-8
-    assert [file.name for file in made[1].iterdir()] == ["decay.png"]
-    page = made[2].read_text()
+    assert [file.name for file in outputs[1].iterdir()] == ["decay.png"]
+    page = outputs[2].read_text()
     for words in ("When does it stop?", "slows down", "damped-top", '"drag":"viscous"', "τ"):
         assert words in page
-    shown = said(capsys, "show", path)
-    assert "v slows" in shown
-    assert "decay against decay_theory" in shown
+    text = said(capsys, "show", path)
+    assert "v slows" in text
+    assert "decay against decay_theory" in text
     facts = json.loads(said(capsys, "show", path, "--json"))
     assert facts["compared"] == 24
     assert facts["deviations"]["decay"]["value"] < 1e-6
@@ -71,9 +71,9 @@ def test_a_wrong_value_of_such_a_system_is_refused_in_words(folder, capsys):
 
 def test_it_is_there_in_a_process_of_its_own(folder):
     check = [sys.executable, "-m", "sweeps", "check", "honey.yaml"]
-    done = subprocess.run(check, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "24 = 2 spin × 12 tau" in done.stdout
+    process = subprocess.run(check, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr
+    assert "24 = 2 spin × 12 tau" in process.stdout
 
 
 def test_without_its_package_it_is_no_system(tmp_path, monkeypatch, capsys):

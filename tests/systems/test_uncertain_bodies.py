@@ -53,14 +53,14 @@ def of_tensor(covariance, **spin):
     return Distribution(values, rows, SIX, covariance, spin)
 
 
-def drawn(known, draws, seed=1, method="sobol"):
-    normals = designs.normals(method, known.dimension, draws, seed)
-    return normals.shape[:2], known.inertia(normals.reshape(-1, known.dimension))
+def draw_inertia(distribution, draws, seed=1, method="sobol"):
+    normals = designs.normals(method, distribution.dimension, draws, seed)
+    return normals.shape[:2], distribution.inertia(normals.reshape(-1, distribution.dimension))
 
 
 def middle(moments, axis):
-    others = np.delete(moments, axis - 1, axis=1)
-    return (moments[:, axis - 1] > others[:, 0]) != (moments[:, axis - 1] > others[:, 1])
+    further_moments = np.delete(moments, axis - 1, axis=1)
+    return (moments[:, axis - 1] > further_moments[:, 0]) != (moments[:, axis - 1] > further_moments[:, 1])
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -69,12 +69,12 @@ def middle(moments, axis):
 
 @pytest.mark.parametrize("name", BOXES)
 def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_says(name):
-    for share, published in zip(SHARES, PUBLISHED[name], strict=True):
-        known = of_moments(box(name), share)
-        theory = [known.middle_theory(axis) for axis in (1, 2, 3)]
-        assert theory[2] == pytest.approx(published, abs=DIGITS[name])
+    for share, probability in zip(SHARES, PUBLISHED[name], strict=True):
+        distribution = of_moments(box(name), share)
+        theory = [distribution.middle_theory(axis) for axis in (1, 2, 3)]
+        assert theory[2] == pytest.approx(probability, abs=DIGITS[name])
         assert sum(theory) == pytest.approx(1.0, abs=1e-9)
-        shape, (moments, _, _) = drawn(known, 10_000)
+        shape, (moments, _, _) = draw_inertia(distribution, 10_000)
         for axis in (1, 2, 3):
             value, error = designs.probability(middle(moments, axis).reshape(shape).mean(axis=1), len(moments))
             assert abs(value - theory[axis - 1]) <= 4 * error
@@ -83,47 +83,47 @@ def test_the_middle_axis_of_cubesats_is_as_likely_as_the_normal_distribution_say
 def test_the_probability_of_the_middle_is_scipys_bivariate_normal():
     rng = np.random.default_rng(3)
     for number in range(24):
-        moments, part = rng.uniform(1.0, 1.2, 3), 0.1 * rng.normal(size=(3, 3))
+        moments, root = rng.uniform(1.0, 1.2, 3), 0.1 * rng.normal(size=(3, 3))
         if number % 3 == 0:
             moments[1] = moments[2]  # a mean difference of zero
-        covariance = np.diag([0.0, 0.0, 0.01]) if number % 8 == 7 else part @ part.T  # the first: fully correlated
+        covariance = np.diag([0.0, 0.0, 0.01]) if number % 8 == 7 else root @ root.T  # the first: fully correlated
         for rows, axis in (([[1, -1, 0], [1, 0, -1]], 1), ([[-1, 0, 1], [0, -1, 1]], 3)):
             spread = np.array(rows) @ covariance @ np.transpose(rows)
             if (np.diag(spread) > 0).all():
                 normal = scipy.stats.multivariate_normal(-np.array(rows) @ moments, spread, allow_singular=True)
-                wanted = (
+                expected = (
                     2 - scipy.stats.norm.cdf(normal.mean / np.sqrt(np.diag(spread))).sum() - 2 * normal.cdf([0.0, 0.0])
                 )
-                found = possible.middle_probability(moments, covariance, axis)
-                assert found == pytest.approx(wanted, abs=2e-8)  # what SciPy's own integration promises
+                probability = possible.middle_probability(moments, covariance, axis)
+                assert probability == pytest.approx(expected, abs=2e-8)  # the tolerance of SciPy's integration
 
 
 @pytest.mark.parametrize("method", designs.METHODS)
 def test_standard_errors_are_those_of_other_seeds(method):
-    known, found = of_moments(box("1U"), 0.1), []
+    distribution, means = of_moments(box("1U"), 0.1), []
     for seed in range(40):
-        shape, (moments, _, _) = drawn(known, 512, seed, method)
-        found.append(designs.mean(middle(moments, 3).reshape(shape).mean(axis=1)))
-    values, errors = np.array(found).T
-    z = (values - known.middle_theory(3)) / errors
+        shape, (moments, _, _) = draw_inertia(distribution, 512, seed, method)
+        means.append(designs.mean(middle(moments, 3).reshape(shape).mean(axis=1)))
+    values, errors = np.array(means).T
+    z = (values - distribution.middle_theory(3)) / errors
     assert 0.7 < math.sqrt(np.mean(z**2)) < 1.4  # 40 seeds: 1 +- 0.11, and Student's distribution of 15 degrees
 
 
 def test_what_is_drawn_is_a_body_and_every_other_draw_stays_as_it_was():
     for moments, share in (((1.0, 1.0, 2.0), 0.1), ((0.159, 1.0, 1.0), 0.3), ((1e-9, 1.0, 1.0), 0.9)):
-        known = of_moments(moments, share)
+        distribution = of_moments(moments, share)
         normals = designs.normals("sobol", 3, 4096, 3).reshape(-1, 3)
         plain = np.array(moments) * (1 + share * normals)
-        found, impossible, _ = known.inertia(normals)
+        moments_drawn, impossible, _ = distribution.inertia(normals)
         second = second_moments(plain)
         assert (impossible == (second < 0).any(axis=1)).all()
         assert impossible.mean() > 0.02
-        assert (found > 0).all()
-        assert (found.sum(axis=1) - 2 * found.max(axis=1) >= 0).all()
-        untouched = (second >= known.delta).all(axis=1)
-        assert np.allclose(found[untouched], plain[untouched], rtol=1e-14)
+        assert (moments_drawn > 0).all()
+        assert (moments_drawn.sum(axis=1) - 2 * moments_drawn.max(axis=1) >= 0).all()
+        is_unchanged = (second >= distribution.delta).all(axis=1)
+        assert np.allclose(moments_drawn[is_unchanged], plain[is_unchanged], rtol=1e-14)
         distinct = np.abs(np.diff(np.sort(plain), axis=1)).min(axis=1) > 1e-9
-        assert (np.argsort(found) == np.argsort(plain))[distinct & (second > -1e3).all(axis=1)].all()
+        assert (np.argsort(moments_drawn) == np.argsort(plain))[distinct & (second > -1e3).all(axis=1)].all()
 
 
 def second_moments(moments):
@@ -132,61 +132,61 @@ def second_moments(moments):
 
 
 def test_what_keeps_second_moments_positive_is_smooth_and_rises():
-    found = possible.project_second_moments(np.array([-1.0, 0.0, 1.0 - 1e-9, 1.0, 7.0]), 1.0)
-    assert np.allclose(found, [1 / 3, 1 / 2, 1.0 - 1e-9, 1.0, 7.0], rtol=1e-15)
+    values = possible.project_second_moments(np.array([-1.0, 0.0, 1.0 - 1e-9, 1.0, 7.0]), 1.0)
+    assert np.allclose(values, [1 / 3, 1 / 2, 1.0 - 1e-9, 1.0, 7.0], rtol=1e-15)
 
 
 def test_moments_of_the_draws_are_those_asked_for():
     moments = np.array([1.0, 1.3, 1.6])
     covariance = 1e-4 * np.array([[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]])
-    known = Distribution(moments, np.eye(3), moments, covariance, {})
-    assert known.inputs == ("I1+I2+I3",)
-    _, (found, impossible, _) = drawn(known, 2**14)
+    distribution = Distribution(moments, np.eye(3), moments, covariance, {})
+    assert distribution.inputs == ("I1+I2+I3",)
+    _, (sample, impossible, _) = draw_inertia(distribution, 2**14)
     assert not impossible.any()
-    assert np.allclose(found.mean(axis=0), moments, rtol=1e-5)
-    assert np.allclose(np.cov(found.T), covariance, rtol=0.02, atol=2e-6)
+    assert np.allclose(sample.mean(axis=0), moments, rtol=1e-5)
+    assert np.allclose(np.cov(sample.T), covariance, rtol=0.02, atol=2e-6)
     normal = scipy.stats.multivariate_normal(moments, covariance)
     plain = normal.rvs(2**14, random_state=5)
-    for level in (0.05, 0.5, 0.95):  # 2^14 plain draws know a quantile to 0.02 standard deviations
-        apart = np.quantile(found, level, axis=0) - np.quantile(plain, level, axis=0)
-        assert (np.abs(apart) < 0.06 * np.sqrt(np.diag(covariance))).all()
+    for level in (0.05, 0.5, 0.95):  # 2^14 plain draws determine a quantile to 0.02 standard deviations
+        shift = np.quantile(sample, level, axis=0) - np.quantile(plain, level, axis=0)
+        assert (np.abs(shift) < 0.06 * np.sqrt(np.diag(covariance))).all()
 
 
 def test_the_bias_of_a_nearly_flat_body_is_that_of_a_normal_variable_kept_above_zero():
     moments = box("6U")
-    known = of_moments(moments, 0.1)
+    distribution = of_moments(moments, 0.1)
     second = second_moments(moments)
     sigma = 0.05 * math.sqrt(np.sum(moments**2))
     z = second[2] / sigma
-    kept = second[2] * scipy.stats.norm.cdf(z) + sigma * scipy.stats.norm.pdf(z)  # mean of max(J3, 0)
-    _, (found, impossible, _) = drawn(known, 2**15)
+    clipped_mean = second[2] * scipy.stats.norm.cdf(z) + sigma * scipy.stats.norm.pdf(z)  # mean of max(J3, 0)
+    _, (sample, impossible, _) = draw_inertia(distribution, 2**15)
     assert impossible.mean() == pytest.approx(scipy.stats.norm.cdf(-z), abs=1e-3)
-    # g leaves a small part of δ where the maximum has 0
-    assert second_moments(found).mean(axis=0)[2] == pytest.approx(kept, abs=0.3 * known.delta)
-    assert kept / second[2] - 1 == pytest.approx(0.11, abs=0.01)  # as the module says
-    rejected = second[2] + sigma * scipy.stats.norm.pdf(z) / scipy.stats.norm.cdf(z)
-    assert rejected / second[2] - 1 == pytest.approx(0.35, abs=0.01)
+    # g leaves a small fraction of δ where max(J3, 0) is 0
+    assert second_moments(sample).mean(axis=0)[2] == pytest.approx(clipped_mean, abs=0.3 * distribution.delta)
+    assert clipped_mean / second[2] - 1 == pytest.approx(0.11, abs=0.01)  # as in the module's docstring
+    rejection_mean = second[2] + sigma * scipy.stats.norm.pdf(z) / scipy.stats.norm.cdf(z)
+    assert rejection_mean / second[2] - 1 == pytest.approx(0.35, abs=0.01)
 
 
 def test_a_drawn_tensor_turns_the_axes_and_the_spin_starts_where_it_was():
-    known = of_tensor(np.diag([0.1, 0.1, 0.1, 0.08, 0.08, 0.08]) ** 2)
+    distribution = of_tensor(np.diag([0.1, 0.1, 0.1, 0.08, 0.08, 0.08]) ** 2)
     normals = designs.normals("sobol", 6, 1024, 1).reshape(-1, 6)
-    moments, impossible, turned = known.inertia(normals)
+    moments, impossible, axes = distribution.inertia(normals)
     assert not impossible.any()
     start = np.array([1e-3 * math.cos(0.6), 1e-3 * math.sin(0.6)])
     spin = measuring.SpinSettings(2, 3.0, 1e-3, 0.6)
-    points = measuring._kernel_points(known, moments, turned, normals, spin)
-    omega = 3.0 * (known.axes[1] + start[0] * known.axes[2] + start[1] * known.axes[0])
+    points = measuring._kernel_points(distribution, moments, axes, normals, spin)
+    omega = 3.0 * (distribution.axes[1] + start[0] * distribution.axes[2] + start[1] * distribution.axes[0])
     drawn_entries = SIX + normals * 0.1 * np.array([1, 1, 1, 0.8, 0.8, 0.8])
     tensors = np.empty((len(normals), 3, 3))
     for k, (i, j) in enumerate(possible.ENTRIES.values()):
         tensors[:, i, j] = tensors[:, j, i] = drawn_entries[:, k]
     momentum = tensors @ omega
     a, b, c = points["omega0"], *(points["omega0"] * points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
-    seen = np.stack([c, a, b], axis=1)  # about axis 2: (a, b, c) are the axes 2, 3, 1
-    assert np.allclose((moments * seen * seen).sum(axis=1), momentum @ omega, rtol=1e-12)  # twice the energy
-    assert np.allclose(((moments * seen) ** 2).sum(axis=1), (momentum**2).sum(axis=1), rtol=1e-12)
-    assert np.allclose(np.linalg.det(turned), 1.0)
+    rates = np.stack([c, a, b], axis=1)  # about axis 2: (a, b, c) are the axes 2, 3, 1
+    assert np.allclose((moments * rates * rates).sum(axis=1), momentum @ omega, rtol=1e-12)  # twice the energy
+    assert np.allclose(((moments * rates) ** 2).sum(axis=1), (momentum**2).sum(axis=1), rtol=1e-12)
+    assert np.allclose(np.linalg.det(axes), 1.0)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -202,27 +202,27 @@ def test_sobol_indices_of_ishigamis_function():
     first, total = [0.313905, 0.442411, 0.0], [0.557589, 0.442411, 0.243684]
     groups, z = ((0,), (1,), (2,)), []
     for seed in range(8):
-        found = designs.sobol_indices(ishigami, groups, 4096, seed)
-        z += [(found["first"] - first) / found["first_error"], (found["total"] - total) / found["total_error"]]
+        indices = designs.sobol_indices(ishigami, groups, 4096, seed)
+        z += [(indices["first"] - first) / indices["first_error"], (indices["total"] - total) / indices["total_error"]]
     assert np.abs(z).max() < 4
     assert 0.6 < math.sqrt(np.mean(np.square(z))) < 1.5
 
 
 def test_inputs_that_depend_on_each_other_count_as_one():
-    found = designs.sobol_indices(lambda z: z[:, 0] + z[:, 1] + 2 * z[:, 2], ((0, 1), (2,)), 1024, 1)
-    assert found["first"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
-    assert found["total"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
+    indices = designs.sobol_indices(lambda z: z[:, 0] + z[:, 1] + 2 * z[:, 2], ((0, 1), (2,)), 1024, 1)
+    assert indices["first"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
+    assert indices["total"] == pytest.approx([1 / 3, 2 / 3], abs=0.05)
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-30])
 def test_moments_that_depend_on_each_other_do_so_in_any_unit(unit):
     moments = np.array([1.0, 1.05, 1.2]) * unit
     covariance = np.array([[0.01, 0.0095, 0.0], [0.0095, 0.01, 0.0], [0.0, 0.0, 0.0004]]) * unit**2
-    known = Distribution(moments, np.eye(3), moments, covariance, {})
-    assert known.inputs == ("I1+I2", "I3")
-    _, (made, *_) = drawn(known, 4096)
-    correlation = np.corrcoef(made.T)
-    # 4,096 even draws, of which a twentieth of one percent are no bodies
+    distribution = Distribution(moments, np.eye(3), moments, covariance, {})
+    assert distribution.inputs == ("I1+I2", "I3")
+    _, (sample, *_) = draw_inertia(distribution, 4096)
+    correlation = np.corrcoef(sample.T)
+    # 4,096 even draws, with a twentieth of one percent of impossible bodies
     np.testing.assert_allclose(correlation[np.triu_indices(3, 1)], [0.95, 0.0, 0.0], atol=5e-3)
 
 
@@ -233,26 +233,33 @@ def test_moments_that_depend_on_each_other_do_so_in_any_unit(unit):
 @pytest.fixture(scope="module")
 def measured():
     """The 6U CubeSat at 10 %, about its axes 2 and 3."""
-    known = of_moments(box("6U"), 0.1, phase="any")
+    distribution = of_moments(box("6U"), 0.1, phase="any")
     spins = [measuring.SpinSettings(axis, -2.0, 1e-3, 0.6) for axis in (2, 3)]
     sampling = measuring.BodySampling(draws=1024, seed=5)
-    return known, sampling, spins, list(measuring.measure_spins(known, spins, sampling, UncertainIntegration()))
+    return (
+        distribution,
+        sampling,
+        spins,
+        list(measuring.measure_spins(distribution, spins, sampling, UncertainIntegration())),
+    )
 
 
 def test_rates_of_draws_are_linear_theorys_far_better_than_their_draws_scatter(measured):
-    _, _, spins, found = measured
-    for spin, (_, draws) in zip(spins, found, strict=True):
-        wanted = linear.omega_squared(*(draws[f"I{i}"] for i in (1, 2, 3)), spin.omega0, spin.axis)
-        away = np.abs(wanted) > 1e-4  # of a spin of 2: nearer to zero the square is still right, its root less so
+    _, _, spins, pairs = measured
+    for spin, (_, draws) in zip(spins, pairs, strict=True):
+        omega_squared = linear.omega_squared(*(draws[f"I{i}"] for i in (1, 2, 3)), spin.omega0, spin.axis)
+        is_large = (
+            np.abs(omega_squared) > 1e-4
+        )  # of a spin of 2: nearer to zero the square is still right, its root less so
         for name, sign in (("growth_rate", -1.0), ("frequency", 1.0)):
-            rate = np.sqrt(np.maximum(sign * wanted, 0.0))
-            np.testing.assert_allclose(draws[name][away], rate[away], rtol=1e-7)
+            rate = np.sqrt(np.maximum(sign * omega_squared, 0.0))
+            np.testing.assert_allclose(draws[name][is_large], rate[is_large], rtol=1e-7)
 
 
 def test_measured_probabilities_are_the_normal_distributions(measured):
-    known, _, spins, found = measured
-    for spin, (summary, draws) in zip(spins, found, strict=True):
-        theory = known.middle_theory(spin.axis)
+    distribution, _, spins, pairs = measured
+    for spin, (summary, draws) in zip(spins, pairs, strict=True):
+        theory = distribution.middle_theory(spin.axis)
         assert summary["probability_middle_theory"] == theory
         for name in ("probability_middle", "probability_unstable"):
             assert abs(summary[name] - theory) <= 4 * summary[f"{name}_error"]
@@ -262,8 +269,8 @@ def test_measured_probabilities_are_the_normal_distributions(measured):
 
 
 def test_quantiles_are_those_of_the_draws(measured):
-    _, _, _, found = measured
-    for summary, draws in found:
+    _, _, _, pairs = measured
+    for summary, draws in pairs:
         rate = np.sort(np.nan_to_num(draws["growth_rate"]))
         for level, value in zip(measuring.QUANTILES, summary["growth_rate_quantile"], strict=True):
             assert (rate < value).mean() < level <= (rate <= value).mean()
@@ -273,43 +280,43 @@ def test_quantiles_are_those_of_the_draws(measured):
 
 
 def test_flips_of_draws_are_the_closed_forms(measured):
-    known, sampling, _, found = measured
-    draws = found[0][1]
-    normals = designs.normals(sampling.method, known.dimension, sampling.draws, sampling.seed)
-    normals = normals.reshape(-1, known.dimension)
+    distribution, sampling, _, pairs = measured
+    draws = pairs[0][1]
+    normals = designs.normals(sampling.method, distribution.dimension, sampling.draws, sampling.seed)
+    normals = normals.reshape(-1, distribution.dimension)
     phase = 0.6 + 2 * math.pi * scipy.stats.norm.cdf(normals[:, 3])
     start = -2.0 * np.stack([1e-3 * np.sin(phase), np.ones_like(phase), 1e-3 * np.cos(phase)], axis=1)
-    flipping = np.flatnonzero(np.isfinite(draws["flip_period"]))
-    assert len(flipping) > 0.9 * len(phase)
-    for k in flipping[:50]:
+    flips = np.flatnonzero(np.isfinite(draws["flip_period"]))
+    assert len(flips) > 0.9 * len(phase)
+    for k in flips[:50]:
         top = exact.set_up(*(float(draws[f"I{i}"][k]) for i in (1, 2, 3)), *start[k].tolist())
         period = exact.flip_period(top)
         assert draws["flip_period"][k] == pytest.approx(period, rel=1e-8)
 
 
 def test_a_draw_whose_axes_lie_far_off_is_followed_from_there():
-    known = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
+    distribution = of_tensor(np.diag([0.0, 0.0, 0.0, 0.5, 0.5, 0.5]) ** 2)
     ((summary, draws),) = measuring.measure_spins(
-        known, [measuring.SpinSettings(1, 1.0, 1e-6, 0.6)], measuring.BodySampling(128), Integration()
+        distribution, [measuring.SpinSettings(1, 1.0, 1e-6, 0.6)], measuring.BodySampling(128), Integration()
     )
-    assert known.inputs == ("Ixy", "Ixz", "Iyz")
+    assert distribution.inputs == ("Ixy", "Ixz", "Iyz")
     assert np.isfinite(draws["max_tilt"]).all()
     assert summary["max_tilt_quantile"][2] > 0.1  # rad: the nudge alone would keep it at 1e-6
     assert math.isnan(summary["probability_middle_theory"])
 
 
 # ---------------------------------------------------------------------------------------------------------
-# What people ask
+# Questions of users:
 
 
 def test_uncertainty_from_python_is_the_map_of_its_definition():
     ds = sweeps.uncertainty(box("6U"), "10 %", omega0=0.1, draws=64, axes=[3])
     assert ds.sizes == {"body": 1, "axis": 1, "epsilon": 1, "phase": 1, "quantile": 5, "input": 3}
-    one = ds.squeeze()
-    assert abs(one["probability_unstable"] - 0.0245) <= 4 * one["probability_unstable_error"]
-    assert one["sensitivity_total"].sel(input="I1") < one["sensitivity_total"].sel(input="I3")
-    assert one.attrs["system"] == "uncertain_bodies"
-    assert int(one["draws"]) == 64
+    point = ds.squeeze()
+    assert abs(point["probability_unstable"] - 0.0245) <= 4 * point["probability_unstable_error"]
+    assert point["sensitivity_total"].sel(input="I1") < point["sensitivity_total"].sel(input="I3")
+    assert point.attrs["system"] == "uncertain_bodies"
+    assert int(point["draws"]) == 64
 
 
 @pytest.mark.slow
@@ -320,17 +327,17 @@ def test_a_seed_is_the_same_bits_in_shards_chunks_and_after_a_kill(tmp_path):
     sweep = read_sweep(
         {"bodies": bodies, "uncertainty": uncertainty, "grid": {"omega0": [1.0, -2.0, 3.0, 0.1]}} | settings
     )
-    whole = content_hash.content_hash(dataset.survey_grid(sweep, threads=2))
+    expected = content_hash.content_hash(dataset.survey_grid(sweep, threads=2))
     for count in (1, 3, 7):
         paths = [tmp_path / f"{number}-of-{count}.nc" for number in range(1, count + 1)]
         for number, path in enumerate(paths, 1):
             shards.write_shard(sweep, number, count, path, threads=number % 3)
-        assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
-    os.truncate(paths[2], paths[2].stat().st_size // 2)  # at the worst, what a kill leaves; it is measured again
+        assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == expected
+    os.truncate(paths[2], paths[2].stat().st_size // 2)  # the worst remainder of a kill; it is measured again
     paths[5].unlink()
     shards.write_shard(sweep, 6, 7, paths[5])
-    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == whole
-    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=3)) == whole  # by Dask
+    assert merging.merge_shards(sweep, paths, tmp_path / "map.nc") == expected
+    assert content_hash.content_hash(dataset.survey_grid(sweep, chunks=3)) == expected  # by Dask
 
 
 def test_verify_finds_the_draws_again(tmp_path):
@@ -346,12 +353,12 @@ def test_verify_finds_the_draws_again(tmp_path):
 def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
     call = ["body", "--tensor", *map(str, TENSOR.ravel()), "--uncertainty", "5%", "--draws", "64", "--seed", "1"]
     assert main([*call, "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert [axis["axis"] for axis in said["axes"]] == [1, 2, 3]
-    assert said["axes"][1]["probability_unstable"] > 0.9
-    assert len(said["axes"][1]["growth_rate_quantile"]) == len(said["quantile"]) == 5
-    assert said["input"] == ["Ixx", "Iyy", "Izz", "Ixy", "Iyz"]
-    assert said["draws"] == 64
+    answer = json.loads(capsys.readouterr().out)
+    assert [axis["axis"] for axis in answer["axes"]] == [1, 2, 3]
+    assert answer["axes"][1]["probability_unstable"] > 0.9
+    assert len(answer["axes"][1]["growth_rate_quantile"]) == len(answer["quantile"]) == 5
+    assert answer["input"] == ["Ixx", "Iyy", "Izz", "Ixy", "Iyz"]
+    assert answer["draws"] == 64
     picture = tmp_path / "cloud.png"
     assert main([*call, "--omega0", "0.1", "--axis", "2", "--figure", str(picture)]) == 0
     out = capsys.readouterr().out
@@ -361,38 +368,40 @@ def test_body_answers_in_numbers_words_and_a_picture(tmp_path, capsys):
 
 
 def test_twists_of_draws_are_those_of_the_motion_integrated_by_scipy():
-    """A racket about its two great moments, either of which may be the middle one."""
+    """A racket about its two great moments, either may be the intermediate axis."""
     from scipy.integrate import solve_ivp
 
     body = {"name": "racket", "I1": 0.07, "I2": 0.94, "I3": 1.0}
     settings = {"draws": 64, "twist": True, "keep": True, "axes": [2, 3], "grid": {"epsilon": 0.02, "phase": 1.2}}
-    found = sweeps.uncertainty([body], "1 %", omega0=2.0, **settings).squeeze()
-    assert not np.isnan(found["twist_quantile"]).any()
+    ds = sweeps.uncertainty([body], "1 %", omega0=2.0, **settings).squeeze()
+    assert not np.isnan(ds["twist_quantile"]).any()
     for axis, k in ((2, 0), (2, 17), (3, 5)):
-        one = found.sel(axis=axis, draw=k)
-        moments = np.array([float(one[f"I{i}_draw"]) for i in (1, 2, 3)])
+        draw = ds.sel(axis=axis, draw=k)
+        moments = np.array([float(draw[f"I{i}_draw"]) for i in (1, 2, 3)])
         omega = np.roll([1.0, 0.02 * math.cos(1.2), 0.02 * math.sin(1.2)], axis - 1)
 
         def motion(_, y, moments=moments):
             omega, momentum = y[:3], moments * y[:3]
             across = momentum[1] ** 2 + momentum[2] ** 2
-            turned = np.linalg.norm(momentum) * (momentum[1] * omega[1] + momentum[2] * omega[2]) / across
+            rate = np.linalg.norm(momentum) * (momentum[1] * omega[1] + momentum[2] * omega[2]) / across
             change = np.cross(momentum, omega)
-            return [*(change / moments), turned, (momentum[1] * change[2] - momentum[2] * change[1]) / across]
+            return [*(change / moments), rate, (momentum[1] * change[2] - momentum[2] * change[1]) / across]
 
-        def once(_, y):
+        def first_return(_, y):
             return y[3] - 2 * math.pi
 
-        once.terminal = True
-        end = solve_ivp(motion, (0, 50), [*omega, 0.0, 0.0], events=once, method="DOP853", rtol=1e-11, atol=1e-12)
-        assert float(one["twist_draw"]) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
+        first_return.terminal = True
+        end = solve_ivp(
+            motion, (0, 50), [*omega, 0.0, 0.0], events=first_return, method="DOP853", rtol=1e-11, atol=1e-12
+        )
+        assert float(draw["twist_draw"]) == pytest.approx(abs(end.y[4, -1]), abs=1e-8)
 
 
 BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changes", "message"),
     [
         ({"uncertainty": "100 %"}, "uncertainty: '100 %' is 100 %; allowed: a fraction from 0 to below 1"),
         ({"uncertainty": 5}, "uncertainty: 5 is 500 %"),
@@ -410,7 +419,7 @@ BODY = {"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
         ({"bodies": [BODY | {"uncertainty": "5 %"}, BODY | {"name": "B"}]}, "bodies[1].uncertainty: is missing"),
     ],
 )
-def test_what_is_wrong_is_said(changed, said):
-    with pytest.raises(DefinitionError) as refused:
-        read_sweep({"bodies": [BODY]} | changed)
-    assert said in str(refused.value)
+def test_what_is_wrong_is_said(changes, message):
+    with pytest.raises(DefinitionError) as error:
+        read_sweep({"bodies": [BODY]} | changes)
+    assert message in str(error.value)
