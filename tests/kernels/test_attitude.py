@@ -38,7 +38,7 @@ def fifty_digits():
         yield
 
 
-def multiplied(a, b):
+def multiply(a, b):
     return [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -61,32 +61,32 @@ def taylor(moments, start, duration, order=26):
         W, Q = [[x] for x in w], [[x] for x in q]
         for n in range(order):
 
-            def folded(f, g, n=n):
+            def convolve(f, g, n=n):
                 return mp.fsum(f[i] * g[n - i] for i in range(n + 1)) * h / (n + 1)
 
-            new = [c[i] * folded(W[(i + 1) % 3], W[(i + 2) % 3]) for i in range(3)]
+            new = [c[i] * convolve(W[(i + 1) % 3], W[(i + 2) % 3]) for i in range(3)]
             x, y, z = W
-            turned = (
-                -folded(Q[1], x) - folded(Q[2], y) - folded(Q[3], z),
-                folded(Q[0], x) + folded(Q[2], z) - folded(Q[3], y),
-                folded(Q[0], y) - folded(Q[1], z) + folded(Q[3], x),
-                folded(Q[0], z) + folded(Q[1], y) - folded(Q[2], x),
+            quaternion_rates = (
+                -convolve(Q[1], x) - convolve(Q[2], y) - convolve(Q[3], z),
+                convolve(Q[0], x) + convolve(Q[2], z) - convolve(Q[3], y),
+                convolve(Q[0], y) - convolve(Q[1], z) + convolve(Q[3], x),
+                convolve(Q[0], z) + convolve(Q[1], y) - convolve(Q[2], x),
             )
-            for terms, value in zip((*W, *Q), (*new, *(value / 2 for value in turned)), strict=True):
+            for terms, value in zip((*W, *Q), (*new, *(value / 2 for value in quaternion_rates)), strict=True):
                 terms.append(value)
         w, q = [mp.fsum(x) for x in W], [mp.fsum(x) for x in Q]
     return q
 
 
-def angle(found, wanted):
+def angle(quaternion, expected):
     """Angle between two attitudes, rad; ``wanted`` in mpmath numbers. The sign must agree as well."""
-    found = [mp.mpf(float(x)) for x in found]
-    rest = multiplied([found[0], -found[1], -found[2], -found[3]], wanted)
-    assert rest[0] > 0
-    return float(2 * mp.sqrt(mp.fsum(x * x for x in rest[1:])))
+    quaternion = [mp.mpf(float(x)) for x in quaternion]
+    relative = multiply([quaternion[0], -quaternion[1], -quaternion[2], -quaternion[3]], expected)
+    assert relative[0] > 0
+    return float(2 * mp.sqrt(mp.fsum(x * x for x in relative[1:])))
 
 
-def apart(a, b):
+def angles_between(a, b):
     """Angles between quaternions (n, 4), rad."""
     vector = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
     return 2 * np.linalg.norm(vector, axis=1)
@@ -113,9 +113,9 @@ def plain(monkeypatch):
 def test_closed_form_and_direct_integration_solve_the_differential_equation(name):
     moments, start = CASES[name]
     for duration in (-2.3, 5.1):
-        wanted = taylor(moments, start, duration)
-        assert angle(exact.attitude(moments, start, [duration])[0], wanted) <= bar(start, duration)
-        assert angle(direct.attitude(moments, start, [duration], 1e-13)[0], wanted) <= 1e-13
+        expected = taylor(moments, start, duration)
+        assert angle(exact.attitude(moments, start, [duration])[0], expected) <= bar(start, duration)
+        assert angle(direct.attitude(moments, start, [duration], 1e-13)[0], expected) <= 1e-13
 
 
 def textbook(moments, start, t):
@@ -125,8 +125,8 @@ def textbook(moments, start, t):
     T2 = mp.fsum(a * b**2 for a, b in zip(I, w, strict=True))
     low, s, high = sorted(range(3), key=lambda i: I[i])
     c, d = (low, high) if T2 * I[s] < L**2 else (high, low)
-    both = (I[d] - I[s]) * (L**2 - T2 * I[c])
-    p, m = mp.sqrt(both / (I[0] * I[1] * I[2])), (I[s] - I[c]) * (T2 * I[d] - L**2) / both
+    product = (I[d] - I[s]) * (L**2 - T2 * I[c])
+    p, m = mp.sqrt(product / (I[0] * I[1] * I[2])), (I[s] - I[c]) * (T2 * I[d] - L**2) / product
     A = mp.sqrt((T2 * I[d] - L**2) / (I[s] * (I[d] - I[s]))), mp.sqrt((T2 * I[d] - L**2) / (I[c] * (I[d] - I[c])))
     A_d = mp.sqrt((L**2 - T2 * I[c]) / (I[d] * (I[d] - I[c]))) * mp.sign(w[d])
     A_s = A[0] * mp.sign((I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d)
@@ -145,10 +145,10 @@ def textbook(moments, start, t):
     now = [None] * 3
     for axis, size, name in ((s, A_s, "sn"), (c, A[1], "cn"), (d, A_d, "dn")):
         now[axis] = size * mp.ellipfun(name, u, m=m)
-    return _carried(I, w, now, L, azimuth, d)
+    return _rotation_matrix(I, w, now, L, azimuth, d)
 
 
-def _carried(I, w, now, L, azimuth, d):  # noqa: E741
+def _rotation_matrix(I, w, now, L, azimuth, d):  # noqa: E741
     """Columns of the rotation matrix, body to the body's start, from e_d's azimuth about L since then."""
     n0 = mp.matrix([a * b / L for a, b in zip(I, w, strict=True)])
     n1 = mp.matrix([a * b / L for a, b in zip(I, now, strict=True)])
@@ -180,21 +180,23 @@ def sensitivity(moments, start, t):
     inputs, small = [mp.mpf(float(x)) for x in (*moments, *start, t)], mp.mpf(10) ** -20
     base, total = textbook(inputs[:3], inputs[3:6], inputs[6]), mp.mpf(0)
     for i in range(7):
-        moved = list(inputs)
-        moved[i] *= 1 + small
-        total += mp.mnorm(textbook(moved[:3], moved[3:6], moved[6]) - base, "f") / small
+        changed_inputs = list(inputs)
+        changed_inputs[i] *= 1 + small
+        total += mp.mnorm(textbook(changed_inputs[:3], changed_inputs[3:6], changed_inputs[6]) - base, "f") / small
     return float(total)
 
 
 def off_textbook(moments, start, t):
-    wanted = textbook([float(x) for x in moments], [float(x) for x in start], float(t))
-    return float(mp.mnorm(matrix_of(exact.attitude(moments, start, [t])[0]) - wanted, "f"))
+    expected = textbook([float(x) for x in moments], [float(x) for x in start], float(t))
+    return float(mp.mnorm(matrix_of(exact.attitude(moments, start, [t])[0]) - expected, "f"))
 
 
 def test_the_two_references_agree():
-    wanted = taylor((1, 2, 3), (0.3, 0.8, 0.9), 1.7, order=40)
-    found = textbook((1, 2, 3), (0.3, 0.8, 0.9), 1.7)
-    assert mp.mnorm(matrix_exact(wanted) - found, "f") < 1e-17  # 0.3, 0.8 and 0.9 are doubles in one, decimals in none
+    expected = taylor((1, 2, 3), (0.3, 0.8, 0.9), 1.7, order=40)
+    matrix = textbook((1, 2, 3), (0.3, 0.8, 0.9), 1.7)
+    assert (
+        mp.mnorm(matrix_exact(expected) - matrix, "f") < 1e-17
+    )  # 0.3, 0.8 and 0.9 are doubles in one, decimals in none
 
 
 def matrix_exact(q):
@@ -215,7 +217,7 @@ def test_ten_thousand_turns(seed):
         moments, start = rng.uniform(0.4, 1.2, 3), rng.normal(size=3)
         t = 2 * np.pi / np.linalg.norm(start) * 10.0 ** rng.uniform(0, 4)
         error = off_textbook(moments, start, t)
-        # the bar, or the inputs' own roundings where those turn the body further
+        # the bar, or the inputs' own roundings if those rotate the body further
         assert error <= max(bar(start, t), 4 * ULP * sensitivity(moments, start, t)), (moments, start, t)
 
 
@@ -227,9 +229,9 @@ def test_far_on_the_separatrix_the_body_spins_on_about_its_middle_axis():
     q = exact.attitude(moments, start, times)
     w2 = exact.rotation(moments, start, times[:1])[0, 1]
     for i in (0, 2):
-        rest = Rotation.from_quat(q[i], scalar_first=True).inv() * Rotation.from_quat(q[i + 1], scalar_first=True)
+        rotation = Rotation.from_quat(q[i], scalar_first=True).inv() * Rotation.from_quat(q[i + 1], scalar_first=True)
         # 0.1 s of turning about axis 2; the difference of two times near 1e5 s is known to 1e-11
-        np.testing.assert_allclose(rest.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
+        np.testing.assert_allclose(rotation.as_rotvec(), [0.0, 0.1 * w2, 0.0], atol=3e-11)
 
 
 @pytest.mark.usefixtures("plain")
@@ -241,14 +243,14 @@ def test_random_starts_agree_with_scipy():
 
         def rates(_, y, c=c):
             w, q = y[:3], y[3:]
-            return [*(c[i] * w[i - 2] * w[i - 1] for i in range(3)), *np.array(multiplied(q, [0.0, *w])) / 2]
+            return [*(c[i] * w[i - 2] * w[i - 1] for i in range(3)), *np.array(multiply(q, [0.0, *w])) / 2]
 
         times = np.linspace(0.0, 6.0, 5)
         run = solve_ivp(rates, (0, 6), [*start, 1, 0, 0, 0], "DOP853", times, rtol=1e-13, atol=1e-13)
-        wanted = Rotation.from_quat(run.y[3:].T, scalar_first=True)
-        for found in (exact.attitude(moments, start, times), direct.attitude(moments, start, times, 1e-12)):
-            off = (Rotation.from_quat(found, scalar_first=True).inv() * wanted).magnitude()
-            assert off.max() < 2e-11  # DOP853 at 1e-13 over a hundred steps
+        expected = Rotation.from_quat(run.y[3:].T, scalar_first=True)
+        for attitudes in (exact.attitude(moments, start, times), direct.attitude(moments, start, times, 1e-12)):
+            angles = (Rotation.from_quat(attitudes, scalar_first=True).inv() * expected).magnitude()
+            assert angles.max() < 2e-11  # DOP853 at 1e-13 over a hundred steps
 
 
 def test_momentum_stands_still_in_space():
@@ -261,18 +263,18 @@ def test_momentum_stands_still_in_space():
 TURNING = [name for name in CASES if name not in ("sphere", "spin about 1", "spin about 2", "spin about 3")]
 
 
-def stepped(moments, start, h):
-    """Attitudes at 0, h … by the exact step, each from the one before, until rounding has grown."""
+def step_attitudes(moments, start, h):
+    """Return attitudes at 0, h … by the exact step, each from its predecessor, until rounding has grown."""
     top = attitude.prepare(moments, start)
     d, f = top.frame.d, top.frame.turned
-    given = tuple(moments), tuple(start), h
-    steps = attitude.short_step_constants(*given)
-    q = attitude.of_direction(rigid_body.relabel(*exact.short_step_constants(*given), d), steps.g)
+    arguments = tuple(moments), tuple(start), h
+    steps = attitude.short_step_constants(*arguments)
+    q = attitude.of_direction(rigid_body.relabel(*exact.short_step_constants(*arguments), d), steps.g)
     (q0, *q_), m = attitude.at(0.0, top)
     m_d, m_j, m_k = rigid_body.relabel(*(f * x for x in m), d)
     qd, qj, qk = rigid_body.relabel(*(f * x for x in q_), d)
     m, R, size, out = (m_d, f * m_j, m_k), None, 0.5 / (1.0 + m_d), [(q0, *q_)]
-    R = multiplied((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
+    R = multiply((q0, qd, f * qj, qk), (1.0 + m_d, 0.0, -m[2], m[1]))
     # along the unstable axis each rounding grows as e^{pt}
     for _ in range(64 if top.motion.m1 >= 1e-3 else int(2.0 / abs(top.motion.p * top.motion.unit * h))):
         R, m = attitude.step(m, R, size, steps.x, steps.y), exact.step(*m, *q)
@@ -285,27 +287,27 @@ def stepped(moments, start, h):
 def test_exact_steps(name):
     moments, start = (np.array(x, dtype=float) / 4 for x in CASES[name])
     for h in (0.04, 1.1):
-        found = stepped(moments, start, h)
-        times = h * np.arange(float(len(found)))
-        wanted, bar = exact.attitude(moments, start, times), 2e-15 * np.linalg.norm(start) * times + 1e-14
-        assert (apart(found, wanted) <= bar).all(), (apart(found, wanted) / bar).max()
-        np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=7e-16)
+        attitudes = step_attitudes(moments, start, h)
+        times = h * np.arange(float(len(attitudes)))
+        expected, bar = exact.attitude(moments, start, times), 2e-15 * np.linalg.norm(start) * times + 1e-14
+        assert (angles_between(attitudes, expected) <= bar).all(), (angles_between(attitudes, expected) / bar).max()
+        np.testing.assert_allclose(np.linalg.norm(attitudes, axis=1), 1.0, rtol=7e-16)
 
 
 def test_a_bent_coefficient_of_the_direct_step_is_seen():
     moments, start = (1.0, 2.0, 3.0), (0.3, 0.8, 0.9)
-    wanted = exact.attitude(moments, start, [6.0])
-    bent = steps_of.turn_12
+    expected = exact.attitude(moments, start, [6.0])
+    turn_12 = steps_of.turn_12
 
     def run(half):
         k = np.array([-1.0, 1.0, -1 / 3]) * 0.1
         state = (*start, 1.0, 0.0, 0.0, 0.0)
         for _ in range(60):
-            state = bent(*state, *k, half)
+            state = turn_12(*state, *k, half)
         return np.array([state[3:]])
 
-    assert apart(run(0.05), wanted)[0] < 1e-13
-    assert apart(run(0.05 * (1 + 1e-9)), wanted)[0] > 1e-9
+    assert angles_between(run(0.05), expected)[0] < 1e-13
+    assert angles_between(run(0.05 * (1 + 1e-9)), expected)[0] > 1e-9
 
 
 @pytest.mark.parametrize("function", [exact.attitude, lambda *a, **k: direct.attitude(*a[:3], 1e-10, **k)])

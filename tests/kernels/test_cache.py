@@ -43,7 +43,7 @@ print(doubled.{function}({argument}), sum(doubled.{function}.stats.cache_hits.va
 
 
 class Cache:
-    """Calls in processes of their own, which keep what they compile in one folder."""
+    """Calls in separate processes, which store compiled code in one folder."""
 
     def __init__(self, folder):
         (folder / "doubled.py").write_text(SOURCE)
@@ -59,29 +59,29 @@ class Cache:
         return subprocess.Popen([sys.executable, "-c", code], env=self.environment, cwd=ROOT, stdout=pipe, text=True)
 
     def call(self, argument, function="double"):
-        """What a function gives in a new process, and how many of its codes were loaded."""
+        """Return the value of a function in a new process, and the number of its codes that were loaded."""
         process = self.begin(CALL.format(function=function, argument=argument))
-        said, _ = process.communicate()
+        output, _ = process.communicate()
         assert process.returncode == 0
-        value, loaded = said.split()
-        return value, int(loaded)
+        value, num_loaded = output.split()
+        return value, int(num_loaded)
 
     def files(self):
         return sorted((self.folder / "code").iterdir())
 
 
 @pytest.fixture(scope="module")
-def filled(tmp_path_factory):
+def cache_and_backup(tmp_path_factory):
     """A cache as a first call leaves it, and a copy to put in its place again."""
     cache = Cache(tmp_path_factory.mktemp("cache"))
     return cache, shutil.copytree(cache.folder, cache.folder.parent.with_name("kept"))
 
 
 @pytest.fixture
-def stored(filled):
-    cache, kept = filled
+def warm_cache(cache_and_backup):
+    cache, backup = cache_and_backup
     shutil.rmtree(cache.folder)
-    shutil.copytree(kept, cache.folder)
+    shutil.copytree(backup, cache.folder)
     return cache
 
 
@@ -94,55 +94,55 @@ def flip(path, at):
 pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is stored uncompiled")
 
 
-def test_what_is_sound_is_loaded_and_stays(stored):
-    (file,) = stored.files()
+def test_what_is_sound_is_loaded_and_stays(warm_cache):
+    (file,) = warm_cache.files()
     before = file.stat().st_mtime_ns
-    assert stored.call("2") == ("4", 1)
+    assert warm_cache.call("2") == ("4", 1)
     assert file.stat().st_mtime_ns == before
     assert file.stat().st_mode & 0o777 == 0o600
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("damage", ["checksum", "middle", "end", "half", "empty", "noise"])
-def test_code_that_has_changed_is_not_run_but_made_again(stored, damage):
-    (file,) = stored.files()
+def test_code_that_has_changed_is_not_run_but_made_again(warm_cache, damage):
+    (file,) = warm_cache.files()
     content = file.read_bytes()
     places = {"checksum": 0, "middle": len(content) // 2, "end": len(content) - 1}
     if damage in places:
         flip(file, places[damage])
     else:
         file.write_bytes({"half": content[: len(content) // 2], "empty": b"", "noise": b"noise" * 99}[damage])
-    assert stored.call("21") == ("42", 0)
-    assert stored.call("21") == ("42", 1)
+    assert warm_cache.call("21") == ("42", 0)
+    assert warm_cache.call("21") == ("42", 1)
 
 
 @pytest.mark.slow
-def test_code_of_another_signature_in_its_place_is_not_run(stored):
-    (whole,) = stored.files()
-    stored.call("1.5")
-    (real,) = set(stored.files()) - {whole}
-    shutil.copy(whole, real)
-    assert stored.call("1.5") == ("3.0", 0)
+def test_code_of_another_signature_in_its_place_is_not_run(warm_cache):
+    (integer_code,) = warm_cache.files()
+    warm_cache.call("1.5")
+    (real,) = set(warm_cache.files()) - {integer_code}
+    shutil.copy(integer_code, real)
+    assert warm_cache.call("1.5") == ("3.0", 0)
 
 
 @pytest.mark.slow
 def test_an_edit_of_an_imported_kernel_compiles_what_imports_it_and_nothing_else(tmp_path):
-    copied = tmp_path / "checkout"
-    shutil.copytree(ROOT / "kernels", copied / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
-    (copied / "user.py").write_text(SOURCE)
-    (copied / "other.py").write_text(SOURCE.replace("from kernels.estimator import statuses\n", ""))
+    checkout = tmp_path / "checkout"
+    shutil.copytree(ROOT / "kernels", checkout / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
+    (checkout / "user.py").write_text(SOURCE)
+    (checkout / "other.py").write_text(SOURCE.replace("from kernels.estimator import statuses\n", ""))
     call = "import {0}; {0}.double(1); print(sum({0}.double.stats.cache_hits.values()))"
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(copied)}
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(checkout)}
     environment.pop("NUMBA_CACHE_DIR", None)
 
-    def loaded(name):
-        options = {"cwd": copied, "env": environment, "capture_output": True, "text": True, "check": True}
+    def count_loaded(name):
+        options = {"cwd": checkout, "env": environment, "capture_output": True, "text": True, "check": True}
         return int(subprocess.run([sys.executable, "-c", call.format(name)], **options).stdout)
 
-    assert [loaded("user"), loaded("other"), loaded("user"), loaded("other")] == [0, 0, 1, 1]
-    with (copied / "kernels" / "estimator" / "statuses.py").open("a") as file:
+    assert [count_loaded("user"), count_loaded("other"), count_loaded("user"), count_loaded("other")] == [0, 0, 1, 1]
+    with (checkout / "kernels" / "estimator" / "statuses.py").open("a") as file:
         file.write("# edited\n")
-    assert [loaded("user"), loaded("other"), loaded("user")] == [0, 1, 1]
+    assert [count_loaded("user"), count_loaded("other"), count_loaded("user")] == [0, 1, 1]
 
 
 MEASURE = """
@@ -166,13 +166,13 @@ def test_last_bits_do_not_depend_on_what_was_compiled_before(tmp_path):
     def measured(folder, first):
         return python(MEASURE.format(first=first), NUMBA_CACHE_DIR=str(tmp_path / folder))
 
-    assert measured("other", True) == ""  # what both call is then taken from the cache
+    assert measured("other", True) == ""  # the code that both call is then loaded from the cache
     assert measured("other", False) == measured("empty", False) != ""
 
 
 def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
-    block, thrown = (fingerprint._with_imports({Path(module.__file__)}) for module in (near_axis_block, twist))
-    block_stems, twist_stems = ({path.stem for path in paths} for paths in (block, thrown))
+    block, twist_files = (fingerprint._with_imports({Path(module.__file__)}) for module in (near_axis_block, twist))
+    block_stems, twist_stems = ({path.stem for path in paths} for paths in (block, twist_files))
     assert {"near_axis_block", "measure", "jit", "exact"} <= block_stems
     assert "twist" not in block_stems
     assert "near_axis_block" not in twist_stems
@@ -184,19 +184,19 @@ def test_a_stamp_covers_the_file_and_what_it_imports_of_kernels(tmp_path):
 
 
 @pytest.mark.slow
-def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for_each_other(stored):
-    found = [float(stored.call("1.0", function)[0]) for function in ("twice", "thrice", "both")]
-    assert found == [2.0, 3.0, 302.0]
+def test_closures_of_one_place_that_several_processes_compiled_are_not_taken_for_each_other(warm_cache):
+    results = [float(warm_cache.call("1.0", function)[0]) for function in ("twice", "thrice", "both")]
+    assert results == [2.0, 3.0, 302.0]
 
 
 @pytest.mark.slow
-def test_what_processes_store_at_one_moment_is_all_there(stored):
+def test_what_processes_store_at_one_moment_is_all_there(warm_cache):
     arguments = ("1.0", "1j", "True", "1.0", "1j", "True")
-    for process in [stored.begin(CALL.format(function="double", argument=argument)) for argument in arguments]:
+    for process in [warm_cache.begin(CALL.format(function="double", argument=argument)) for argument in arguments]:
         assert process.wait() == 0
-    assert len(stored.files()) == 4
+    assert len(warm_cache.files()) == 4
     for argument in ("1", *arguments):
-        assert stored.call(argument)[1] == 1
+        assert warm_cache.call(argument)[1] == 1
 
 
 SLOWLY = """
@@ -214,20 +214,20 @@ import doubled; doubled.double(1.0)
 
 
 @pytest.mark.slow
-def test_a_process_killed_while_it_stores_leaves_nothing_that_is_run(stored):
-    process = stored.begin(SLOWLY)
+def test_a_process_killed_while_it_stores_leaves_nothing_that_is_run(warm_cache):
+    process = warm_cache.begin(SLOWLY)
     assert process.stdout.readline() == "half\n"
     process.send_signal(signal.SIGKILL)
     process.wait()
-    assert stored.call("1.0") == ("2.0", 0)
-    assert stored.call("1.0") == ("2.0", 1)
+    assert warm_cache.call("1.0") == ("2.0", 0)
+    assert warm_cache.call("1.0") == ("2.0", 1)
 
 
 @pytest.mark.slow
-def test_where_nothing_can_be_written_code_is_compiled_for_the_process_alone(stored):
-    shutil.rmtree(stored.folder / "code")
-    (stored.folder / "code").write_text("a file stands where the folder should")
-    assert stored.call("1j") == ("2j", 0)
+def test_where_nothing_can_be_written_code_is_compiled_for_the_process_alone(warm_cache):
+    shutil.rmtree(warm_cache.folder / "code")
+    (warm_cache.folder / "code").write_text("a file stands where the folder should")
+    assert warm_cache.call("1j") == ("2j", 0)
 
 
 # The folder
@@ -235,7 +235,7 @@ def test_where_nothing_can_be_written_code_is_compiled_for_the_process_alone(sto
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """A user's cache folder of our own, and a folder for temporary files beside it."""
+    """Set a user's cache folder, and a second folder for temporary files."""
     cache._folder.cache_clear()
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -249,17 +249,17 @@ def test_a_machine_and_a_checkout_have_a_folder(home, tmp_path):
     assert folder.parent == home / "polhode"
     assert folder.is_dir()
     assert folder.name.startswith(fingerprint.machine()[:16])
-    other = cache._folder("", fingerprint.home(), tmp_path / "another" / "kernels")
-    assert other.parent == folder.parent
-    assert other != folder
+    second_folder = cache._folder("", fingerprint.home(), tmp_path / "another" / "kernels")
+    assert second_folder.parent == folder.parent
+    assert second_folder != folder
 
 
 def test_without_a_named_cache_it_is_the_home_folders(tmp_path, home, monkeypatch):
-    for given in (None, ""):
-        if given is None:
+    for setting in (None, ""):
+        if setting is None:
             monkeypatch.delenv("XDG_CACHE_HOME")
         else:
-            monkeypatch.setenv("XDG_CACHE_HOME", given)
+            monkeypatch.setenv("XDG_CACHE_HOME", setting)
         monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
         assert cache.cache_folder().parent == tmp_path / "home" / ".cache" / "polhode"
 

@@ -20,14 +20,14 @@ def grid(**values):
 
 
 def motion(point):
-    """The five numbers of a motion, by fractions of what was given."""
+    """Return the five numbers of a motion, by fractions of the parameters."""
     moments = [point[name] for name in ("I1", "I2", "I3")]
     a, b, c = (np.arange(3) + int(point["axis"]) - 1) % 3
     return moments[a] / moments[c], moments[b] / moments[c], point["epsilon"], point["phase"], point["omega0"] > 0
 
 
 def first_of_each(points):
-    """The first point of each point's motion, as the two arrays tell it."""
+    """Return the first point of each point's motion, by the two arrays."""
     first, motion = collapse.distinct(rigid_body.Spins(*points))
     assert (np.diff(first) > 0).all()
     assert motion[first].tolist() == list(range(first.size))
@@ -36,21 +36,15 @@ def first_of_each(points):
 
 def test_points_of_one_motion_are_told():
     points = grid(
-        I1=[0.5, 1, 2],
-        I2=[0.7, 1],
-        I3=[1, 2],
-        axis=[1, 2, 3],
-        omega0=[-2, 1, 5],
-        epsilon=[1e-6, 0.1],
-        phase=[0, 1],
+        I1=[0.5, 1, 2], I2=[0.7, 1], I3=[1, 2], axis=[1, 2, 3], omega0=[-2, 1, 5], epsilon=[1e-6, 0.1], phase=[0, 1]
     )
     order = np.random.default_rng(1).permutation(points["axis"].size)  # neighbours that have but one ratio in common
     points = {name: values[order] for name, values in points.items()}
     rows = [motion(dict(zip(NAMES, row, strict=True))) for row in zip(*points.values(), strict=True)]
-    seen = {}
-    expected = [seen.setdefault(row, i) for i, row in enumerate(rows)]
+    first_indices = {}
+    expected = [first_indices.setdefault(row, i) for i, row in enumerate(rows)]
     assert first_of_each(points.values()) == expected
-    assert survey.motions(points) == len(seen) < 0.6 * len(rows)
+    assert survey.motions(points) == len(first_indices) < 0.6 * len(rows)
 
 
 def test_any_signs_of_nought_and_what_is_no_number():
@@ -69,12 +63,12 @@ def test_a_collapsed_points_bits_depend_on_the_point_alone():
         epsilon=1e-3,
         phase=1,
     )
-    whole = survey.collapsed(points, 4.0, 16, 1e-10)
-    for parts in (2, 5, 27):
-        for part in np.array_split(np.random.default_rng(parts).permutation(points["I1"].size), parts):
-            columns = survey.collapsed({name: values[part] for name, values in points.items()}, 4.0, 16, 1e-10)
-            for name in whole:
-                np.testing.assert_array_equal(columns[name], whole[name][part], err_msg=name)
+    all_columns = survey.collapsed(points, 4.0, 16, 1e-10)
+    for num_chunks in (2, 5, 27):
+        for chunk in np.array_split(np.random.default_rng(num_chunks).permutation(points["I1"].size), num_chunks):
+            columns = survey.collapsed({name: values[chunk] for name, values in points.items()}, 4.0, 16, 1e-10)
+            for name in all_columns:
+                np.testing.assert_array_equal(columns[name], all_columns[name][chunk], err_msg=name)
 
 
 def test_collisions_of_the_table_are_told_apart():
@@ -82,5 +76,5 @@ def test_collisions_of_the_table_are_told_apart():
     n = 5000
     values = rng.uniform(0.5, 1.5, (3, n))
     columns = (*values, rng.integers(1, 4, n), np.ones(n), np.full(n, 1e-6), np.full(n, 0.6))
-    twice = [np.concatenate([x, x]) for x in columns]
-    assert first_of_each(twice) == list(itertools.chain(range(n), range(n)))
+    duplicates = [np.concatenate([x, x]) for x in columns]
+    assert first_of_each(duplicates) == list(itertools.chain(range(n), range(n)))

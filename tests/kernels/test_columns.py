@@ -11,7 +11,7 @@ from sweeps.systems.rigid_body.system import CERTIFICATE, FLIPS, TERMS, VARIABLE
 TABLES = (survey.COLUMNS, flips.COLUMNS)
 EVERY = [column for table in TABLES for column in table]
 MAP = VARIABLES | CERTIFICATE | FLIPS | TERMS
-POWERS = {"s-2": 2, "s-1": 1, "rad s-1": 1, "s": -1, "1": 0, "rad": 0, None: 0}  # of time in the units of a map
+POWERS = {"s-2": 2, "s-1": 1, "rad s-1": 1, "s": -1, "1": 0, "rad": 0, None: 0}  # power of time in each unit of a map
 
 
 @pytest.mark.parametrize("column", EVERY, ids=lambda column: column.name)
@@ -19,9 +19,9 @@ def test_a_column_is_what_the_map_says_it_is(column):
     variable = MAP[column.name]
     assert column.power == POWERS[variable.units]
     inside = np.dtype(column.dtype)
-    stored = np.dtype(variable.dtype)
-    # a map may hold a diagnostic in fewer digits; whole numbers are what they are
-    assert inside == stored or (inside, stored) == (np.float64, np.float32)
+    dtype = np.dtype(variable.dtype)
+    # a map may store a diagnostic in fewer digits; integers keep their type
+    assert inside == dtype or (inside, dtype) == (np.float64, np.float32)
 
 
 def test_every_measured_variable_of_a_map_is_a_column():

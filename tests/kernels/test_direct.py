@@ -19,7 +19,7 @@ KINDS = [(NEAR, 7, 4, direct.is_near), (NEAREST, 5, 2, direct.is_nearest)]  # th
 FEWER = 10 if config.DISABLE_JIT else 1  # steps in plain Python are slow
 # nought, or large enough that no term of a series underflows
 STATE, COEFFICIENTS = (
-    st.tuples(*[st.floats(-most, most).map(lambda x: x if abs(x) > 1e-3 else 0.0)] * 3) for most in (1.2, 1.0)
+    st.tuples(*[st.floats(-largest, largest).map(lambda x: x if abs(x) > 1e-3 else 0.0)] * 3) for largest in (1.2, 1.0)
 )
 
 
@@ -39,16 +39,16 @@ def random_body(rng):
     return masses.sum() - masses
 
 
-def near_terms(state, k, order, summed=7, factors=4):
-    """The series of the near step by its definition: a to its 7th term, of which 0 to 4 take part in b and c."""
+def near_terms(state, k, order, num_terms=7, factors=4):
+    """The series of the near step by its definition: a to its 7th term; its terms 0 to 4 contribute to b and c."""
     a, b, c = ([x] for x in state)
     for n in range(order):
         spin = k[0] / (n + 1) * math.fsum(b[i] * c[n - i] for i in range(n + 1))
         terms = [
-            k[m] / (n + 1) * math.fsum(a[i] * other[n - i] for i in range(min(n, factors) + 1))
-            for m, other in ((1, c), (2, b))
+            k[m] / (n + 1) * math.fsum(a[i] * factor[n - i] for i in range(min(n, factors) + 1))
+            for m, factor in ((1, c), (2, b))
         ]
-        a.append(spin if n < summed else 0.0)
+        a.append(spin if n < num_terms else 0.0)
         b.append(terms[0])
         c.append(terms[1])
     return a, b, c
@@ -56,14 +56,14 @@ def near_terms(state, k, order, summed=7, factors=4):
 
 @pytest.mark.parametrize(
     ("steps", "series"),
-    [(STEPS, taylor_terms), (NEAR, near_terms), (NEAREST, partial(near_terms, summed=5, factors=2))],
+    [(STEPS, taylor_terms), (NEAR, near_terms), (NEAREST, partial(near_terms, num_terms=5, factors=2))],
     ids=["whole", "near", "nearest"],
 )
 @pytest.mark.parametrize("order", direct.ORDERS)
 @given(state=STATE, k=COEFFICIENTS)
 def test_step_is_the_sum_of_the_series_to_its_order(steps, series, order, state, k):
     terms = series(state, k, order)
-    # rounding: an ulp or two of the sum of absolute terms, of which the cancelling products are the larger
+    # rounding: an ulp or two of the sum of absolute terms, in which the cancelling products dominate
     absolute = series([abs(x) for x in state], [abs(x) for x in k], order)
     for ours, mine, size in zip(steps[order](*state, *k), terms, absolute, strict=True):
         assert abs(ours - math.fsum(mine)) <= 4 * ULP * sum(size)
@@ -76,42 +76,42 @@ def test_a_small_perturbation_keeps_its_relative_digits(step, spin, k, exponent)
     a, b, c = step(spin, 0.8 * small, 0.6 * small, *k)
     with mpmath.workdps(40):
         flow = mpmath.expm(mpmath.mpf(spin) * mpmath.matrix([[0, k[1]], [k[2], 0]]))
-        moved = flow * mpmath.matrix([mpmath.mpf(0.8), mpmath.mpf(0.6)])
+        expected = flow * mpmath.matrix([mpmath.mpf(0.8), mpmath.mpf(0.6)])
     assert a == spin
     # the term left out, 1/11! of a step of one radian at most, and the square of the perturbation
-    np.testing.assert_allclose([b / small, c / small], [float(x) for x in moved], rtol=0, atol=3e-8)
+    np.testing.assert_allclose([b / small, c / small], [float(x) for x in expected], rtol=0, atol=3e-8)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("order", direct.ORDERS)
 def test_near_step_holds_every_term_it_takes(order, kind):
     state, k = (1.1, 1.2, 1.3), (0.71, 0.73, 0.79)
-    steps, summed, factors, _ = kind
-    for ours, mine in zip(steps[order](*state, *k), near_terms(state, k, order, summed, factors), strict=True):
-        assert max(mine[summed], mine[order]) > 0.005
+    steps, num_terms, factors, _ = kind
+    for ours, mine in zip(steps[order](*state, *k), near_terms(state, k, order, num_terms, factors), strict=True):
+        assert max(mine[num_terms], mine[order]) > 0.005
         assert ours == pytest.approx(math.fsum(mine), rel=6 * ULP, abs=0)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_near_step_leaves_out_no_more_than_it_says(kind):
-    steps, summed, factors, _ = kind
+    steps, num_terms, factors, _ = kind
     rng = np.random.default_rng(33)
-    seen = []
+    ratios = []
     for _ in range(500 // FEWER):
         c = np.array(rigid_body.euler_coefficients(*random_body(rng)))
         size, angle, h = 10 ** rng.uniform(-3, -1), rng.uniform(0, 2 * np.pi), rng.uniform(0.2, 0.5)
         state, k = (1.0, size * math.cos(angle), size * math.sin(angle)), c * h
         x = np.abs(k).max()
-        apart = np.array(steps[12](*state, *k)) - taylor.step_12(*state, *k)
+        deviation = np.array(steps[12](*state, *k)) - taylor.step_12(*state, *k)
         # from the docstring's two terms, for one step; 1.2 for the terms that follow the first one left out
         spin, coupling = (
             1.2 * size**2 * (2 * x) ** n / (share * math.factorial(n))
-            for n, share in ((summed + 1, 2), (factors + 2, 4))
+            for n, share in ((num_terms + 1, 2), (factors + 2, 4))
         )
-        assert abs(apart[0]) <= spin + 1e-15
-        assert np.hypot(*apart[1:]) <= coupling * size + 1e-16
-        seen.append(np.hypot(*apart[1:]) / (coupling * size))
-    assert max(seen) > 0.01  # and not a hundred times less everywhere
+        assert abs(deviation[0]) <= spin + 1e-15
+        assert np.hypot(*deviation[1:]) <= coupling * size + 1e-16
+        ratios.append(np.hypot(*deviation[1:]) / (coupling * size))
+    assert max(ratios) > 0.01  # and not a hundred times less everywhere
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -127,8 +127,8 @@ def test_a_near_run_keeps_its_share_of_the_tolerance(samples, kind):
             state, near = taylor.step_12(*state, *(c * h)), steps[12](*near, *(c * h))
             if np.hypot(*state[1:]) > size:  # it has grown out of the size that it was allowed for
                 break
-            apart = np.hypot(near[1] - state[1], near[2] - state[2]) / size
-            assert apart <= direct.NEAR_SHARE * tolerance, axis
+            deviation = np.hypot(near[1] - state[1], near[2] - state[2]) / size
+            assert deviation <= direct.NEAR_SHARE * tolerance, axis
 
 
 def test_what_is_near():
@@ -185,8 +185,8 @@ def test_truncation_bounds_the_first_term_left_out(order):
     assert direct.truncation(1e-9, order) == pytest.approx(1 / math.factorial(order + 1), rel=1e-12, abs=0)
 
 
-def left_out(order, steps, x, size, samples):
-    """Share of the perturbation left out over a run; 6 % for what follows the first term left out."""
+def truncation_error(order, steps, x, size, samples):
+    """Share of the perturbation left out over a run; 6 % for the terms after the first omitted term."""
     return 1.06 * samples * steps * (x / steps) ** (order + 1) * direct.truncation(size, order)
 
 
@@ -195,25 +195,25 @@ def left_out(order, steps, x, size, samples):
 def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, exponent):
     tolerance = 10**exponent
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
-    chosen, steps = direct.choose(x, size, coefficients, samples, tolerance)
+    code, steps = direct.choose(x, size, coefficients, samples, tolerance)
     near = direct.is_near(x, size, samples, tolerance)
-    assert chosen % 3 == (2 if near and direct.is_nearest(x, size, samples, tolerance) else near)
+    assert code % 3 == (2 if near and direct.is_nearest(x, size, samples, tolerance) else near)
     allowed = tolerance * (1 - direct.NEAR_SHARE) if near else tolerance
-    chosen = direct.ORDERS[chosen // 3]
-    assert left_out(chosen, steps, x, size, samples) <= allowed * (1 + 1e-12)
-    work = steps * (chosen * (chosen + 1) + 40)
+    code = direct.ORDERS[code // 3]
+    assert truncation_error(code, steps, x, size, samples) <= allowed * (1 + 1e-12)
+    work = steps * (code * (code + 1) + 40)
     for order in direct.ORDERS:
         cheaper = math.ceil(work / (order * (order + 1) + 40)) - 1
-        assert cheaper < 1 or left_out(order, cheaper, x, size, samples) > allowed * (1 - 1e-12)
+        assert cheaper < 1 or truncation_error(order, cheaper, x, size, samples) > allowed * (1 - 1e-12)
 
 
 def test_the_choice_at_the_ends_of_its_range():
     small = tuple(direct.truncation(1e-3, order) for order in direct.ORDERS)
     large = tuple(direct.truncation(1.0, order) for order in direct.ORDERS)
-    border = left_out(12, 1, 0.5, 1e-3, 64)
+    border = truncation_error(12, 1, 0.5, 1e-3, 64)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (6, 1)
     assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (3, 2)
-    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (3, 5)  # 5 of 110 + 40, beside 4 of 156 + 40 and 10 of 72 + 40
+    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (3, 5)  # 5 of 110 + 40, against 4 of 156 + 40 and 10 of 72 + 40
     assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (2, 1)
     assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (0, 1)
     assert direct.choose(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
@@ -251,11 +251,11 @@ def transverse_error(moments, start, axis, times, tolerance):
     ours, true = direct.rotation(moments, start, times, tolerance), exact.rotation(moments, start, times)
     size = np.maximum.accumulate(np.hypot(true[:, b], true[:, c]))
     error = np.hypot(ours[:, b] - true[:, b], ours[:, c] - true[:, c]) / size
-    # a motion that has flipped magnifies the rounding of its large components by its small ones
+    # a motion that has flipped magnifies the rounding of its large components by its small components
     return error[size <= 10 * size[0]].max()
 
 
-def nudged(axis, epsilon, phase, spin=1.0):
+def perturbed_spin(axis, epsilon, phase, spin=1.0):
     return np.roll([spin, epsilon * spin * math.cos(phase), epsilon * spin * math.sin(phase)], axis - 1)
 
 
@@ -265,7 +265,7 @@ def test_the_error_stays_within_the_tolerance(tolerance):
     times = np.linspace(0, 8 * np.pi, 17)
     for _ in range(100 // FEWER):
         moments, axis = random_body(rng), int(rng.integers(1, 4))
-        start = nudged(axis, 10 ** rng.uniform(-6, math.log10(0.3)), rng.uniform(0, 6.3), rng.uniform(0.5, 2))
+        start = perturbed_spin(axis, 10 ** rng.uniform(-6, math.log10(0.3)), rng.uniform(0, 6.3), rng.uniform(0.5, 2))
         assert transverse_error(moments, start, axis, times / np.abs(start).max(), tolerance) <= tolerance
 
 
@@ -283,24 +283,24 @@ def test_short_and_loose_intervals_take_one_step_and_no_less():
 def test_a_thousand_rotations(axis, epsilon):
     rotations = 1000 // FEWER**2
     times = np.linspace(0, 2 * np.pi * rotations, 5)
-    # the rounding of the steps, some 1e-16 each, turned into phase; a stable axis, for the other one flips
-    assert transverse_error([1.0, 2.0, 2.7], nudged(axis, epsilon, 0.6), axis, times, 1e-10) <= 3e-10
+    # the rounding of the steps, some 1e-16 each, turned into phase; a stable axis, for the intermediate axis flips
+    assert transverse_error([1.0, 2.0, 2.7], perturbed_spin(axis, epsilon, 0.6), axis, times, 1e-10) <= 3e-10
 
 
 def test_a_broken_coefficient_shows_in_the_perturbation_alone():
     c = rigid_body.euler_coefficients(3.0, 1.0, 2.0)
     drifts = {}
-    for broken in (0.0, 1e-6):
+    for defect in (0.0, 1e-6):
         a, b, w = 1.0, 8e-7, 6e-7
         before = rigid_body.perturbation_invariant(b, w, c[1], c[2])
         energy = rigid_body.twice_energy(a, b, w, 3.0, 1.0, 2.0)
-        drifts[broken] = 0.0
+        drifts[defect] = 0.0
         for _ in range(64):
             h = 2 * np.pi / 16
-            a, b, w = taylor.step_10(a, b, w, c[0] * h, c[1] * (1 + broken) * h, c[2] * h)
+            a, b, w = taylor.step_10(a, b, w, c[0] * h, c[1] * (1 + defect) * h, c[2] * h)
             after = rigid_body.perturbation_invariant(b, w, c[1], c[2])
-            drifts[broken] = max(drifts[broken], abs(after[0] - before[0]) / before[1])
-        # energy sees nothing of it: the perturbation is 1e-12 of it
+            drifts[defect] = max(drifts[defect], abs(after[0] - before[0]) / before[1])
+        # the energy does not change: the perturbation is 1e-12 of it
         assert abs(rigid_body.twice_energy(a, b, w, 3.0, 1.0, 2.0) / energy - 1) < 1e-13
     assert drifts[0.0] < 1e-10
     assert drifts[1e-6] > 1e-7
@@ -322,7 +322,7 @@ def test_rotation_in_any_order_and_backwards():
 
 @given(COEFFICIENTS, st.integers(-900, 900))
 def test_rotation_in_other_units_has_the_same_bits(wiggle, exponent):
-    moments, start = np.array([1.0, 2.0, 2.7]) + 0.1 * np.array(wiggle), nudged(2, 0.1, 0.6)
+    moments, start = np.array([1.0, 2.0, 2.7]) + 0.1 * np.array(wiggle), perturbed_spin(2, 0.1, 0.6)
     times = np.array([0.0, 1.0, -2.0, 7.0])
     plain = direct.rotation(moments, start, times)
     unit = 2.0**exponent
@@ -342,7 +342,7 @@ def test_rotation_of_nothing():
 
 
 @pytest.mark.parametrize(
-    ("moments", "omega", "times", "tolerance", "told"),
+    ("moments", "omega", "times", "tolerance", "message"),
     [
         ([1, 2], [1, 0, 0], [0], 1e-10, "moments must be three finite numbers"),
         ([1, 2, np.inf], [1, 0, 0], [0], 1e-10, "moments must be three finite numbers"),
@@ -357,8 +357,8 @@ def test_rotation_of_nothing():
         ([1, 2, 3], [1, 0, 0], [0], np.nan, "tolerance must lie in"),
     ],
 )
-def test_rotation_says_what_is_wrong(moments, omega, times, tolerance, told):
-    with pytest.raises(ValueError, match=told):
+def test_rotation_says_what_is_wrong(moments, omega, times, tolerance, message):
+    with pytest.raises(ValueError, match=message):
         direct.rotation(moments, omega, times, tolerance)
 
 

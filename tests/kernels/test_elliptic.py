@@ -55,19 +55,19 @@ def forty_digits():
 def table(request):
     """Rows (u, m, m1, ours, mpmath's) over both ends of the parameter and all sizes of argument, every second."""
     rng = np.random.default_rng(1)
-    drawn = [(x, 1.0 - x) for x in rng.random(8)][:4]
+    random_parameters = [(x, 1.0 - x) for x in rng.random(8)][:4]
     with mp.workdps(40):
         return [
             (u, m, m1, jacobi(u, m, m1), real_ellipfun(u, m, m1))
-            for m, m1 in PARAMETERS + drawn
+            for m, m1 in PARAMETERS + random_parameters
             for u in map(float, arguments(m, m1, rng)[request.param :: 2])
         ]
 
 
 def test_jacobi_is_right_to_two_roundings(table):
     for u, m, m1, ours, theirs in table:
-        for found, wanted in zip(ours, theirs, strict=True):
-            assert abs(found - wanted) <= BAR * (1.0 + abs(u)), (u, m, m1)
+        for value, expected in zip(ours, theirs, strict=True):
+            assert abs(value - expected) <= BAR * (1.0 + abs(u)), (u, m, m1)
 
 
 def test_small_values_keep_their_relative_digits(table):
@@ -98,16 +98,16 @@ def test_jacobi_short_agrees_on_its_range():
     rng = np.random.default_rng(2)
     for u in [0.5, -0.5, 1e-9, *rng.uniform(-0.5, 0.5, 60)]:
         for m in [0.0, 1.0, float(rng.random())]:
-            wanted = real_ellipfun(u, m, 1.0 - m)
-            for found, value in zip(elliptic.jacobi_short(u, m), wanted, strict=True):
-                assert abs(found - value) <= 1e-15 * abs(value)  # three duplications, some nine roundings
+            expected = real_ellipfun(u, m, 1.0 - m)
+            for result, value in zip(elliptic.jacobi_short(u, m), expected, strict=True):
+                assert abs(result - value) <= 1e-15 * abs(value)  # three duplications, some nine roundings
 
 
 def test_complete_integral():
     for m, m1 in PARAMETERS:
         if m1 > 0.0:
-            wanted = quarter_period(m, m1)
-            assert abs(elliptic.K(m, m1) - wanted) <= 3e-16 * wanted  # two roundings and that of pi/2
+            expected = quarter_period(m, m1)
+            assert abs(elliptic.K(m, m1) - expected) <= 3e-16 * expected  # two roundings and that of pi/2
     assert elliptic.K(1.0, 0.0) == math.inf
 
 
@@ -119,8 +119,8 @@ def test_double_doubles_are_exact():
         r, e = elliptic.two_product(x, y)
         assert Fraction(r) + Fraction(e) == Fraction(x) * Fraction(y)
         h, e = elliptic.double_product(x, 1e-17 * x, y, -1e-17 * y)
-        wanted = (Fraction(x) + Fraction(1e-17 * x)) * (Fraction(y) + Fraction(-1e-17 * y))
-        assert abs(Fraction(h) + Fraction(e) - wanted) <= abs(wanted) * Fraction(2) ** -100
+        expected = (Fraction(x) + Fraction(1e-17 * x)) * (Fraction(y) + Fraction(-1e-17 * y))
+        assert abs(Fraction(h) + Fraction(e) - expected) <= abs(expected) * Fraction(2) ** -100
         h, e = elliptic.double_sqrt(abs(x), 1e-17 * abs(x))
-        wanted = Fraction(abs(x)) + Fraction(1e-17 * abs(x))
-        assert abs((Fraction(h) + Fraction(e)) ** 2 - wanted) <= wanted * Fraction(2) ** -98
+        expected = Fraction(abs(x)) + Fraction(1e-17 * abs(x))
+        assert abs((Fraction(h) + Fraction(e)) ** 2 - expected) <= expected * Fraction(2) ** -98

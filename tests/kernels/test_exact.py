@@ -1,8 +1,8 @@
 """The closed form and the exact step against the differential equation, solved in high precision.
 
 Two references that are not ours.  ``taylor`` integrates Euler's equations in 220-bit integers by their Taylor
-series; it knows no elliptic function.  ``textbook`` is the solution in the textbook's terms, L^2, 2E and a
-starting phase, by mpmath at 50 digits; it reaches any time.  They are held against each other first.
+series; it uses no elliptic function.  ``textbook`` is the solution in the textbook's terms, L^2, 2E and a
+starting phase, by mpmath at 50 digits; it reaches any time.  The first test compares them with each other.
 """
 
 import itertools
@@ -39,7 +39,7 @@ def taylor(moments, start, times, order=44):
     w = [int(Fraction(float(x)) / size * 2**BITS) for x in start]
     c_fixed = [int(x * 2**BITS) for x in c]
     longest = Fraction(1, 8) / max(Fraction(1, 10), *(abs(x) for x in c))
-    found, now = [], Fraction(0)
+    rows, now = [], Fraction(0)
     for time in times:
         gap = Fraction(float(time)) * size - now
         steps = math.ceil(gap / longest)
@@ -47,8 +47,8 @@ def taylor(moments, start, times, order=44):
             w = taylor_step(w, c_fixed, int(gap / steps * 2**BITS), order)
         now += gap
         unit = mp.mpf(size.numerator) / size.denominator / mp.mpf(2) ** BITS
-        found.append([x * unit for x in w])
-    return found
+        rows.append([x * unit for x in w])
+    return rows
 
 
 def taylor_step(w, c, h, order):
@@ -71,16 +71,16 @@ class Textbook:
         L2, E2 = sum((a * b) ** 2 for a, b in zip(I, w, strict=True)), sum(a * b**2 for a, b in zip(I, w, strict=True))
         low, s, high = sorted(range(3), key=lambda i: I[i])
         c, d = (low, high) if E2 * I[s] < L2 else (high, low)
-        both = (I[d] - I[s]) * (L2 - E2 * I[c])
+        product = (I[d] - I[s]) * (L2 - E2 * I[c])
         self.roles = s, c, d
-        self.p = mp.sqrt(both / (I[0] * I[1] * I[2]))
-        self.m = (I[s] - I[c]) * (E2 * I[d] - L2) / both
-        self.m1 = (I[d] - I[c]) * (L2 - E2 * I[s]) / both
+        self.p = mp.sqrt(product / (I[0] * I[1] * I[2]))
+        self.m = (I[s] - I[c]) * (E2 * I[d] - L2) / product
+        self.m1 = (I[d] - I[c]) * (L2 - E2 * I[s]) / product
         self.K = mp.ellipk(self.m)
         A_s = mp.sqrt((E2 * I[d] - L2) / (I[s] * (I[d] - I[s])))
         A_c = mp.sqrt((E2 * I[d] - L2) / (I[c] * (I[d] - I[c])))
         A_d = mp.sqrt((L2 - E2 * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
-        # at cn = 1 the sn component must rise as Euler's equation says
+        # at cn = 1 the sn component must rise by Euler's equation
         rises = (I[(s + 1) % 3] - I[(s + 2) % 3]) * A_d > 0
         self.amplitudes = A_s if rises else -A_s, A_c, A_d
         self.u0 = self.phase(w[s] / self.amplitudes[0], w[c] / A_c)
@@ -91,10 +91,10 @@ class Textbook:
 
     def __call__(self, t):
         u = self.p * mp.mpf(t) + self.u0
-        found = [None] * 3
+        components = [None] * 3
         for axis, amplitude, name in zip(self.roles, self.amplitudes, ("sn", "cn", "dn"), strict=True):
-            found[axis] = amplitude * mp.ellipfun(name, u, m=self.m)
-        return found
+            components[axis] = amplitude * mp.ellipfun(name, u, m=self.m)
+        return components
 
 
 def textbook(moments, start, t):
@@ -108,16 +108,16 @@ def sensitivity(moments, start, t):
     base = textbook(inputs[:3], inputs[3:6], inputs[6])
     total = [mp.mpf(0)] * 3
     for i in range(7):
-        moved = list(inputs)
-        moved[i] *= 1 + small
-        other = textbook(moved[:3], moved[3:6], moved[6])
-        total = [sum_ + abs(a - b) / small for sum_, a, b in zip(total, other, base, strict=True)]
+        changed_inputs = list(inputs)
+        changed_inputs[i] *= 1 + small
+        changed_motion = textbook(changed_inputs[:3], changed_inputs[3:6], changed_inputs[6])
+        total = [sum_ + abs(a - b) / small for sum_, a, b in zip(total, changed_motion, base, strict=True)]
     return float(max(total))
 
 
-def distance(found, wanted):
+def distance(rows, expected):
     """Largest difference over all components, ``wanted`` in mpmath numbers."""
-    return max(float(abs(a - b)) for x, y in zip(found, wanted, strict=True) for a, b in zip(x, y, strict=True))
+    return max(float(abs(a - b)) for x, y in zip(rows, expected, strict=True) for a, b in zip(x, y, strict=True))
 
 
 def perturbed(axis, omega0, epsilon, phi):
@@ -140,8 +140,8 @@ def step_constants(top, h):
     )
 
 
-def marched(moments, start, h, steps):
-    """Steps one by one: a loop that is compiled around them would take longer to compile than all steps here take."""
+def take_steps(moments, start, h, steps):
+    """Take steps in plain Python: compiling a loop would take longer than all steps."""
     q = step_constants(exact.set_up(*moments, *start), h)
     out = [tuple(map(float, start))]
     for _ in range(steps):
@@ -161,8 +161,8 @@ def fifty_digits():
 def test_the_two_references_agree():
     for moments, start in zip(BODIES, SIGNS, strict=False):
         start = np.array([0.4, 0.9, 0.5]) * start
-        wanted = taylor(moments, start, [9.0], order=64)
-        assert distance([textbook(moments, start, 9.0)], wanted) < 1e-47
+        expected = taylor(moments, start, [9.0], order=64)
+        assert distance([textbook(moments, start, 9.0)], expected) < 1e-47
 
 
 # ---- the closed form ----
@@ -175,16 +175,16 @@ def test_every_order_of_axes_and_every_sign_solves_eulers_equations(case):
     moments, start = case
     for signs in SIGNS:
         begin = np.array(start) * signs
-        found = exact.rotation(moments, begin, [4.0])
+        motion = exact.rotation(moments, begin, [4.0])
         # 1e-15 (1 + |w| t + p t) max|w| with |w| t, p t <= 4.4
-        assert distance(found, taylor(moments, begin, [4.0], order=28)) < 1e-14
+        assert distance(motion, taylor(moments, begin, [4.0], order=28)) < 1e-14
 
 
 def test_any_time_up_to_ten_thousand_rotations():
     rng = np.random.default_rng(3)
-    tried = 0
-    while tried < 120:
-        moments = rng.uniform(0.3, 1.5, 3) if tried % 2 else 10.0 ** rng.uniform(-3, 3, 3)
+    count = 0
+    while count < 120:
+        moments = rng.uniform(0.3, 1.5, 3) if count % 2 else 10.0 ** rng.uniform(-3, 3, 3)
         start = rng.normal(size=3) * 10.0 ** rng.uniform(-3, 3) * 10.0 ** rng.uniform(-4, 0, 3)
         size = np.linalg.norm(start)
         t = rng.choice([-1, 1]) * 2 * np.pi / size * 10.0 ** rng.uniform(-1, 4)
@@ -192,7 +192,7 @@ def test_any_time_up_to_ten_thousand_rotations():
         p = top.p * top.unit
         if top.m1 <= 1e-6:
             continue
-        tried += 1
+        count += 1
         error = distance(exact.rotation(moments, start, [t]), [textbook(moments, start, t)])
         bar = 1e-15 * (1 + size * abs(t) + p * abs(t)) * abs(start).max()
         if error > bar:  # the inputs' own roundings move the solution by more
@@ -201,7 +201,7 @@ def test_any_time_up_to_ten_thousand_rotations():
 
 
 def test_rounding_of_the_inputs_is_all_that_is_lost():
-    # ten units of the inputs' rounding, times the sensitivity: what some dozen roundings of p, m1 and the
+    # ten units of the inputs' rounding, times the sensitivity: as some dozen roundings of p, m1 and the
     # components come to; the bar above allows fifty
     rng = np.random.default_rng(4)
     for _ in range(15):
@@ -223,19 +223,19 @@ def near_separatrix(rng, offset, spread):
 @pytest.mark.parametrize("exponent", repeated.but((-15, -11, -6), range(-15, -5)))
 def test_near_the_separatrix(exponent):
     rng = np.random.default_rng(-exponent)
-    tried = 0
+    count = 0
     for sign in (-1, 1) * 8:
         moments, start = near_separatrix(rng, sign * 10.0**exponent, spread=0.3)
         m1 = exact.set_up(*moments, *start).m1
         if not 0.0 < m1 <= 1e-6:
             continue
-        tried += 1
+        count += 1
         theirs = Textbook(moments, start)
         assert abs(m1 / theirs.m1 - 1) < 2e-15  # some eight roundings after an exact difference
         times = 2 * np.pi / np.linalg.norm(start) * np.array([1.0, 7.0, 20.0])
         error = distance(exact.rotation(moments, start, times), [theirs(t) for t in times])
-        assert error <= 1e-13 * abs(start).max()  # the bar asks for 1e-10; p t reaches 100
-    assert tried >= 2
+        assert error <= 1e-13 * abs(start).max()  # the bar is 1e-10; p t reaches 100
+    assert count >= 2
 
 
 def test_the_difference_from_the_separatrix_is_exact():
@@ -244,20 +244,20 @@ def test_the_difference_from_the_separatrix_is_exact():
         moments, start = near_separatrix(rng, 10.0**exponent, spread=2.0)  # differences that round
         (low, middle, high), (w_low, w_high) = np.sort(moments), start[[np.argmin(moments), np.argmax(moments)]]
         a, b, c, x, y = (Fraction(v) for v in (low, middle, high, w_low, w_high))
-        wanted = c * (c - b) * y**2 - a * (b - a) * x**2
-        found = elliptic_constants.separatrix_offset(low, middle, high, w_low, w_high)
-        assert abs(Fraction(found) - wanted) <= abs(wanted) * Fraction(1e-15)  # rounded once
+        expected = c * (c - b) * y**2 - a * (b - a) * x**2
+        motion = elliptic_constants.separatrix_offset(low, middle, high, w_low, w_high)
+        assert abs(Fraction(motion) - expected) <= abs(expected) * Fraction(1e-15)  # rounded once
 
 
 def test_on_the_separatrix_itself():
     moments, start = (1.0, 2.0, 2.25), (3.0, 5.0, 4.0)  # 2.25 (2.25 - 2) 4^2 = 1 (2 - 1) 3^2
     assert exact.set_up(*moments, *start)[1:3] == (1.0, 0.0)
     times = np.array([0.1, 1.0, 3.0, 6.0])
-    found, wanted = exact.rotation(moments, start, times), taylor(moments, start, times)
-    assert distance(found, wanted) < 1e-14  # max|w| = 7 and p t = 20, but the motion contracts
+    motion, expected = exact.rotation(moments, start, times), taylor(moments, start, times)
+    assert distance(motion, expected) < 1e-14  # max|w| = 7 and p t = 20, but the motion contracts
     for axis in (0, 2):  # the decaying components keep their relative digits
-        assert all(abs(a[axis] / b[axis] - 1) < 2e-14 for a, b in zip(found, wanted, strict=True))
-    # dw2/dt > 0 here: from -A_s to A_s, where A_s^2 = 5^2 + 3^2 (I3 - I1) I1/(I2 (I3 - I2)) = 47.5
+        assert all(abs(a[axis] / b[axis] - 1) < 2e-14 for a, b in zip(motion, expected, strict=True))
+    # dw2/dt > 0 here: from -A_s to A_s; A_s^2 = 5^2 + 3^2 (I3 - I1) I1/(I2 (I3 - I2)) = 47.5
     ends = exact.rotation(moments, start, [-1e3, 1e3, 1e8])
     assert ends == pytest.approx(np.array([[0, -1, 0], [0, 1, 0], [0, 1, 0]]) * math.sqrt(47.5), rel=1e-15)
 
@@ -267,9 +267,9 @@ def test_on_the_separatrix_itself():
 def test_an_exact_spin_stays(moments, axis):
     start = np.zeros(3)
     start[axis] = -1.3
-    found = exact.rotation(moments, start, [0.0, 1.0, 1e3, 1e6])
-    assert np.delete(found, axis, 1).tolist() == [[0.0, 0.0]] * 4
-    assert found[:, axis] == pytest.approx(-1.3, rel=1e-15)  # cos^2 + sin^2 to a few roundings
+    motion = exact.rotation(moments, start, [0.0, 1.0, 1e3, 1e6])
+    assert np.delete(motion, axis, 1).tolist() == [[0.0, 0.0]] * 4
+    assert motion[:, axis] == pytest.approx(-1.3, rel=1e-15)  # cos^2 + sin^2 to a few roundings
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -279,13 +279,13 @@ def test_a_perturbation_keeps_its_relative_digits(axis, epsilon):
     across = [(axis + 1) % 3, (axis + 2) % 3]
     for moments, phi in zip(BODIES, (0.6, 2.5, 4.0) * 2, strict=True):
         start = perturbed(axis, 1.7, epsilon, phi)
-        found = exact.rotation(moments, start, times)
+        motion = exact.rotation(moments, start, times)
         with mp.workdps(80):
-            wanted = np.array([textbook(moments, start, t) for t in times])
-        size = np.hypot(*wanted[:, across].astype(float).T)
+            expected = np.array([textbook(moments, start, t) for t in times])
+        size = np.hypot(*expected[:, across].astype(float).T)
         largest = np.maximum.accumulate([np.hypot(*start[across]), *size])[1:]
-        error = abs(found - wanted).astype(float)[:, across].max(1)
-        assert (error / largest).max() < 3e-14  # the bar asks for 1e-12; roundings of p t = 15 grow no further
+        error = abs(motion - expected).astype(float)[:, across].max(1)
+        assert (error / largest).max() < 3e-14  # the bar is 1e-12; roundings of p t = 15 grow no further
 
 
 def test_a_perturbation_grows_though_its_square_underflows():
@@ -331,8 +331,8 @@ def test_degenerate_bodies(name):
     a, b, c = DEGENERATE[name]
     orders = [(a, b, c), (b, c, a), (c, b, a)]
     for moments, start in [(order, start) for k, order in enumerate(orders) for start in STARTS[k % 2 :: 2]]:
-        found = exact.rotation(moments, start, times)
-        assert distance(found, taylor(moments, start, times, order=26)) < 2.5e-14  # 1e-15 (1 + 12 + 12)
+        motion = exact.rotation(moments, start, times)
+        assert distance(motion, taylor(moments, start, times, order=26)) < 2.5e-14  # 1e-15 (1 + 12 + 12)
 
 
 @pytest.mark.parametrize("moment_unit", [2.0**-996, 2.0**530, 2.0**990])
@@ -341,8 +341,8 @@ def test_units_change_nothing(moment_unit, rate_unit):
     moments, start = np.array([1.0, 1.7, 2.3]), np.array([0.3, 1e-6, -0.8])
     times = np.array([-3.0, 0.1, 50.0])
     plain = exact.rotation(moments, start, times)
-    other = exact.rotation(moments * moment_unit, start * rate_unit, times / rate_unit)
-    assert (other == plain * rate_unit).all()  # powers of two: to the bit
+    in_units = exact.rotation(moments * moment_unit, start * rate_unit, times / rate_unit)
+    assert (in_units == plain * rate_unit).all()  # powers of two: to the bit
     for axis in (1, 2, 3):
         tilt = exact.max_tilt(exact.set_up(*(moments * moment_unit), *(start * rate_unit)), axis)
         assert tilt == exact.max_tilt(exact.set_up(*moments, *start), axis)
@@ -375,25 +375,25 @@ def test_the_step_is_the_closed_form_over_the_default_run(epsilon, axis):
     h, across = 2 * np.pi / 16, [(axis + 1) % 3, (axis + 2) % 3]
     for moments in BODIES:
         start = perturbed(axis, 1.0, epsilon, 0.6)
-        found, wanted = marched(moments, start, h, 64), exact.rotation(moments, start, np.arange(65) * h)
-        largest = np.maximum.accumulate(np.hypot(*wanted[:, across].T))
-        error = abs(found - wanted)
-        assert error.max() < 1e-13  # the bar asks for 1e-12; some ten roundings a step, 64 steps
+        motion, expected = take_steps(moments, start, h, 64), exact.rotation(moments, start, np.arange(65) * h)
+        largest = np.maximum.accumulate(np.hypot(*expected[:, across].T))
+        error = abs(motion - expected)
+        assert error.max() < 1e-13  # the bar is 1e-12; some ten roundings a step, 64 steps
         assert (error[:, across].max(1) / largest).max() < 1e-13
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e-2, 0.1, 0.5, 0.9])
 def test_a_thousand_steps_of_any_length(share):
-    # Each rounding of the state moves it to a neighbouring trajectory, whose period differs as 1/m1: the bar holds
-    # as it stands down to m1 = 0.05, and grows as 1/m1 below.
+    # Each rounding of the state moves it to a neighbouring trajectory with a period that differs as 1/m1: the bar is
+    # constant down to m1 = 0.05, and grows as 1/m1 below.
     rng = np.random.default_rng(7)
     for _ in range(20):
         moments, start = rng.uniform(0.3, 1.5, 3), rng.normal(size=3)
         top = exact.set_up(*moments, *start)
         m1, h = top.m1, share * exact.flip_period(top)
-        found, wanted = marched(moments, start, h, 1000), exact.rotation(moments, start, np.arange(1001) * h)
+        motion, expected = take_steps(moments, start, h, 1000), exact.rotation(moments, start, np.arange(1001) * h)
         bar = 1e-10 * max(1.0, 0.05 / m1)
-        assert abs(found - wanted).max() <= bar * abs(start).max(), (moments, start)
+        assert abs(motion - expected).max() <= bar * abs(start).max(), (moments, start)
 
 
 @pytest.mark.parametrize("moments", BODIES)
@@ -426,9 +426,9 @@ def test_the_short_constants_agree():
         moments, start = rng.uniform(0.3, 1.5, 3), rng.normal(size=3)
         top = exact.set_up(*moments, *start)
         h = rng.uniform(-1, 1) / (top.p * top.unit)
-        wanted = step_constants(top, h)
-        found = exact.short_step_constants(tuple(moments), tuple(start), h)
-        assert found == pytest.approx(wanted, rel=3e-15)  # 1e-15 a function
+        expected = step_constants(top, h)
+        motion = exact.short_step_constants(tuple(moments), tuple(start), h)
+        assert motion == pytest.approx(expected, rel=3e-15)  # 1e-15 a function
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
@@ -443,7 +443,7 @@ def test_a_loop_over_lanes_compiles_to_packed_code():
     assert "divpd" in "".join(lanes.inspect_asm().values())
 
 
-# ---- what a trajectory is ----
+# ---- properties of a trajectory ----
 
 
 def drawn_trajectories(count, seed):
@@ -461,20 +461,20 @@ def test_constants_of_a_trajectory():
         assert abs(top.m / theirs.m - 1) < 2e-15
         assert abs(top.m1 / theirs.m1 - 1) < 2e-15
         assert top.axes == tuple(i + 1 for i in theirs.roles)
-        for found, wanted in zip(exact.amplitudes(top), theirs.amplitudes, strict=True):
-            assert abs(found * top.unit / wanted - 1) < 1e-15
+        for motion, expected in zip(exact.amplitudes(top), theirs.amplitudes, strict=True):
+            assert abs(motion * top.unit / expected - 1) < 1e-15
 
 
 def test_period_frequency_and_flip_period():
     for moments, start in drawn_trajectories(60, 10):
         theirs = Textbook(moments, start)
-        wanted, top = 4 * theirs.K / theirs.p, exact.set_up(*moments, *start)
+        expected, top = 4 * theirs.K / theirs.p, exact.set_up(*moments, *start)
         # m1's eight roundings count for at most a quarter of theirs in K
-        assert abs(exact.period(top) / wanted - 1) < 2e-15
-        assert abs(exact.flip_period(top) / (wanted / 2) - 1) < 2e-15
-        assert abs(exact.frequency(top) * wanted / (2 * mp.pi) - 1) < 2e-15
+        assert abs(exact.period(top) / expected - 1) < 2e-15
+        assert abs(exact.flip_period(top) / (expected / 2) - 1) < 2e-15
+        assert abs(exact.frequency(top) * expected / (2 * mp.pi) - 1) < 2e-15
         with mp.workdps(30):
-            assert distance([theirs(wanted)], [start]) < 1e-25
+            assert distance([theirs(expected)], [start]) < 1e-25
 
 
 @pytest.mark.parametrize(
@@ -513,25 +513,25 @@ def test_the_largest_tilt_is_reached_and_not_passed(axis):
         def tilt(w, end=end):
             return mp.acos(end * w[axis] / mp.sqrt(sum(x**2 for x in w)))
 
-        found = exact.max_tilt(exact.set_up(*moments, *start), axis + 1)
+        motion = exact.max_tilt(exact.set_up(*moments, *start), axis + 1)
         quarters = [theirs((n * theirs.K - theirs.u0) / theirs.p) for n in range(4)]
-        assert found == pytest.approx(float(max(tilt(w) for w in quarters)), rel=4e-15)  # some ten roundings
+        assert motion == pytest.approx(float(max(tilt(w) for w in quarters)), rel=4e-15)  # some ten roundings
         between = [theirs((n * theirs.K / 3 - theirs.u0) / theirs.p) for n in range(12) if n % 3]
-        assert all(float(tilt(w)) <= found * (1 + 4e-15) for w in between)
+        assert all(float(tilt(w)) <= motion * (1 + 4e-15) for w in between)
 
 
 def test_a_small_tilt_keeps_its_relative_digits():
     moments, start = (0.7, 1.0, 1.25), perturbed(2, 3.0, 1e-12, 0.6)
     with mp.workdps(80):
         theirs = Textbook(moments, start)
-        wanted = max(abs(theirs.amplitudes[0]), theirs.amplitudes[1]) / abs(theirs.amplitudes[2])
-    assert exact.max_tilt(exact.set_up(*moments, *start), 3) == pytest.approx(float(wanted), rel=1e-15)
+        expected = max(abs(theirs.amplitudes[0]), theirs.amplitudes[1]) / abs(theirs.amplitudes[2])
+    assert exact.max_tilt(exact.set_up(*moments, *start), 3) == pytest.approx(float(expected), rel=1e-15)
 
 
 @pytest.mark.parametrize(
     ("moments", "start", "tilts"),
     [
-        # what stands still keeps its angles to the three axes
+        # a body at rest keeps its angles to the three axes
         ((1, 2, 3), (0, -2, 0), (np.pi / 2, 0, np.pi / 2)),
         ((1, 1, 1), (2, -3, 6), (math.acos(2 / 7), math.acos(3 / 7), math.acos(6 / 7))),
         ((1, 2, 3), (0, 0, 0), (0, 0, 0)),
@@ -582,11 +582,11 @@ def test_a_polhode_is_where_the_motion_goes(signs):
         times = np.linspace(0.0, period, 2001)
         path = solve_ivp(motion, (0.0, period), start, method="DOP853", t_eval=times, rtol=1e-11, atol=1e-13).y.T
         curve = exact.polhode(moments, start, 2001)
-        # each passes within half a spacing of every point of the other
-        for one, other in ((path, curve), (curve, path)):
-            spacing = np.linalg.norm(np.diff(other, axis=0), axis=1).max()
+        # each passes within half a spacing of every point of its partner
+        for curve_a, curve_b in ((path, curve), (curve, path)):
+            spacing = np.linalg.norm(np.diff(curve_b, axis=0), axis=1).max()
             assert spacing < 0.01
-            assert cKDTree(other).query(one)[0].max() < 0.51 * spacing
+            assert cKDTree(curve_b).query(curve_a)[0].max() < 0.51 * spacing
         assert (curve[1] - start) @ motion(0.0, start) > 0  # and the same way round
 
 
@@ -597,8 +597,8 @@ def test_a_small_polhode_keeps_its_own_invariant(axis):
         curve = exact.polhode(moments, start, 33)
         a, b, c = (np.roll(moments, -axis)[i] for i in range(3))
         terms = (np.roll(curve, -axis, axis=1) ** 2)[:, 1:] * [b * (b - a), c * (c - a)]
-        kept, scale = terms.sum(axis=1), abs(terms).sum(axis=1)
-        assert (abs(kept - kept[0]) < 8e-15 * scale).all()  # some ten roundings, whatever the nudge
+        invariant, scale = terms.sum(axis=1), abs(terms).sum(axis=1)
+        assert (abs(invariant - invariant[0]) < 8e-15 * scale).all()  # some ten roundings, whatever the nudge
 
 
 @pytest.mark.parametrize(
@@ -668,5 +668,5 @@ def test_what_stands_still_is_what_has_no_torque_of_its_own():
     for moments in ((1.0, 2.0, 2.5), (2.0, 2.0, 2.5), (1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (2.0, 2.0, 2.0)):
         c = elliptic_constants.coefficients(*moments)
         for start in itertools.product((0.0, 1.0, -0.5), repeat=3):
-            turned = np.cross(np.multiply(moments, start), start)
-            assert elliptic_constants.is_stationary(c, start) == (not turned.any()), (moments, start)
+            torque = np.cross(np.multiply(moments, start), start)
+            assert elliptic_constants.is_stationary(c, start) == (not torque.any()), (moments, start)

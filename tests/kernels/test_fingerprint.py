@@ -18,7 +18,7 @@ def afresh(monkeypatch):
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
-    """A checkout of our own to edit: two source files beside one that is none."""
+    """Make a checkout to edit: two source files and a file that is no source."""
     folder = tmp_path / "checkout" / "kernels"
     (folder / "compile").mkdir(parents=True)
     (folder / "compile" / "fingerprint.py").write_bytes(b"ours")
@@ -29,26 +29,26 @@ def checkout(tmp_path, monkeypatch):
 
 
 def test_every_byte_of_every_source_counts(checkout):
-    told = {fp.fingerprint()}
+    fingerprints = {fp.fingerprint()}
     for content in (b"a = 2\n", b"a = 1", b"a = 1\n\n", b"A = 1\n", "# é".encode()):
         (checkout / "step.py").write_bytes(content)
-        told.add(fp.fingerprint())
-    assert len(told) == 6
+        fingerprints.add(fp.fingerprint())
+    assert len(fingerprints) == 6
     (checkout / "step.py").write_bytes(b"a = 1\n")
     before = fp.fingerprint()
-    assert before in told
+    assert before in fingerprints
     (checkout / "compile" / "fingerprint.py").write_bytes(b"ourS")
-    assert fp.fingerprint() not in told
+    assert fp.fingerprint() not in fingerprints
 
 
 def test_a_new_a_lost_and_a_renamed_source_count(checkout):
     before = fp.fingerprint()
     (checkout / "step.py").rename(checkout / "stride.py")
-    renamed = fp.fingerprint()
+    after_rename = fp.fingerprint()
     (checkout / "empty.py").touch()
     more = fp.fingerprint()
     (checkout / "stride.py").unlink()
-    assert len({before, renamed, more, fp.fingerprint()}) == 4
+    assert len({before, after_rename, more, fp.fingerprint()}) == 4
 
 
 def test_what_is_no_source_does_not_count(checkout):
@@ -68,22 +68,22 @@ def test_where_the_checkout_lies_does_not_count(checkout, tmp_path, monkeypatch)
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite", "numpy"])
 def test_versions_count(package, monkeypatch):
-    before, known = fp.fingerprint(), metadata.version
-    monkeypatch.setattr(metadata, "version", lambda name: "0.0" if name == package else known(name))
+    before, version = fp.fingerprint(), metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: "0.0" if name == package else version(name))
     assert fp.fingerprint() != before
 
 
 def test_the_processor_counts(monkeypatch):
-    told = [fp.fingerprint()]
+    fingerprints = [fp.fingerprint()]
     features = dict(llvm.get_host_cpu_features())
-    some = next(name for name, has in features.items() if has)
-    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features | {some: False})
-    told.append(fp.fingerprint())
+    feature = next(name for name, has in features.items() if has)
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features | {feature: False})
+    fingerprints.append(fp.fingerprint())
     monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: dict(reversed(features.items())))
-    assert fp.fingerprint() == told[0]
+    assert fp.fingerprint() == fingerprints[0]
     monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "abacus")
-    told.append(fp.fingerprint())
-    assert len(set(told)) == 3
+    fingerprints.append(fp.fingerprint())
+    assert len(set(fingerprints)) == 3
 
 
 @pytest.mark.parametrize("name", fp.CODE_SETTINGS)
@@ -96,16 +96,16 @@ def test_settings_of_the_compiler_count(name, monkeypatch):
     assert fp.fingerprint() == before
 
 
-OTHERS = {"NUMBA_NUM_THREADS": "1", "NUMBA_THREADING_LAYER": "workqueue", "NUMBA_FUNCTION_CACHE_SIZE": "1"}
+OTHER_SETTINGS = {"NUMBA_NUM_THREADS": "1", "NUMBA_THREADING_LAYER": "workqueue", "NUMBA_FUNCTION_CACHE_SIZE": "1"}
 
 
 @pytest.mark.slow
 def test_other_settings_change_no_bit():
-    told = python("import sweeps; print(sweeps.survey('tiny').attrs['content_hash'])", **OTHERS)
-    assert told.strip() == sweeps.survey("tiny").attrs["content_hash"]
+    content_hash = python("import sweeps; print(sweeps.survey('tiny').attrs['content_hash'])", **OTHER_SETTINGS)
+    assert content_hash.strip() == sweeps.survey("tiny").attrs["content_hash"]
 
 
-# What a map's own kernels import
+# Imports of a map's own kernels
 
 
 KERNELS = {
@@ -129,7 +129,7 @@ KERNELS = {
 
 
 @pytest.fixture
-def sweeping(checkout):
+def kernel_folder(checkout):
     """Kernels that import one another in every way there is."""
     (checkout / "free").mkdir()
     for name, text in KERNELS.items():
@@ -138,7 +138,7 @@ def sweeping(checkout):
 
 
 @pytest.mark.parametrize(
-    ("modules", "imported"),
+    ("modules", "imports"),
     [
         ("step", "statuses"),
         ("spin", "step statuses"),
@@ -153,22 +153,22 @@ def sweeping(checkout):
         ("body", "free/__init__ free/exact free/elliptic spin step statuses"),
     ],
 )
-def test_modules_count_with_all_that_they_import(sweeping, modules, imported):
-    own = modules.replace(".", "/").split()
-    expected = {"__init__", "compile/__init__", "compile/fingerprint", *own, *imported.split()}
-    found = fp.sources(*modules.split())
-    assert {str(path.relative_to(sweeping).with_suffix("")) for path in found} == expected
-    assert [path.name for path in found] == sorted(path.name for path in found)
+def test_modules_count_with_all_that_they_import(kernel_folder, modules, imports):
+    stems = modules.replace(".", "/").split()
+    expected = {"__init__", "compile/__init__", "compile/fingerprint", *stems, *imports.split()}
+    sources = fp.sources(*modules.split())
+    assert {str(path.relative_to(kernel_folder).with_suffix("")) for path in sources} == expected
+    assert [path.name for path in sources] == sorted(path.name for path in sources)
     before = fp.fingerprint(*modules.split())
     for name in KERNELS:
-        kernel = sweeping / f"{name}.py"
+        kernel = kernel_folder / f"{name}.py"
         kernel.write_text(KERNELS[name] + "# another comment\n")
         assert (fp.fingerprint(*modules.split()) != before) == (name in expected), name
         kernel.write_text(KERNELS[name])
     assert fp.fingerprint(*modules.split()) == before
 
 
-def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
+def test_a_module_that_is_not_there_is_no_fingerprint(kernel_folder):
     with pytest.raises(FileNotFoundError, match=r"nowhere\.py"):
         fp.fingerprint("nowhere")
 
@@ -177,5 +177,5 @@ def test_a_module_that_is_not_there_is_no_fingerprint(sweeping):
 def test_what_is_read_is_what_is_imported():
     for module in ("near_axis.survey", "events.symmetric_top", "flow.oscillations"):
         code = f"import sys, kernels.{module}; print(*(sys.modules[n].__file__ for n in sys.modules if 'kernels' in n))"
-        loaded = {Path(file) for file in python(code).split() if ROOT / "kernels" in Path(file).parents}
-        assert set(fp.sources(module)) == loaded, module
+        files = {Path(file) for file in python(code).split() if ROOT / "kernels" in Path(file).parents}
+        assert set(fp.sources(module)) == files, module

@@ -13,9 +13,9 @@ FEWER = 20 if config.DISABLE_JIT else 1  # lanes in plain Python are slow
 def columns(points, tolerance=1e-10):
     """Columns of flips for points given as a mapping, with whether the search was given up."""
     n = np.broadcast(*points.values()).size
-    out, given_up = np.empty((len(flips.MEASURED), n)), np.zeros(n, dtype=bool)
-    flips.fill(rigid_body.points_of(points), np.arange(n), tolerance, out, given_up)
-    return dict(zip(flips.MEASURED, out, strict=True)) | {"given_up": given_up}
+    out, is_unfinished = np.empty((len(flips.MEASURED), n)), np.zeros(n, dtype=bool)
+    flips.fill(rigid_body.points_of(points), np.arange(n), tolerance, out, is_unfinished)
+    return dict(zip(flips.MEASURED, out, strict=True)) | {"given_up": is_unfinished}
 
 
 NAMES = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
@@ -33,15 +33,15 @@ def bodies(count, seed, epsilon):
 @pytest.mark.parametrize("epsilon", [1e-12, 1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.9])
 def test_measured_flips_and_tilts_are_the_exact_ones(epsilon):
     points = bodies(3000, 1, epsilon)
-    told = columns(points)
-    sure = ~told["given_up"]
+    flip_columns = columns(points)
+    sure = ~flip_columns["given_up"]
     assert sure.mean() > 0.99
-    flipped = np.isfinite(told["flip_period"])
-    np.testing.assert_array_equal(flipped[sure], np.isfinite(told["flip_period_exact"])[sure])
-    assert 0.2 < flipped.mean() < 0.8
-    # the issue's bar is 1e-9; the search is asked for 1e-10
-    np.testing.assert_allclose(told["flip_period"][sure], told["flip_period_exact"][sure], rtol=1e-10)
-    np.testing.assert_allclose(told["max_tilt"][sure], told["max_tilt_exact"][sure], rtol=1e-10)
+    has_flip = np.isfinite(flip_columns["flip_period"])
+    np.testing.assert_array_equal(has_flip[sure], np.isfinite(flip_columns["flip_period_exact"])[sure])
+    assert 0.2 < has_flip.mean() < 0.8
+    # the bar is 1e-9; the search has the tolerance 1e-10
+    np.testing.assert_allclose(flip_columns["flip_period"][sure], flip_columns["flip_period_exact"][sure], rtol=1e-10)
+    np.testing.assert_allclose(flip_columns["max_tilt"][sure], flip_columns["max_tilt_exact"][sure], rtol=1e-10)
 
 
 def by_scipy(moments, start):
@@ -69,24 +69,26 @@ def by_scipy(moments, start):
 @pytest.mark.parametrize("phase", [0.0, 0.6, 2.0, 3.0, 5.0])
 def test_against_scipys_own_events(phase):
     moments, epsilon = (1.9, 1.2, 2.4), 1e-2
-    told = columns(dict(zip(NAMES, (*moments, 1, 1.0, epsilon, phase), strict=True)))
+    flip_columns = columns(dict(zip(NAMES, (*moments, 1, 1.0, epsilon, phase), strict=True)))
     period, tilt = by_scipy(moments, [1.0, epsilon * np.cos(phase), epsilon * np.sin(phase)])
-    assert told["flip_period"][0] == pytest.approx(period, rel=1e-9)  # SciPy's 1e-12, grown a hundredfold
-    assert told["max_tilt"][0] == pytest.approx(tilt, abs=1e-7)  # the least of 20,001 points is off by their spacing²
+    assert flip_columns["flip_period"][0] == pytest.approx(period, rel=1e-9)  # SciPy's 1e-12, grown a hundredfold
+    assert flip_columns["max_tilt"][0] == pytest.approx(
+        tilt, abs=1e-7
+    )  # the least of 20,001 points is off by their spacing²
 
 
 @pytest.mark.compiled
 def test_units_and_sense():
     points = bodies(200, 2, 1e-3)
-    told = columns(points)
+    flip_columns = columns(points)
     for factor in (1e-9, 1e6):
-        other = columns(points | {"omega0": points["omega0"] * factor})
-        np.testing.assert_allclose(other["flip_period"] * factor, told["flip_period"], rtol=1e-12)
-        np.testing.assert_allclose(other["max_tilt"], told["max_tilt"], rtol=1e-12)
+        faster_spin = columns(points | {"omega0": points["omega0"] * factor})
+        np.testing.assert_allclose(faster_spin["flip_period"] * factor, flip_columns["flip_period"], rtol=1e-12)
+        np.testing.assert_allclose(faster_spin["max_tilt"], flip_columns["max_tilt"], rtol=1e-12)
     back = columns(points | {"omega0": -points["omega0"]})
-    # time backwards: the interval between the two flips is the same one, found from its other end
-    swapped = columns(points | {"omega0": -points["omega0"], "phase": points["phase"] + np.pi})
-    np.testing.assert_allclose(swapped["flip_period"], told["flip_period"], rtol=1e-10)
+    # time backwards: the interval between the two flips is the same one, found from its later end
+    reversed_spin = columns(points | {"omega0": -points["omega0"], "phase": points["phase"] + np.pi})
+    np.testing.assert_allclose(reversed_spin["flip_period"], flip_columns["flip_period"], rtol=1e-10)
     np.testing.assert_allclose(back["flip_period"], back["flip_period_exact"], rtol=1e-10)
 
 
@@ -94,10 +96,10 @@ def test_units_and_sense():
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_starts_on_a_principal_plane(axis, phase):
     # one transverse component is nought (or a rounding of pi) at the start: an event that must not be missed
-    told = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, axis, 1.5, 1e-4, phase), strict=True)))
-    assert not told["given_up"][0]
-    np.testing.assert_allclose(told["max_tilt"], told["max_tilt_exact"], rtol=1e-10)
-    np.testing.assert_allclose(told["flip_period"], told["flip_period_exact"], rtol=1e-10)
+    flip_columns = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, axis, 1.5, 1e-4, phase), strict=True)))
+    assert not flip_columns["given_up"][0]
+    np.testing.assert_allclose(flip_columns["max_tilt"], flip_columns["max_tilt_exact"], rtol=1e-10)
+    np.testing.assert_allclose(flip_columns["flip_period"], flip_columns["flip_period_exact"], rtol=1e-10)
 
 
 def test_what_stands_still_and_what_only_turns():
@@ -115,30 +117,30 @@ def test_what_stands_still_and_what_only_turns():
 def test_a_search_that_does_not_end_is_told():
     # a symmetric top nudged off a transverse axis drifts: its flip is a million rotations away
     points = {"I1": 1.0, "I2": 1.0, "I3": 2.0, "axis": 1, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-    told = survey.measured(points, 4.0, 16, 1e-10, nonlinear=True)
-    assert told["status"][0] == survey.SHORT_WINDOW
-    assert np.isnan(told["flip_period"][0])
-    assert np.isnan(told["max_tilt"][0])
-    assert told["flip_period_exact"][0] > 2 * np.pi * flips.MAX_ROTATIONS
+    flip_columns = survey.measured(points, 4.0, 16, 1e-10, nonlinear=True)
+    assert flip_columns["status"][0] == survey.SHORT_WINDOW
+    assert np.isnan(flip_columns["flip_period"][0])
+    assert np.isnan(flip_columns["max_tilt"][0])
+    assert flip_columns["flip_period_exact"][0] > 2 * np.pi * flips.MAX_ROTATIONS
     # the same motion with a larger nudge ends within the bound
-    told = survey.measured(points | {"epsilon": 1e-2}, 4.0, 16, 1e-10, nonlinear=True)
-    assert told["status"][0] == survey.OK
-    np.testing.assert_allclose(told["flip_period"], told["flip_period_exact"], rtol=1e-9)
+    flip_columns = survey.measured(points | {"epsilon": 1e-2}, 4.0, 16, 1e-10, nonlinear=True)
+    assert flip_columns["status"][0] == survey.OK
+    np.testing.assert_allclose(flip_columns["flip_period"], flip_columns["flip_period_exact"], rtol=1e-9)
 
 
 @pytest.mark.parametrize("neighbour", [(1e-300, 1.5, 3.0, 1), (1.0, 1e-9, 1.0, 3), (1.0, 1.0, 1.001, 1)])
 def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
-    """A body whose step is far shorter or longer, or whose flip never comes, shares a block with one that flips."""
-    one = dict(zip(NAMES, (1.9, 1.2, 2.4, 1, 1.0, 1e-2, 0.6), strict=True))
-    other = dict(zip(NAMES, (*neighbour, 1.0, 1e-6, 0.6), strict=True))
+    """A body with a far shorter or longer step, or without a flip, shares a block with a flipping body."""
+    point = dict(zip(NAMES, (1.9, 1.2, 2.4, 1, 1.0, 1e-2, 0.6), strict=True))
+    neighbour_point = dict(zip(NAMES, (*neighbour, 1.0, 1e-6, 0.6), strict=True))
     # the compiler freezes the bounds; without it rotations more and fewer than the 2.3 that the way to a flip takes
-    for most in (4, 1) if config.DISABLE_JIT else (flips.MAX_ROTATIONS,):
-        monkeypatch.setattr(flips, "MAX_ROTATIONS", most)
+    for max_rotations in (4, 1) if config.DISABLE_JIT else (flips.MAX_ROTATIONS,):
+        monkeypatch.setattr(flips, "MAX_ROTATIONS", max_rotations)
         monkeypatch.setattr(flips, "MAX_STEPS", 400 if config.DISABLE_JIT else flips.MAX_STEPS)
-        alone = columns(one)
-        beside = columns({name: np.array([one[name], other[name]]) for name in NAMES})
+        alone = columns(point)
+        together = columns({name: np.array([point[name], neighbour_point[name]]) for name in NAMES})
         for name in alone:
-            np.testing.assert_array_equal(beside[name][:1], alone[name], err_msg=name)
+            np.testing.assert_array_equal(together[name][:1], alone[name], err_msg=name)
 
 
 @pytest.mark.compiled
@@ -155,29 +157,29 @@ def test_the_survey_adds_the_columns_and_changes_no_other():
 
 def test_the_frequency_at_its_own_amplitude_tends_to_linear_theory():
     points = dict(zip(NAMES, (1.0, 2.0, 2.7, 3, 1.5, np.array([1e-6, 1e-4, 1e-2]), 0.6), strict=True))
-    told, linear = columns(points)["frequency_exact"], survey.theory(points)["frequency_theory"]
-    off = np.abs(told / linear - 1)
-    assert off[0] < 1e-11
-    assert off[2] / off[1] == pytest.approx(1e4, rel=1e-2)  # the square of the nudge
+    frequency, linear = columns(points)["frequency_exact"], survey.theory(points)["frequency_theory"]
+    deviation = np.abs(frequency / linear - 1)
+    assert deviation[0] < 1e-11
+    assert deviation[2] / deviation[1] == pytest.approx(1e4, rel=1e-2)  # the square of the nudge
 
 
 @pytest.mark.compiled
 def test_broken_points_are_left_out():
     points = bodies(40, 4, 1e-3)
-    broken = {name: value.copy() for name, value in points.items()}
-    broken["I1"][3] = np.nan
-    plain, other = (survey.measured(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, broken))
-    rest = np.arange(points["I1"].size) != 3
+    invalid_points = {name: value.copy() for name, value in points.items()}
+    invalid_points["I1"][3] = np.nan
+    plain, partly_invalid = (survey.measured(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, invalid_points))
+    valid = np.arange(points["I1"].size) != 3
     for name in flips.MEASURED:
-        assert np.isnan(other[name][3])
-        np.testing.assert_array_equal(plain[name][rest], other[name][rest], err_msg=name)
+        assert np.isnan(partly_invalid[name][3])
+        np.testing.assert_array_equal(plain[name][valid], partly_invalid[name][valid], err_msg=name)
 
 
 def test_the_closed_form_has_the_axis_it_is_asked_for():
-    told = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, np.array([1, 2, 3]), 1.5, 1e-2, 0.6), strict=True)))
+    flip_columns = columns(dict(zip(NAMES, (1.0, 2.0, 2.7, np.array([1, 2, 3]), 1.5, 1e-2, 0.6), strict=True)))
     for axis in (1, 2, 3):
         start = np.roll([1.5, 1.5e-2 * np.cos(0.6), 1.5e-2 * np.sin(0.6)], axis - 1)
-        assert told["max_tilt_exact"][axis - 1] == pytest.approx(
+        assert flip_columns["max_tilt_exact"][axis - 1] == pytest.approx(
             exact.max_tilt(exact.set_up(1.0, 2.0, 2.7, *start), axis), rel=1e-14
         )
-    assert np.isfinite(told["flip_period_exact"]).tolist() == [False, True, False]
+    assert np.isfinite(flip_columns["flip_period_exact"]).tolist() == [False, True, False]

@@ -1,4 +1,4 @@
-"""Multipliers, exponents and regimes against mpmath, on matrices whose spectrum is planted."""
+"""Multipliers, exponents and regimes against mpmath, on matrices with a prescribed spectrum."""
 
 import mpmath
 import numpy as np
@@ -10,7 +10,7 @@ from kernels.flow import codes, floquet
 NAMES = dict(zip(codes.REGIMES, range(-1, 6), strict=True))
 
 
-def planted(rng, pairs):
+def symplectic_matrix(rng, pairs):
     """Return a symplectic matrix with given pairs, each (kind, size, angle), in mpmath's 40 digits, and its class.
 
     J = [[0, 1], [-1, 0]]; the planted normal form is turned by a random symplectic matrix exp(J S).
@@ -18,8 +18,8 @@ def planted(rng, pairs):
     blocks = mpmath.zeros(4)
     if len(pairs) == 1:  # a quadruple: r times a turn, and its inverse transposed
         _, r, angle = pairs[0]
-        turn = mpmath.matrix([[mpmath.cos(angle), -mpmath.sin(angle)], [mpmath.sin(angle), mpmath.cos(angle)]])
-        blocks[:2, :2], blocks[2:, 2:] = r * turn, turn / r
+        rotation = mpmath.matrix([[mpmath.cos(angle), -mpmath.sin(angle)], [mpmath.sin(angle), mpmath.cos(angle)]])
+        blocks[:2, :2], blocks[2:, 2:] = r * rotation, rotation / r
     else:
         for k, (kind, r, angle) in enumerate(pairs):
             c, s = (mpmath.cos(angle), mpmath.sin(angle)) if kind == "turn" else (0, 0)
@@ -51,47 +51,47 @@ CLASSES = [
 def test_four_multipliers_of_every_class_are_those_of_forty_digits(pairs, regime):
     rng = np.random.default_rng(3)
     with mpmath.workdps(40):
-        exact = [planted(rng, pairs) for _ in range(8)]
-        mus = [[complex(m) for m in mpmath.eig(one)[0]] for one in exact]
-    M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
+        exact = [symplectic_matrix(rng, pairs) for _ in range(8)]
+        mus = [[complex(m) for m in mpmath.eig(matrix)[0]] for matrix in exact]
+    M = np.array([[[float(matrix[i, j]) for j in range(4)] for i in range(4)] for matrix in exact])
     error = np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]
-    found = floquet.multiplier_columns(floquet.Matrices(M, error), np.full(8, 2.0))
-    assert (found["regime"] == NAMES[regime]).all()
+    columns = floquet.multiplier_columns(floquet.Matrices(M, error), np.full(8, 2.0))
+    assert (columns["regime"] == NAMES[regime]).all()
     for k, expected in enumerate(mus):
-        ours = found["multiplier_real"][k] + 1j * found["multiplier_imag"][k]
-        allowed = found["multiplier_real_error"][k] + found["multiplier_imag_error"][k]
+        ours = columns["multiplier_real"][k] + 1j * columns["multiplier_imag"][k]
+        allowed = columns["multiplier_real_error"][k] + columns["multiplier_imag_error"][k]
         for mu, near in zip(ours, allowed, strict=True):
-            assert min(abs(mu - other) for other in expected) <= near
+            assert min(abs(mu - multiplier) for multiplier in expected) <= near
         assert (
-            abs(found["growth_per_period"][k] - np.log(np.abs(expected).max()))
-            <= found["growth_per_period_error"][k] + 1e-14
+            abs(columns["growth_per_period"][k] - np.log(np.abs(expected).max()))
+            <= columns["growth_per_period_error"][k] + 1e-14
         )
         assert (np.diff(np.abs(ours)) <= 1e-9 * np.abs(ours[:-1])).all()
     residuals = floquet.matrix_residuals(M)
     assert max(r.max() for r in residuals) < 1e-14
 
 
-@pytest.mark.parametrize("other", [("turn", 1, 1.0), ("real", 3, 0), ("flip", 3, 0)])
+@pytest.mark.parametrize("second_pair", [("turn", 1, 1.0), ("real", 3, 0), ("flip", 3, 0)])
 @pytest.mark.parametrize(("kind", "regime"), [("real", "unstable"), ("flip", "period_doubling")])
-def test_a_multiplier_of_1e13_decides_alone(kind, regime, other):
-    """The matrix holds three digits of the other pair: the signs of det(M - 1) and det(M + 1) are unreliable."""
+def test_a_multiplier_of_1e13_decides_alone(kind, regime, second_pair):
+    """The matrix contains three digits of the second pair: the signs of det(M - 1) and det(M + 1) are unreliable."""
     rng = np.random.default_rng(4)
     with mpmath.workdps(60):
-        exact = [planted(rng, [(kind, 1e13, 0), other]) for _ in range(8)]
-    M = np.array([[[float(one[i, j]) for j in range(4)] for i in range(4)] for one in exact])
-    found = floquet.multiplier_columns(
+        exact = [symplectic_matrix(rng, [(kind, 1e13, 0), second_pair]) for _ in range(8)]
+    M = np.array([[[float(matrix[i, j]) for j in range(4)] for i in range(4)] for matrix in exact])
+    columns = floquet.multiplier_columns(
         floquet.Matrices(M, np.full(M.shape, 2e-16) * np.abs(M).max(axis=(1, 2))[:, None, None]), np.ones(8)
     )
-    assert (found["regime"] == NAMES[regime]).all()
-    np.testing.assert_allclose(found["growth_per_period"], np.log(1e13), rtol=1e-13)  # ten roundings of the matrix
+    assert (columns["regime"] == NAMES[regime]).all()
+    np.testing.assert_allclose(columns["growth_per_period"], np.log(1e13), rtol=1e-13)  # ten roundings of the matrix
 
 
 def test_the_fourth_condition_is_needed():
-    """Real pairs of one sign have both determinants and D positive: only |a| > 4 tells them."""
+    """Real pairs of one sign have both determinants and D positive: only |a| > 4 separates them."""
     M = np.diag([2.0, 1.5, 0.5, 1 / 1.5])[None]
-    found = floquet.multiplier_columns(floquet.Matrices(M, np.full(M.shape, 1e-15)), np.ones(1))
-    assert all(found[name][0] > 0 for name in ("krein_discriminant", "det_minus_identity", "det_plus_identity"))
-    assert found["regime"] == NAMES["unstable"]
+    columns = floquet.multiplier_columns(floquet.Matrices(M, np.full(M.shape, 1e-15)), np.ones(1))
+    assert all(columns[name][0] > 0 for name in ("krein_discriminant", "det_minus_identity", "det_plus_identity"))
+    assert columns["regime"] == NAMES["unstable"]
 
 
 def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
@@ -102,12 +102,16 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
         S = rng.normal(size=(200, d, d)) * 0.6
         M = expm(J @ (S + S.swapaxes(1, 2)))
         error = 10.0 ** rng.uniform(-12, -3, (200, 1, 1)) * np.ones((d, d))
-        found, names = floquet.smooth_invariants(M, error), codes.INVARIANTS if d == 4 else ("trace", "determinant")
-        moved = floquet.smooth_invariants(M + error * rng.uniform(-1, 1, M.shape), error)
+        invariants, names = (
+            floquet.smooth_invariants(M, error),
+            codes.INVARIANTS if d == 4 else ("trace", "determinant"),
+        )
+        changed_invariants = floquet.smooth_invariants(M + error * rng.uniform(-1, 1, M.shape), error)
         for name in names:
-            assert (np.abs(moved[name] - found[name]) <= found[f"{name}_error"] + 1e-12 * np.abs(found[name])).all(), (
-                name
-            )
+            assert (
+                np.abs(changed_invariants[name] - invariants[name])
+                <= invariants[f"{name}_error"] + 1e-12 * np.abs(invariants[name])
+            ).all(), name
 
 
 @pytest.mark.parametrize(
@@ -124,12 +128,14 @@ def test_errors_of_invariants_hold_for_random_changes_of_the_entries():
 )
 def test_regimes_with_damping(entries, regime):
     M = np.array([entries])
-    known = (floquet.Matrices(M, np.full(M.shape, error)) for error in (0.0, 1e-14))
-    exact, found = (floquet.multiplier_columns(matrices, np.ones(1), reciprocal=False) for matrices in known)
-    assert exact["regime"] == found["regime"] == NAMES[regime]
+    pair_of_matrices = (floquet.Matrices(M, np.full(M.shape, error)) for error in (0.0, 1e-14))
+    exact, columns = (
+        floquet.multiplier_columns(matrices, np.ones(1), reciprocal=False) for matrices in pair_of_matrices
+    )
+    assert exact["regime"] == columns["regime"] == NAMES[regime]
     if regime != "undetermined":
         expected = np.sort_complex(np.linalg.eigvals(M[0]))
-        ours = np.sort_complex(found["multiplier_real"][0] + 1j * found["multiplier_imag"][0])
+        ours = np.sort_complex(columns["multiplier_real"][0] + 1j * columns["multiplier_imag"][0])
         np.testing.assert_allclose(ours, expected, atol=1e-14)
 
 
@@ -137,12 +143,14 @@ def test_exponents_of_a_turn_lie_on_the_branch_of_its_half_turns():
     for angle in (0.3, 2.9, 3.3, 6.0, 6.5, -0.4, -3.5, 20.0):
         c, s = np.cos(angle), np.sin(angle)
         M = np.array([[[c, -s], [s, c]]])
-        found = floquet.multiplier_columns(
+        columns = floquet.multiplier_columns(
             floquet.Matrices(M, np.full(M.shape, 1e-15), np.floor([angle / np.pi])), np.full(1, 2.0)
         )
-        np.testing.assert_allclose(np.abs(found["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
-        turned = np.exp(2j * found["exponent_imag"][0])
-        np.testing.assert_allclose(turned, found["multiplier_real"][0] + 1j * found["multiplier_imag"][0], atol=1e-14)
+        np.testing.assert_allclose(np.abs(columns["exponent_imag"][0]), abs(angle) / 2.0, rtol=1e-13)
+        multipliers = np.exp(2j * columns["exponent_imag"][0])
+        np.testing.assert_allclose(
+            multipliers, columns["multiplier_real"][0] + 1j * columns["multiplier_imag"][0], atol=1e-14
+        )
 
 
 @pytest.mark.parametrize("d", [3, 4, 6])
@@ -152,28 +160,30 @@ def test_errors_of_eigenvalues_cover_perturbed_matrices(d):
     M = rng.normal(size=(300, d, d))
     M[::3] = np.where(np.eye(d, k=1), 1.0, np.eye(d)) * 0.9 + 1e-7 * M[::3]  # a Jordan block, split
     error = 10.0 ** rng.uniform(-13, -6, (300, 1, 1)) * np.ones((d, d))
-    given = floquet.multiplier_columns(floquet.Matrices(M, error), np.ones(300), reciprocal=False)
-    changed = floquet.multiplier_columns(
+    columns = floquet.multiplier_columns(floquet.Matrices(M, error), np.ones(300), reciprocal=False)
+    changed_columns = floquet.multiplier_columns(
         floquet.Matrices(M + error * rng.uniform(-1, 1, M.shape), error), np.ones(300), reciprocal=False
     )
     for name in ("growth_rate", "growth_per_period", "trace"):
-        assert (np.abs(given[name] - changed[name]) <= given[f"{name}_error"]).all(), name
-    found, other = (c["multiplier_real"] + 1j * c["multiplier_imag"] for c in (given, changed))
-    nearest = np.abs(found[:, :, None] - other[:, None]).min(axis=2)
-    assert (nearest <= given["multiplier_real_error"]).all()
-    sure = (given["regime"] != floquet.MARGINAL) & (changed["regime"] != floquet.MARGINAL)
-    assert (given["regime"] == changed["regime"])[sure].all()
+        assert (np.abs(columns[name] - changed_columns[name]) <= columns[f"{name}_error"]).all(), name
+    eigenvalues, changed_eigenvalues = (
+        c["multiplier_real"] + 1j * c["multiplier_imag"] for c in (columns, changed_columns)
+    )
+    nearest = np.abs(eigenvalues[:, :, None] - changed_eigenvalues[:, None]).min(axis=2)
+    assert (nearest <= columns["multiplier_real_error"]).all()
+    sure = (columns["regime"] != floquet.MARGINAL) & (changed_columns["regime"] != floquet.MARGINAL)
+    assert (columns["regime"] == changed_columns["regime"])[sure].all()
     assert sure.mean() > 0.8
 
 
 def test_an_error_that_reaches_from_growth_to_growth_holds_all_turning_between():
     for trace in (2.336, -2.336, 2.0, 0.3):
         M, error = np.array([[[trace, -1.0], [1.0, 0.0]]]), np.array([[[6.0, 0.0], [0.0, 0.0]]])
-        found = floquet.multiplier_columns(floquet.Matrices(M, error, np.zeros(1)), np.ones(1))
-        assert found["regime"][0] == NAMES["marginal"]
-        # of trace 0 the multipliers are ±i, as far from the real ones as any
-        furthest = 1.0 - np.abs(found["multiplier_imag"][0]).min()
-        assert (found["multiplier_imag_error"][0] >= furthest).all()
+        columns = floquet.multiplier_columns(floquet.Matrices(M, error, np.zeros(1)), np.ones(1))
+        assert columns["regime"][0] == NAMES["marginal"]
+        # of trace 0 the multipliers are ±i, as far from real multipliers as any
+        reach = 1.0 - np.abs(columns["multiplier_imag"][0]).min()
+        assert (columns["multiplier_imag_error"][0] >= reach).all()
 
 
 @pytest.mark.parametrize(("d", "reciprocal"), [(2, True), (4, True), (4, False), (6, True)])
@@ -184,6 +194,6 @@ def test_no_bit_depends_on_how_many_matrices_there_are(d, reciprocal, by_point):
     error, period = 1e-12 * np.abs(rng.normal(size=M.shape)), rng.uniform(1.0, 2.0, 60)
     together = floquet.multiplier_columns(floquet.Matrices(M, error), period, reciprocal)
     for count in (1, 3):
-        for some in (slice(i, i + count) for i in range(0, 60, count)):
-            alone = floquet.multiplier_columns(floquet.Matrices(M[some], error[some]), period[some], reciprocal)
-            assert [name for name in alone if alone[name].tobytes() != together[name][some].tobytes()] == []
+        for chunk in (slice(i, i + count) for i in range(0, 60, count)):
+            alone = floquet.multiplier_columns(floquet.Matrices(M[chunk], error[chunk]), period[chunk], reciprocal)
+            assert [name for name in alone if alone[name].tobytes() != together[name][chunk].tobytes()] == []

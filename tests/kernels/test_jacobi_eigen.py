@@ -1,4 +1,4 @@
-"""Principal axes of drawn tensors against LAPACK's, at degeneracies and sizes where formulas in closed form fail."""
+"""Principal axes of drawn tensors against LAPACK's, at degeneracies and sizes at which formulas in closed form fail."""
 
 import numpy as np
 import pytest
@@ -16,42 +16,42 @@ def axes():
     return rows * np.linalg.det(rows)
 
 
-def found(tensors, axes):
+def principal_axes(tensors, axes):
     """Moments and rotations of tensors, shape (n, 3, 3)."""
     entries = np.stack([tensors[:, i, j] for i, j in ENTRIES.values()], axis=-1)
-    moments, turned = np.empty((len(tensors), 3)), np.empty((len(tensors), 3, 3))
-    jacobi_eigen.axes_near(np.ascontiguousarray(entries), np.ascontiguousarray(axes), moments, turned)
-    return moments, turned
+    moments, rotations = np.empty((len(tensors), 3)), np.empty((len(tensors), 3, 3))
+    jacobi_eigen.axes_near(np.ascontiguousarray(entries), np.ascontiguousarray(axes), moments, rotations)
+    return moments, rotations
 
 
 def symmetric(spread, count=200, middle=KNOWN, axes=None):
     axes = np.eye(3) if axes is None else axes
-    off = np.random.default_rng(3).normal(size=(count, 3, 3)) * spread
-    return axes.T @ middle @ axes + (off + off.transpose(0, 2, 1)) / 2
+    noise = np.random.default_rng(3).normal(size=(count, 3, 3)) * spread
+    return axes.T @ middle @ axes + (noise + noise.transpose(0, 2, 1)) / 2
 
 
 @pytest.mark.parametrize("spread", [0.0, 1e-12, 1e-3, 0.1, 3.0])
 @pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
 def test_moments_are_those_of_lapack_and_axes_give_the_tensor_back(axes, spread, size):
     tensors = size * symmetric(spread, axes=axes)
-    moments, turned = found(tensors, axes)
+    moments, rotations = principal_axes(tensors, axes)
     largest = np.abs(tensors).max()
     # both take some ten roundings of the largest entry
     assert np.abs(np.sort(moments, axis=1) - np.linalg.eigvalsh(tensors)).max() <= 2e-14 * largest
-    rows = turned @ axes
+    rows = rotations @ axes
     assert np.abs(rows.transpose(0, 2, 1) @ (moments[:, :, None] * rows) - tensors).max() <= 2e-14 * largest
-    assert np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max() <= 1e-14
-    assert np.linalg.det(turned) == pytest.approx(1.0, abs=1e-13)
+    assert np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max() <= 1e-14
+    assert np.linalg.det(rotations) == pytest.approx(1.0, abs=1e-13)
 
 
 def test_each_axis_is_the_one_that_lies_nearest(axes):
     """Of all ways to share three axes out, none fits better; a body drawn near itself hardly turns."""
     tensors = symmetric(0.5, axes=axes)
-    _, turned = found(tensors, axes)
-    fits = [np.abs(turned[:, order, range(3)]).sum(axis=1) for order in jacobi_eigen.ORDERS]
+    _, rotations = principal_axes(tensors, axes)
+    fits = [np.abs(rotations[:, order, range(3)]).sum(axis=1) for order in jacobi_eigen.ORDERS]
     assert (fits[0] >= np.max(fits, axis=0) - 1e-12).all()
-    assert (turned[:, [0, 1], [0, 1]] >= 0.0).all()
-    assert np.abs(found(symmetric(1e-9, axes=axes), axes)[1] - np.eye(3)).max() < 1e-8
+    assert (rotations[:, [0, 1], [0, 1]] >= 0.0).all()
+    assert np.abs(principal_axes(symmetric(1e-9, axes=axes), axes)[1] - np.eye(3)).max() < 1e-8
 
 
 @pytest.mark.parametrize(
@@ -61,13 +61,13 @@ def test_each_axis_is_the_one_that_lies_nearest(axes):
 def test_equal_and_vanishing_moments_still_give_axes(axes, middle):
     for spread in (0.0, 1e-17, 1e-15):
         tensors = symmetric(spread, 20, middle, axes)
-        moments, turned = found(tensors, axes)
+        moments, rotations = principal_axes(tensors, axes)
         assert np.abs(np.sort(moments, axis=1) - np.sort(np.diag(middle))).max() <= 1e-14
-        assert np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max() <= 1e-14
-        assert np.linalg.det(turned) == pytest.approx(1.0, abs=1e-13)
+        assert np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max() <= 1e-14
+        assert np.linalg.det(rotations) == pytest.approx(1.0, abs=1e-13)
 
 
 def test_what_is_no_number_ends_and_stays_none(axes):
     tensors = np.full((2, 3, 3), np.nan)
     tensors[1] = np.inf
-    assert not np.isfinite(found(tensors, axes)[0]).any()
+    assert not np.isfinite(principal_axes(tensors, axes)[0]).any()

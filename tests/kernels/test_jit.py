@@ -1,4 +1,4 @@
-"""Kernels are compiled by our own `njit`, with nothing of Numba's changed for others."""
+"""Kernels are compiled by our own `njit`, without a change of Numba for its further users."""
 
 import os
 import subprocess
@@ -17,18 +17,18 @@ ROOT = Path(jit.__file__).parents[2]
 
 def test_a_closure_needs_a_name_of_its_own():
     factor = 2.0
-    with pytest.raises(ValueError, match=r"doubled is a closure; allowed: njit\(name=…\)"):
+    with pytest.raises(ValueError, match=r"double is a closure; allowed: njit\(name=…\)"):
 
         @jit.njit()
-        def doubled(x):
+        def double(x):
             return factor * x
 
     @jit.njit(name="double")
-    def doubled(x):
+    def double(x):
         return factor * x
 
-    assert doubled.__name__ == "double"
-    assert doubled(3.0) == 6.0
+    assert double.__name__ == "double"
+    assert double(3.0) == 6.0
 
 
 @pytest.mark.compiled
@@ -37,7 +37,7 @@ def test_a_function_with_a_signature_is_compiled_at_once_and_for_no_other():
     def half(x):
         return x / 2
 
-    assert [str(one) for one in half.signatures] == ["(float64,)"]
+    assert [str(signature) for signature in half.signatures] == ["(float64,)"]
     assert half(3) == 1.5
     with pytest.raises(TypeError):
         half("a")
@@ -124,8 +124,8 @@ def vectors(tmp_path, line="jit.whole_vectors()", **settings):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     environment |= {"PYTHONPATH": path, "XDG_CACHE_HOME": str(tmp_path)} | settings
     command = [sys.executable, "-m", "lanes_of_this_test"]
-    said = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    by_rule, count = said.split()
+    output = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    by_rule, count = output.split()
     return by_rule == "True", int(count)
 
 
@@ -142,5 +142,5 @@ def test_vectors_are_whole_where_llvm_takes_half_of_them_and_the_clock_stays(tmp
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_users_features_of_the_processor_hold(tmp_path):
-    found = vectors(tmp_path, NUMBA_CPU_NAME="icelake-server", NUMBA_CPU_FEATURES="+avx512f,+avx512vl,+prefer-256-bit")
-    assert found == (False, 0)
+    result = vectors(tmp_path, NUMBA_CPU_NAME="icelake-server", NUMBA_CPU_FEATURES="+avx512f,+avx512vl,+prefer-256-bit")
+    assert result == (False, 0)

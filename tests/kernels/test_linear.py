@@ -43,7 +43,7 @@ def test_omega_squared_keeps_its_sign_at_any_scale(scale, ratios):
 
 
 def naive_regime(a, b, c):
-    """By where I_a stands among the three."""
+    """Return the regime by the rank of I_a among the three moments."""
     if a == b == c:
         return linear.SPHERE
     if a in (b, c):
@@ -53,20 +53,20 @@ def naive_regime(a, b, c):
 
 @given(moment_triples())
 def test_regimes_of_the_three_axes(moments):
-    told = linear.regime(*moments, AXES)
-    assert told.dtype == np.int8
-    assert told.tolist() == [naive_regime(*seen_from(axis, *moments)) for axis in (1, 2, 3)]
+    regimes = linear.regime(*moments, AXES)
+    assert regimes.dtype == np.int8
+    assert regimes.tolist() == [naive_regime(*seen_from(axis, *moments)) for axis in (1, 2, 3)]
     if rigid_body.shape(*moments) == rigid_body.ASYMMETRIC:
-        assert sorted(told) == sorted([linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE])
-    squared = linear.omega_squared(*moments, 1.0, AXES)
-    assert ((squared < 0) == (told == linear.UNSTABLE)).all()
-    assert ((squared == 0) == np.isin(told, [linear.MARGINAL, linear.SPHERE])).all()
+        assert sorted(regimes) == sorted([linear.STABLE_MINOR, linear.STABLE_MAJOR, linear.UNSTABLE])
+    omega_squared = linear.omega_squared(*moments, 1.0, AXES)
+    assert ((omega_squared < 0) == (regimes == linear.UNSTABLE)).all()
+    assert ((omega_squared == 0) == np.isin(regimes, [linear.MARGINAL, linear.SPHERE])).all()
 
 
 def test_regimes_by_name():
-    told = linear.regime([1, 1, 1, 1, 1, 2, 2], [2, 2, 2, 1, 1, 1, 1], [3, 3, 3, 2, 1, 1, 2], [1, 2, 3, 1, 2, 1, 1])
+    regimes = linear.regime([1, 1, 1, 1, 1, 2, 2], [2, 2, 2, 1, 1, 1, 1], [3, 3, 3, 2, 1, 1, 2], [1, 2, 3, 1, 2, 1, 1])
     expected = [linear.STABLE_MINOR, linear.UNSTABLE, linear.STABLE_MAJOR, linear.MARGINAL, linear.SPHERE]
-    assert told.tolist() == [*expected, linear.STABLE_MAJOR, linear.MARGINAL]
+    assert regimes.tolist() == [*expected, linear.STABLE_MAJOR, linear.MARGINAL]
 
 
 def growing_fraction(I1, I2, I3, omega0, axis, phase):

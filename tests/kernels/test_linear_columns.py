@@ -1,6 +1,6 @@
-"""Linear theory's columns in one pass are, bit for bit, what the formulas of kernels.free.linear make of arrays.
+"""Linear theory's columns in one pass are, bit for bit, the results of the formulas of kernels.free.linear on arrays.
 
-The axis that is encircled is that of a difference in 60 digits, and whose component of SciPy's motion keeps its sign.
+The encircled axis is that of a difference in 60 digits; its component of SciPy's motion keeps its sign.
 """
 
 import mpmath
@@ -12,23 +12,23 @@ from kernels.free import linear, rigid_body, triangle
 from kernels.free.rigid_body import Spins
 
 
-def some_bodies(alike):
+def some_bodies(uniform):
     """Bodies of every kind, those that are none among them; one axis and direction for all, or each its own."""
     random, n = np.random.default_rng(1), 3000
     moments = random.uniform(0.05, 2.0, (3, n))
     moments[0, :300] = moments[1, :300]
     moments[1, 200:500] = moments[2, 200:500]
     moments[random.integers(0, 3, 30), np.arange(500, 530)] = np.repeat([np.nan, np.inf, 0.0], 10)
-    axis = np.full(n, 2) if alike else random.integers(1, 4, n)
-    phase = np.full(n, 0.6) if alike else random.uniform(-7.0, 7.0, n)
+    axis = np.full(n, 2) if uniform else random.integers(1, 4, n)
+    phase = np.full(n, 0.6) if uniform else random.uniform(-7.0, 7.0, n)
     return *moments, axis, random.choice([-1.0, 1.0], n) * random.uniform(0.1, 20.0, n), phase
 
 
-@pytest.mark.parametrize("alike", [True, False])
-def test_columns_are_those_of_the_formulas(alike):
-    I1, I2, I3, axis, omega0, phase = some_bodies(alike)
-    found = linear.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
-    assert found.pop("encircles").dtype == np.int8
+@pytest.mark.parametrize("uniform", [True, False])
+def test_columns_are_those_of_the_formulas(uniform):
+    I1, I2, I3, axis, omega0, phase = some_bodies(uniform)
+    columns = linear.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
+    assert columns.pop("encircles").dtype == np.int8
     with np.errstate(all="ignore"):
         regime = linear.regime(I1, I2, I3, axis)
         rate, unstable = np.sqrt(np.abs(linear.omega_squared(I1, I2, I3, 1.0, axis))), regime == linear.UNSTABLE
@@ -40,11 +40,11 @@ def test_columns_are_those_of_the_formulas(alike):
             "regime_theory": regime,
             "shape": rigid_body.shape(I1, I2, I3),
         }
-    assert set(found) == {*expected, "growing_fraction"}
+    assert set(columns) == {*expected, "growing_fraction"}
     for name, values in expected.items():
-        assert found[name].dtype == values.dtype, name
-        np.testing.assert_array_equal(found[name], values, err_msg=name)
-        assert (np.signbit(found[name]) == np.signbit(values)).all(), name
+        assert columns[name].dtype == values.dtype, name
+        np.testing.assert_array_equal(columns[name], values, err_msg=name)
+        assert (np.signbit(columns[name]) == np.signbit(values)).all(), name
 
 
 def starts(random, n):
@@ -65,9 +65,9 @@ def starts(random, n):
 
 def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
     start = starts(np.random.default_rng(4), 3000)
-    found = linear.columns_of(Spins(*start))["encircles"]
+    flags = linear.columns_of(Spins(*start))["encircles"]
     undecided = 0
-    for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, found, strict=True):
+    for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, flags, strict=True):
         with mpmath.workdps(60):
             moments = [mpmath.mpf(float(x)) for x in (I1, I2, I3)]
             w = [mpmath.mpf(0)] * 3
@@ -81,7 +81,7 @@ def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
             assert abs(N) < 40 * 2.0**-52 * size
         else:
             assert flag == (linear.GREATEST_AXIS if N > 0 else linear.LEAST_AXIS)
-    assert 10 < undecided < 300  # some are as near the separatrix as doubles can tell, and few
+    assert 10 < undecided < 300  # few are as near the separatrix as doubles resolve
 
 
 @pytest.mark.parametrize("moments", [(1.0, 1.7, 2.3), (2.3, 1.0, 1.7), (1.7, 2.3, 1.0)])
@@ -89,24 +89,24 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     random, n = np.random.default_rng(5), 12
     a, b, c = moments
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
-    one = [np.full(n, x) for x in moments]
-    found = linear.columns_of(Spins(*one, axis, np.ones(n), epsilon, phase))["encircles"]
-    assert set(found) == {linear.LEAST_AXIS, linear.GREATEST_AXIS}
+    moment_columns = [np.full(n, x) for x in moments]
+    flags = linear.columns_of(Spins(*moment_columns, axis, np.ones(n), epsilon, phase))["encircles"]
+    assert set(flags) == {linear.LEAST_AXIS, linear.GREATEST_AXIS}
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
         rates = lambda t, w: [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]  # noqa: E731
         motion = solve_ivp(rates, (0, 150), start, method="DOP853", rtol=1e-11, atol=1e-13).y
         keeps = {k for k in range(3) if np.ptp(np.sign(motion[k])) == 0}
-        assert keeps == {int(np.argmin(moments) if found[i] == linear.LEAST_AXIS else np.argmax(moments))}
+        assert keeps == {int(np.argmin(moments) if flags[i] == linear.LEAST_AXIS else np.argmax(moments))}
 
 
 def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
     moments = np.array([[1.0, 1.0, 1.5], [1.0, 1.5, 1.5], [1.0, 1.0, 1.0]]).T
     for axis in (1, 2, 3):
         for phase in (0.6, 2.1):
-            one = np.full(3, 1e-300), np.full(3, phase)
-            found = linear.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *one))["encircles"]
-            assert found.tolist() == [linear.GREATEST_AXIS, linear.LEAST_AXIS, linear.NO_AXIS]
+            perturbation = np.full(3, 1e-300), np.full(3, phase)
+            flags = linear.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *perturbation))["encircles"]
+            assert flags.tolist() == [linear.GREATEST_AXIS, linear.LEAST_AXIS, linear.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
     steady = linear.columns_of(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
     assert steady["encircles"].tolist() == [linear.NO_AXIS]

@@ -52,38 +52,40 @@ STEP = (
 )
 
 
-def once(a, b, c):
+def multiply_add(a, b, c):
     """Return a b + c, rounded once."""
     return float(Fraction(a) * Fraction(b) + Fraction(c))
 
 
 def fused_step(a, b, k):
-    """Do what step does where the processor rounds a product and a sum once."""
-    a1 = (k * THIRD) * once(a, a, a * b)
-    b1 = k * once(-b, a, a * a1)
-    return once(-a1, b, abs(b1) / 3), once(2.0, b1, a) - a1
+    """Return the result of step with products and sums rounded once (fused multiply-add)."""
+    a1 = (k * THIRD) * multiply_add(a, a, a * b)
+    b1 = k * multiply_add(-b, a, a * a1)
+    return multiply_add(-a1, b, abs(b1) / 3), multiply_add(2.0, b1, a) - a1
 
 
 @pytest.mark.compiled
 def test_a_formula_rounds_products_and_sums_once_where_it_says_whoever_calls_it():
-    written, known = parse_formula(*STEP, {"THIRD": THIRD}), formula(step)
+    parsed_step, compiled_step = parse_formula(*STEP, {"THIRD": THIRD}), formula(step)
 
     @njit(**OPTIONS)
-    def run(given, out):
-        for i in range(len(given)):
-            a, b, k = given[i]
-            out[i, 0, 0], out[i, 0, 1] = written(a, b, k)
-            first, second = known(a, b, k)  # not the only use of its parts: LLVM might join others
+    def run(arguments, out):
+        for i in range(len(arguments)):
+            a, b, k = arguments[i]
+            out[i, 0, 0], out[i, 0, 1] = parsed_step(a, b, k)
+            first, second = compiled_step(a, b, k)  # not the only use of its parts: LLVM might fuse further operations
             out[i, 1, 0], out[i, 1, 1] = first, second
             out[i, 2, 0] = first * k + second
 
-    given, out = np.random.default_rng(5).normal(size=(50, 3)), np.empty((50, 3, 2))
-    run(given, out)
+    arguments, out = np.random.default_rng(5).normal(size=(50, 3)), np.empty((50, 3, 2))
+    run(arguments, out)
     assert (out[:, 0] == out[:, 1]).all()
-    fused, plain = (np.array([rounded(*each) for each in given.tolist()]) for rounded in (fused_step, step))
-    assert (out[:, 0] == fused).all() or (out[:, 0] == plain).all()  # by processors without the operation
-    assert (out[:, 2, 0] == out[:, 0, 0] * given[:, 2] + out[:, 0, 1]).all()  # rounded twice outside a formula
-    assert (fused != plain).any()
+    with_fma, without_fma = (
+        np.array([rounded(*each) for each in arguments.tolist()]) for rounded in (fused_step, step)
+    )
+    assert (out[:, 0] == with_fma).all() or (out[:, 0] == without_fma).all()  # by processors without the operation
+    assert (out[:, 2, 0] == out[:, 0, 0] * arguments[:, 2] + out[:, 0, 1]).all()  # rounded twice outside a formula
+    assert (with_fma != without_fma).any()
 
 
 TABLE = (0.25, 2.0)
@@ -100,7 +102,7 @@ def scaled(x, y, k):
 
 
 @formula
-def turned(pair, angle, back):
+def mixed_formula(pair, angle, back):
     """Selections, comparisons, numbers of the module, a tuple, a truth value, and another formula."""
     x, y = pair
     far = (abs(angle) > TABLE[1]) | ~(angle == angle)
@@ -113,12 +115,12 @@ def turned(pair, angle, back):
 def test_a_formula_does_what_python_does():
     @njit(**OPTIONS)
     def run(x, y, angle, back):
-        return turned((x, y), angle, back)
+        return mixed_formula((x, y), angle, back)
 
     numbers = np.random.default_rng(6).normal(scale=2.0, size=(200, 3)).tolist()
     for x, y, angle in [*numbers, (0.0, -0.0, 3.0), (1.0, 2.0, math.nan), (math.inf, 1.0, -2.0)]:
         for back in (False, True):
-            assert run(x, y, angle, back) == turned((x, y), angle, back)
+            assert run(x, y, angle, back) == mixed_formula((x, y), angle, back)
 
 
 @pytest.mark.compiled
@@ -133,8 +135,8 @@ def test_what_a_formula_may_not_call_is_named():
 
 @pytest.mark.compiled
 def test_a_straight_function_is_called_with_its_own_arguments():
-    written = parse_formula(*STEP, {"THIRD": THIRD})
+    parsed_step = parse_formula(*STEP, {"THIRD": THIRD})
     with pytest.raises(TypingError, match="missing a required argument"):
-        njit(lambda a, b: written(a, b))(1.0, 2.0)
+        njit(lambda a, b: parsed_step(a, b))(1.0, 2.0)
     with pytest.raises(TypingError, match="No implementation"):
-        njit(lambda a, b: written(a, b, "c"))(1.0, 2.0)
+        njit(lambda a, b: parsed_step(a, b, "c"))(1.0, 2.0)

@@ -27,7 +27,7 @@ def second(x, x1, x2):
 @given(SAMPLE, SAMPLE, SAMPLE)
 def test_second_difference(x, x1, x2):
     exact = second(*fractions(x, x1, x2))
-    # half an ulp of each of the two differences and one of their own difference
+    # half an ulp of each of the two differences and an ulp of their difference
     allowed = ULP * (abs(x - x1) + abs(x1 - x2))
     assert abs(fractions(measure.second_difference(x, x1, x2))[0] - exact) <= allowed
 
@@ -85,7 +85,7 @@ def test_the_series_of_small_turns_against_mpmath():
     for D in (*D_VALUES[D_VALUES <= measure.MAX_SERIES_D], *-D_VALUES[D_VALUES <= measure.MAX_SERIES_D], 0.0):
         value, slope = measure.rate_squared_of_turn(float(D))
         exact, exact_slope = rate_squared_of(D, 1.0) if D else (0.0, 2.0)
-        # the last multiplication and addition, and what is cut off
+        # the last multiplication and addition, and the truncation
         assert value == pytest.approx(exact, rel=2 * ULP, abs=0)
         assert slope == pytest.approx(exact_slope, rel=2 * ULP, abs=0)
 
@@ -111,8 +111,8 @@ def test_estimate_whatever_the_guess_is_the_least_squares_fit(guess):
     for motion in (np.stack([np.cos(0.9 * t), np.sin(0.9 * t)], axis=1), np.stack([np.cosh(0.1 * t), 0.3 * t], axis=1)):
         x = motion + 1e-3 * rng.standard_normal(motion.shape)
         value, stderr = estimate(guess, sums(x, guess), len(x) - 2, SPACING)
-        expected, expected_stderr, used = rate_squared(x, SPACING)
-        assert used == len(x)
+        expected, expected_stderr, num_samples = rate_squared(x, SPACING)
+        assert num_samples == len(x)
         # the twin's arccos(1 - D) loses digits as 1e-16/D; the noise leaves no D below 1e-4
         assert value == pytest.approx(expected, rel=1e-11, abs=0)
         # after a guess far off the scatter is a difference of sums 1e5 times as large
@@ -159,13 +159,13 @@ def test_signed_rate_has_symmetries(rate, phase, exponent, grows):
     assert signed_rate(wave * 2.0 ** round(exponent), SPACING) == (value, stderr)
     slow = signed_rate(wave, 2 * SPACING)
     assert slow == (value / 4, stderr / 4)
-    # the other way round, and with the components changed: the same sums in another order
-    other = signed_rate(wave[::-1, ::-1], SPACING)
-    assert other[0] == pytest.approx(value, rel=0, abs=1e-14 / SPACING**2)
+    # backwards, and with exchanged components: the same sums in another order
+    mirrored_rate = signed_rate(wave[::-1, ::-1], SPACING)
+    assert mirrored_rate[0] == pytest.approx(value, rel=0, abs=1e-14 / SPACING**2)
 
 
 def noisy_recurrence(rng, D, count):
-    """Samples of a motion whose second differences carry white noise of 1e-6."""
+    """Return samples of a motion with white noise of 1e-6 in its second differences."""
     x = [np.array([1.0, 0.0]), np.array([1 - D, 0.3])]
     for _ in range(count - 2):
         x.append(2 * (1 - D) * x[-1] - x[-2] + 1e-6 * rng.standard_normal(2))
@@ -177,7 +177,7 @@ def test_standard_error_is_the_spread_of_many_estimates(D):
     rng = np.random.default_rng(11)
     draws = np.array([signed_rate(noisy_recurrence(rng, D, 33), SPACING) for _ in range(800)])
     pulls = (draws[:, 0] - rate_squared_of(D, SPACING)[0]) / draws[:, 1]
-    # 800 draws know a spread to 1/sqrt(1600) = 2.5 % and a share of 0.683 to 0.016: four times each
+    # 800 draws determine a spread to 1/sqrt(1600) = 2.5 % and a share of 0.683 to 0.016: four times each
     assert pulls.std() == pytest.approx(1.0, abs=0.1)
     assert abs(pulls.mean()) < 4 / math.sqrt(800)
     assert np.mean(np.abs(pulls) < 1) == pytest.approx(0.683, abs=0.066)

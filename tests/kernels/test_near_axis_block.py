@@ -58,7 +58,7 @@ def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
     columns = survey.measured(points, 3.0, 8, tolerance)
     size = min(1.0, 10 * epsilon * np.exp(0.5))
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
-    seen = 0
+    num_visible = 0
     for i in range(40):
         moments, start = point(points, i)
         bound = np.abs(rigid_body.euler_coefficients(*moments)).max()
@@ -66,13 +66,13 @@ def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
         order, steps = direct.choose(x, size, coefficients, intervals, tolerance)
         ours = taylor(moments, start, spacing, intervals, order, steps)
         truth = exact.rotation(moments, start, spacing * np.arange(intervals + 1))
-        used = columns["samples_used"][i]
+        num_samples = columns["samples_used"][i]
         largest = np.maximum.accumulate(np.hypot(ours[:, 1], ours[:, 2]))
-        apart = (np.hypot(*(ours - truth)[:, 1:].T) / largest)[:used].max()
+        distance = (np.hypot(*(ours - truth)[:, 1:].T) / largest)[:num_samples].max()
         # sixty steps of either solution round by 1e-15 or so in all, and in another order
-        assert columns["propagation_error"][i] == pytest.approx(apart, rel=1e-4, abs=2e-14)
-        seen += apart > 1e-13
-    assert seen > 10
+        assert columns["propagation_error"][i] == pytest.approx(distance, rel=1e-4, abs=2e-14)
+        num_visible += distance > 1e-13
+    assert num_visible > 10
 
 
 # at 0.3 some motions pass so near the separatrix that rounding alone makes more than 1e-12
@@ -88,11 +88,11 @@ def test_every_certificate_is_within_its_allowance(tolerance, epsilon):
 
 
 def test_on_the_decaying_direction_rounding_grows_and_is_allowed():
-    # c_b = c_c = 1/2, so phase 3 pi/4 or its mirror decays: what rounding adds grows by e^{12.6} over the run
+    # c_b = c_c = 1/2, so phase 3 pi/4 or its mirror decays: the contribution of rounding grows by e^{12.6} over the run
     points = {"I1": 1.0, "I2": 0.6, "I3": 1.6666666666666667, "axis": 1, "omega0": 1.0, "epsilon": 1e-6}
     rates = rigid_body.euler_coefficients(1.0, 0.6, 1.6666666666666667)
-    decaying = np.arctan2(np.sqrt(abs(rates[2])), -np.sqrt(abs(rates[1])) * np.sign(rates[1]))
-    columns = survey.survey(points | {"phase": decaying}, 4.0, 16, 1e-10)
+    decay_phase = np.arctan2(np.sqrt(abs(rates[2])), -np.sqrt(abs(rates[1])) * np.sign(rates[1]))
+    columns = survey.survey(points | {"phase": decay_phase}, 4.0, 16, 1e-10)
     assert columns["growing_fraction"][0] < 1e-15
     assert columns["regime"][0] == linear.UNSTABLE
     assert columns["status"][0] == survey.OK
@@ -119,57 +119,61 @@ print(*columns["status"], *columns["propagation_error"])
     ("defect", "status"), [pytest.param(0.0, survey.OK, marks=pytest.mark.slow), (1e-9, statuses.NOT_CONVERGED)]
 )
 def test_an_integrator_broken_by_1e_9_is_told_by_the_certificate(defect, status):
-    # in a process of its own and in plain Python, for the compiler freezes what it has inlined
+    # in a process of its own and in plain Python, for the compiler freezes inlined constants
     program = BROKEN.replace("DEFECT", repr(defect))
-    told = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore").split()
-    assert told[:3] == [str(status)] * 3
+    output = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore").split()
+    assert output[:3] == [str(status)] * 3
     if defect:
-        assert min(map(float, told[3:])) > defect
+        assert min(map(float, output[3:])) > defect
 
 
 @pytest.mark.compiled
 def test_the_exact_propagator_measures_the_same():
     points = bodies(5000, 3)
-    stepped = survey.survey(points, 4.0, 16, 1e-12)
+    by_steps = survey.survey(points, 4.0, 16, 1e-12)
     columns = survey.survey(points, 4.0, 16, 1e-12, propagator="exact")
     assert (columns["status"] == survey.OK).all()
     assert (columns["steps_per_sample"] == 1).all()
-    np.testing.assert_array_equal(columns["regime"], stepped["regime"])
+    np.testing.assert_array_equal(columns["regime"], by_steps["regime"])
     # both are within 1e-12 of the truth, which (Omega h)² in the recurrence amplifies for small rates
     scale = points["omega0"] ** 2
-    np.testing.assert_allclose(columns["omega_squared"] / scale, stepped["omega_squared"] / scale, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(columns["omega_squared"] / scale, by_steps["omega_squared"] / scale, rtol=0, atol=1e-10)
     # roundings of a motion that falls before it grows have grown by e^(lambda t), up to 1e3 here, when it is small
-    growing, drift = columns["growth_rate"] > 0, columns["perturbation_drift"]
-    assert drift[~growing].max() < 1e-14
-    assert drift[growing].max() < 3e-13
+    grows, drift = columns["growth_rate"] > 0, columns["perturbation_drift"]
+    assert drift[~grows].max() < 1e-14
+    assert drift[grows].max() < 3e-13
 
 
 def test_work_that_nobody_asked_for_changes_no_other_column():
     points = bodies(500, 4)
-    whole = survey.measured(points, 4.0, 16, 1e-10)
-    regimes, logged, rates = ("omega_squared", "regime", "status"), ("growth_rate_logslope_error",), ("euler_period",)
-    for few in (regimes, logged, rates, ("frequency_reduced_error", "energy_drift")):
-        part = survey.survey(points, 4.0, 16, 1e-10, wanted=few)
-        assert sorted(part) == sorted(few)
-        for name in few:
-            np.testing.assert_array_equal(part[name], whole[name], err_msg=name)
+    all_columns = survey.measured(points, 4.0, 16, 1e-10)
+    regimes, log_slope, rates = (
+        ("omega_squared", "regime", "status"),
+        ("growth_rate_logslope_error",),
+        ("euler_period",),
+    )
+    for requested in (regimes, log_slope, rates, ("frequency_reduced_error", "energy_drift")):
+        columns = survey.survey(points, 4.0, 16, 1e-10, wanted=requested)
+        assert sorted(columns) == sorted(requested)
+        for name in requested:
+            np.testing.assert_array_equal(columns[name], all_columns[name], err_msg=name)
 
 
 def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
-    """Every other lane turns more than a motion may between two samples; each has its own square and slope."""
+    """Lanes of odd number rotate more than a motion may between two samples; each has its own square and slope."""
     rng, S = np.random.default_rng(7), np.full(estimates.ROWS * W, math.nan)
     for start in (row.guess, row.rx, row.xx, row.sx, row.sw, row.spacing):
         S[start : start + W] = rng.uniform(0.5, 1.0, W)
-    wanted = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
-    S[row.guess : row.guess + W] = wanted + 0.5 * S[row.rx : row.rx + W] / S[row.xx : row.xx + W]
+    squares = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
+    S[row.guess : row.guess + W] = squares + 0.5 * S[row.rx : row.rx + W] / S[row.xx : row.xx + W]
     assert estimates._squares(S, True)
     estimates._squares_beyond(S)
     for lane in range(W):
         turns = estimates._turn(S, lane), estimates._reduced_turn(S, lane)
         rows = (aux.rate2, aux.slope), (aux.reduced, aux.reduced_slope)
         for D, (square, slope) in zip(turns, rows, strict=True):
-            told = S[square + lane], S[slope + lane]
-            assert told == pytest.approx(measure.rate_squared(D, S[row.spacing + lane]), rel=1e-13)
+            measurement = S[square + lane], S[slope + lane]
+            assert measurement == pytest.approx(measure.rate_squared(D, S[row.spacing + lane]), rel=1e-13)
 
 
 ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
@@ -196,12 +200,14 @@ for part in vars(near_axis_block).values():
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 instructions")
 @pytest.mark.skipif(not shutil.which("objdump"), reason="takes compiled code apart by objdump")
 def test_every_loop_over_lanes_is_packed(tmp_path):
-    # with an empty cache: Numba loads what it finds there whole, and not the parts that it calls
+    # with an empty cache: Numba loads stored code as a whole, without the functions that it calls
     python(COMPILED, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     files = sorted(tmp_path.glob("*.o"))
     assert len(files) > 20
-    told = subprocess.run(["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True)
-    texts = re.split(r"^.*file format.*$", told.stdout, flags=re.M)[1:]
+    process = subprocess.run(
+        ["objdump", "-d", "--no-show-raw-insn", *files], capture_output=True, text=True, check=True
+    )
+    texts = re.split(r"^.*file format.*$", process.stdout, flags=re.M)[1:]
     for file, text in zip(files, texts, strict=True):
-        packed, scalar = (len(re.findall(ARITHMETIC + kind + r"\b", text)) for kind in ("pd", "sd"))
-        assert (packed > scalar) != (file.stem in SCALAR), (file.stem, packed, scalar)
+        num_packed, num_scalar = (len(re.findall(ARITHMETIC + kind + r"\b", text)) for kind in ("pd", "sd"))
+        assert (num_packed > num_scalar) != (file.stem in SCALAR), (file.stem, num_packed, num_scalar)

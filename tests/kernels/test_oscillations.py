@@ -38,20 +38,20 @@ def _energy(S):
 
 @cache
 def compiled():
-    """The two, when a test first asks for them."""
+    """Return both kernels, compiled on first use."""
     return njit("void(float64[::1], int64)")(_advance), njit("void(float64[::1])")(_energy)
 
 
 def run(k, *, start=1.0, speed=0.0, intervals=64, spacing=0.4, size=1e-6, advance=None):
-    """The raw result of linear oscillators with these k, scale 1, or of what else advances them."""
+    """The raw result of linear oscillators with these k, scale 1, or of another function `advance`."""
     k = np.atleast_1d(np.asarray(k, dtype=np.float64))
     rows = np.zeros((k.size, 1, 6, 7))
     rows[..., 0], rows[..., 1], rows[..., STATES], rows[..., 6] = start, speed, 1.0, k[:, None, None]
-    ones = np.ones(k.size)
-    twice = np.zeros(k.size, dtype=np.int64)
+    unit = np.ones(k.size)
+    zeros = np.zeros(k.size, dtype=np.int64)
     exact, energy = compiled()
-    given = np.stack([ones, 0.0 * ones], axis=1)
-    runs = Runs(rows, np.tile(np.eye(2), (k.size, 1, 1)), ones, size * ones, twice, twice, given)
+    starts = np.stack([unit, 0.0 * unit], axis=1)
+    runs = Runs(rows, np.tile(np.eye(2), (k.size, 1, 1)), unit, size * unit, zeros, zeros, starts)
     integrator, sampling = Integrator(advance or exact, energy, STATES), Sampling(intervals, spacing, 1e-10)
     return oscillations.measure_points(integrator, runs, sampling)
 
@@ -103,12 +103,12 @@ def test_log_slope_is_that_of_the_logarithms_in_its_window():
         assert row[oscillations.RAW.log_slope] == pytest.approx(slope, rel=1e-12)
         assert row[oscillations.RAW.e_folds] == pytest.approx(np.ptp(np.log(sizes[window])), rel=1e-12)
     assert np.isnan(raw[2, [oscillations.RAW.log_slope, oscillations.RAW.e_folds]]).all()
-    capped = run([-1.0], intervals=120, size=1e-4)[0]  # 0.01 of the system's size is 100 times the nudge
-    assert math.log(100.0 / 2.0) - 0.8 <= capped[oscillations.RAW.e_folds] <= math.log(100.0 / 2.0)
+    result = run([-1.0], intervals=120, size=1e-4)[0]  # 0.01 of the system's size is 100 times the nudge
+    assert math.log(100.0 / 2.0) - 0.8 <= result[oscillations.RAW.e_folds] <= math.log(100.0 / 2.0)
 
 
 def test_halving_is_tried_where_the_motion_is_largest_and_scatter_is_that_of_least_squares():
-    """A step that gives the speed h² x³ / 1000 too much: what halving changes goes with the cube of the size."""
+    """A step with an error of h² x³ / 1000 in the speed: halving changes it by the cube of the size."""
 
     def step(x, v, h):
         return math.cos(h) * x + math.sin(h) * v, math.cos(h) * v - math.sin(h) * x + 1e-3 * h * h * x**3
@@ -137,20 +137,20 @@ def test_halving_is_tried_where_the_motion_is_largest_and_scatter_is_that_of_lea
     while len(states) <= 64:
         states.append(interval(states[-1], number))
     largest = max(states, key=lambda state: abs(state[0]))
-    # rounding of the steps, 1e-14, over what halving changes
+    # rounding of the steps, 1e-14, over the change by halving
     assert raw[oscillations.RAW.halving] == pytest.approx(expected(largest), rel=1e-7)
     assert expected(largest) > 2.0 * expected(states[0])
 
     sizes = np.array(states)[:, 0]
     (twice_cosine,), (scatter,), *_ = np.linalg.lstsq(sizes[1:-1, None], sizes[2:] + sizes[:-2])
     angle, error = math.acos(0.5 * twice_cosine), math.sqrt(scatter / (62 * (sizes[1:-1] ** 2).sum()))
-    # the runs of a half and of a quarter of the nudge are this one: what they extrapolate to is, too
-    both = raw[[oscillations.RAW.stderr, oscillations.RAW.spread]]
-    np.testing.assert_allclose(both, angle / math.sin(angle) * error / 0.4**2, rtol=1e-9)
+    # the runs of a half and of a quarter of the nudge are equal to this run, and so is their extrapolation
+    estimates = raw[[oscillations.RAW.stderr, oscillations.RAW.spread]]
+    np.testing.assert_allclose(estimates, angle / math.sin(angle) * error / 0.4**2, rtol=1e-9)
 
 
 def test_another_mode_that_grows_ends_the_window():
-    """Two modes: the nudged one turns, the other starts at a thousandth and grows."""
+    """Two modes: the perturbed mode oscillates, the second starts at a thousandth and grows."""
 
     @njit("void(float64[::1], int64)")
     def pair(S, steps):
@@ -170,9 +170,9 @@ def test_another_mode_that_grows_ends_the_window():
     rows, project = np.zeros((1, 1, 6, 8)), np.zeros((1, 3, 4))
     rows[..., 0], rows[..., 1], rows[..., 4] = 1.0, 1e-3, 1.0
     project[0, [0, 1, 2], [0, 2, 1]] = 1.0
-    one, none = np.ones(1), np.zeros(1, dtype=np.int64)
-    for allowed, most in ((0.0, 100.0), (10.0, 1e4)):  # the other mode grows to a tenth; to ten
-        runs = Runs(rows, project, one, one * 1e-6, none, none, np.array([[1.0, allowed]]))
+    unit, none = np.ones(1), np.zeros(1, dtype=np.int64)
+    for allowed, ratio in ((0.0, 100.0), (10.0, 1e4)):  # the second mode grows to a tenth; to ten
+        runs = Runs(rows, project, unit, unit * 1e-6, none, none, np.array([[1.0, allowed]]))
         (raw,) = oscillations.measure_points(Integrator(pair, still, 4), runs, Sampling(64, 0.4, 1e-10))
-        assert raw[oscillations.RAW.samples] == int(math.log(most) / 0.4) + 1
+        assert raw[oscillations.RAW.samples] == int(math.log(ratio) / 0.4) + 1
         assert raw[oscillations.RAW.rate2] == pytest.approx(1.0, abs=1e-12)

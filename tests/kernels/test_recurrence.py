@@ -17,20 +17,20 @@ def test_the_series_is_weierstrass_function(middle):
         X = [mp.mpf(0), mp.mpf(middle) / 4, mp.mpf(1) / 4]
         e = sorted((sum(X) / 3 - x for x in X), reverse=True)
         p2 = e[0] - e[2]
-        wanted = e[2] + p2 / mp.ellipfun("sn", mp.sqrt(p2), m=(e[1] - e[2]) / p2) ** 2
-        assert abs(1.0 + recurrence.weierstrass(*map(float, e)) - wanted) < 2e-16  # roundings of numbers below 1/10
+        expected = e[2] + p2 / mp.ellipfun("sn", mp.sqrt(p2), m=(e[1] - e[2]) / p2) ** 2
+        assert abs(1.0 + recurrence.weierstrass(*map(float, e)) - expected) < 2e-16  # roundings of numbers below 1/10
 
 
-def recurred(moments, epsilon, start, h, n):
-    """Samples (n + 1, 3), the transverse ones in units of epsilon."""
+def iterate(moments, epsilon, start, h, n):
+    """Samples (n + 1, 3), the transverse components in units of epsilon."""
     *steps, ga, gb, gc, q = recurrence.constants(moments, epsilon, start, h)
-    state, found = start, [start]
+    state, samples = start, [start]
     for _ in range(n):
         state = tuple(x + dx for x, dx in zip(state, steps, strict=True))
         bend = recurrence.bend(state[1], q)
         steps = [recurrence.bent(dx, x, g, bend) for dx, x, g in zip(steps, state, (ga, gb, gc), strict=True)]
-        found.append(state)
-    return np.array(found)
+        samples.append(state)
+    return np.array(samples)
 
 
 @pytest.mark.parametrize("epsilon", [1e-12, 1e-6, 2e-6])
@@ -42,17 +42,17 @@ def test_it_is_the_closed_form(moments, epsilon):
     for spin, phase in ((1.0, 0.6), (-1.0, 2.0), (1.0, 0.0)):
         start = (spin, np.cos(phase), np.sin(phase))
         unit = np.array([1.0, epsilon, epsilon])
-        wanted = exact.rotation(moments, start * unit, np.arange(n + 1) * h) / unit
-        error = abs(recurred(moments, epsilon, start, h, n) - wanted)
-        largest = np.maximum.accumulate(np.hypot(wanted[:, 1], wanted[:, 2]))
-        within = np.cumsum(largest > 1000.0) == 0
-        assert error[within, 0].max() < 1e-14
-        assert (error[within, 1:].max(1) / largest[within]).max() < 3e-14  # some two roundings a step, 96 steps
+        expected = exact.rotation(moments, start * unit, np.arange(n + 1) * h) / unit
+        error = abs(iterate(moments, epsilon, start, h, n) - expected)
+        largest = np.maximum.accumulate(np.hypot(expected[:, 1], expected[:, 2]))
+        is_small = np.cumsum(largest > 1000.0) == 0
+        assert error[is_small, 0].max() < 1e-14
+        assert (error[is_small, 1:].max(1) / largest[is_small]).max() < 3e-14  # some two roundings a step, 96 steps
 
 
 def test_what_does_not_turn_goes_straight():
-    # a symmetric top spins about a transverse axis: one component stays and the other drifts, both to the last bit
-    found = recurred((1.0, 1.0, 2.0), 0.0, (1.0, 1.0, 0.5), 0.25, 40)
-    assert (found[:, 0] == 1.0).all()
-    assert (np.diff(found[:, 1]) == 0.125).all()
-    assert (found[:, 2] == 0.5).all()
+    # a symmetric top spins about a transverse axis: a component stays and its neighbour drifts, both to the last bit
+    samples = iterate((1.0, 1.0, 2.0), 0.0, (1.0, 1.0, 0.5), 0.25, 40)
+    assert (samples[:, 0] == 1.0).all()
+    assert (np.diff(samples[:, 1]) == 0.125).all()
+    assert (samples[:, 2] == 0.5).all()

@@ -21,8 +21,8 @@ def test_constants_are_those_of_the_hyperbolic_functions(x2):
         x = mpmath.sqrt(mpmath.mpf(x2)) if x2 else mpmath.mpf(10) ** -15
         C, S = mpmath.cosh(x), mpmath.sinh(x)
         guess = float(mpmath.re(1 - C))
-        told = (x / mpmath.tanh(x) - 1) / (4 * x * x), 2 * x * S, x * x * C, x**3 * S / 3, x * C / S, -x * x / S**2
-        expected = [float(mpmath.re(value)) for value in told]
+        formulas = (x / mpmath.tanh(x) - 1) / (4 * x * x), 2 * x * S, x * x * C, x**3 * S / 3, x * C / S, -x * x / S**2
+        expected = [float(mpmath.re(value)) for value in formulas]
     # the series' rest, see the docstring; x² itself is known to the rounding of the guess
     np.testing.assert_allclose(reduction.constants(guess, 1.0), expected, rtol=2e-8, atol=1e-15)
 
@@ -37,10 +37,10 @@ def test_three_samples_of_a_linear_motion_obey_the_identity():
             at = [mpmath.cosh(t) + mpmath.mpf("0.4") * mpmath.sinh(t) for t in (-before, 0, after)]
             second = at[2] - 2 * at[1] + at[0]
             constants = reduction.constants(float(1 - mpmath.cosh(x)), 1.0)[1:]
-            own, across, _ = reduction.amplitude_part(u, u1, constants)
-            left = second - (own * at[1] + across * (at[2] - at[0])) - 2 * (mpmath.cosh(x) - 1) * at[1]
-            # what the series in μ and η leaves is of the fourth order
-            assert abs(left) < 10 * max(abs(u), abs(u1)) ** 4 + 1e-9 * max(abs(u), abs(u1))
+            same_coefficient, across, _ = reduction.amplitude_part(u, u1, constants)
+            residual = second - (same_coefficient * at[1] + across * (at[2] - at[0])) - 2 * (mpmath.cosh(x) - 1) * at[1]
+            # the remainder of the series in μ and η is of the fourth order
+            assert abs(residual) < 10 * max(abs(u), abs(u1)) ** 4 + 1e-9 * max(abs(u), abs(u1))
 
 
 @pytest.mark.compiled
@@ -55,8 +55,8 @@ def test_errors_cover_the_roundings_of_a_short_run_that_hardly_moves(samples):
     for each in (16, 84):
         columns = survey.survey(points, (samples - 1) / each, each, 1e-12)
         for name in ("omega_squared", "omega_squared_reduced"):
-            off = np.abs(columns[name] - columns["omega_squared_theory"])
-            assert (off <= columns[f"{name}_error"]).all()
+            deviation = np.abs(columns[name] - columns["omega_squared_theory"])
+            assert (deviation <= columns[f"{name}_error"]).all()
 
 
 @pytest.mark.compiled
@@ -69,9 +69,9 @@ def test_the_reduced_rate_is_that_of_an_infinitesimal_nudge(epsilon):
     for propagator in ("direct", "exact"):
         columns = survey.survey(points, *SETTINGS, propagator=propagator)
         theory = columns["omega_squared_theory"]
-        off = np.abs(columns["omega_squared_reduced"] / theory - 1)
+        deviation = np.abs(columns["omega_squared_reduced"] / theory - 1)
         plain = np.abs(columns["omega_squared"] / theory - 1)
-        assert np.median(off) < {1e-2: 1e-12, 1e-1: 1e-9}[epsilon] < 1e-5 * np.median(plain)
+        assert np.median(deviation) < {1e-2: 1e-12, 1e-1: 1e-9}[epsilon] < 1e-5 * np.median(plain)
         assert (np.abs(columns["omega_squared_reduced"] - theory) <= columns["omega_squared_reduced_error"]).all()
         assert (np.abs(columns["omega_squared"] - theory) <= columns["omega_squared_error"]).all()
         shift = columns["omega_squared"] - columns["omega_squared_reduced"]
@@ -84,11 +84,11 @@ def test_the_shift_of_a_stable_spin_is_that_of_its_own_frequency():
     moments, epsilon = (1.0, 1.7, 2.3), 0.05
     points = dict(zip(("I1", "I2", "I3"), moments, strict=True)) | {"axis": 3, "omega0": 1.0, "phase": 0.6}
     columns = survey.survey(points | {"epsilon": epsilon}, 200.0, 16, 1e-12)
-    own = exact.frequency(exact.set_up(*moments, epsilon * math.cos(0.6), epsilon * math.sin(0.6), 1.0))
+    frequency = exact.frequency(exact.set_up(*moments, epsilon * math.cos(0.6), epsilon * math.sin(0.6), 1.0))
     linear_rate = math.sqrt(linear.omega_squared(*moments, 1.0, 3))
-    told = columns["frequency"][0] - columns["frequency_reduced"][0]
+    shift = columns["frequency"][0] - columns["frequency_reduced"][0]
     # the least squares weigh samples by their squares, which makes a few percent of the shift
-    assert told == pytest.approx(own - linear_rate, rel=0.1)
+    assert shift == pytest.approx(frequency - linear_rate, rel=0.1)
     assert columns["frequency_reduced"][0] == pytest.approx(linear_rate, rel=1e-9)
 
 
@@ -99,12 +99,12 @@ def test_the_terms_add_up(propagator):
     terms = [columns[f"omega_squared_error_{x}"] for x in ("scatter", "integration", "amplitude", "rounding")]
     assert (np.array(terms) >= 0).all()
     np.testing.assert_allclose(sum(terms), columns["omega_squared_error"], rtol=1e-14)
-    rest = columns["omega_squared_error"] - np.abs(columns["amplitude_shift"])
-    np.testing.assert_allclose(rest, columns["omega_squared_reduced_error"], rtol=1e-9, atol=1e-15)
+    remainder = columns["omega_squared_error"] - np.abs(columns["amplitude_shift"])
+    np.testing.assert_allclose(remainder, columns["omega_squared_reduced_error"], rtol=1e-9, atol=1e-15)
 
 
 def error_of_rate(square, error):
-    """The error of sqrt(max(square, 0)) where the square is off by at most ``error``."""
+    """Return the error of sqrt(max(square, 0)) for an error of the square of at most `error`."""
     high, square = math.sqrt(max(square + error, 0.0)), max(square, 0.0)
     return uncertainty.interval_distance(square, error, math.sqrt(square), math.sqrt(max(square - error, 0.0)), high)
 
@@ -112,9 +112,9 @@ def error_of_rate(square, error):
 @given(st.floats(-1e3, 1e3), st.floats(0.0, 1e3), st.floats(-1.0, 1.0))
 def test_the_error_of_a_rate_holds_every_rate_of_the_square(square, error, place):
     truth = max(square + place * error, 0.0)
-    told = error_of_rate(square, error)
+    bound = error_of_rate(square, error)
     rate = math.sqrt(max(square, 0.0))
-    assert abs(math.sqrt(truth) - rate) <= told * (1 + 1e-12) + 1e-12 * rate
+    assert abs(math.sqrt(truth) - rate) <= bound * (1 + 1e-12) + 1e-12 * rate
 
 
 @pytest.mark.parametrize(
@@ -130,50 +130,52 @@ def test_the_error_of_a_rate_reaches_the_farther_end_and_no_farther(square, erro
 def test_what_a_run_gathers_moves_the_rate_of_a_spin_that_turns_by_no_more_than_is_told(turns):
     """A frequency off by δ/T moves Ω² by 2Ωδ/T; within a small part of a turn a bend by δ moves it by 2δ/T²."""
     omega, T, delta = 0.3, 2 * np.pi * turns / 0.3, 1e-10
-    told = uncertainty.integration(omega**2, omega, delta, delta, 1 / T, 0.4)
-    assert told >= max(2 * omega * delta / T, 2 * delta / T**2)
-    assert told == pytest.approx(1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1e-3 * delta, 1 / T, 0.4))
+    bound = uncertainty.integration(omega**2, omega, delta, delta, 1 / T, 0.4)
+    assert bound >= max(2 * omega * delta / T, 2 * delta / T**2)
+    assert bound == pytest.approx(
+        1e3 * uncertainty.integration(omega**2, omega, 1e-3 * delta, 1e-3 * delta, 1 / T, 0.4)
+    )
 
 
 @pytest.mark.parametrize("x", [0.02, 0.2, 0.5])
 def test_an_error_at_the_start_of_a_decay_is_held_from_what_is_seen_of_it(x):
-    """d = d0 (e^{-3λt} - e^{-λt}) beside e^{-λt}: what it moves by least squares, from its largest value alone."""
+    """d = d0 (e^{-3λt} - e^{-λt}) added to e^{-λt}: its effect on the fit, bounded by its largest value alone."""
     t, d0 = x * np.arange(60 / x), 1e-9
     motion = np.exp(-t) + d0 * (np.exp(-3 * t) - np.exp(-t))
     rate2, _ = signed_rate(np.stack([motion, 0 * t], axis=1), x)
-    seen = d0 * np.abs(np.exp(-3 * t) - np.exp(-t)).max()
-    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.end_error(seen, 1.0, 0.0), 1 / t[-1], x)
-    assert 0.3 * told < abs(rate2 + 1) < told  # what grows is steeper over wide spacings, and holds both
+    size = d0 * np.abs(np.exp(-3 * t) - np.exp(-t)).max()
+    bound = uncertainty.integration(-1.0, 1.0, size, uncertainty.end_error(size, 1.0, 0.0), 1 / t[-1], x)
+    assert 0.3 * bound < abs(rate2 + 1) < bound  # a growing error is steeper over wide spacings, and covers both
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0, 1.4, 2.0])
 @pytest.mark.parametrize("x", [0.02, 0.2])
 def test_two_errors_that_hide_each_other_are_held_both(x, share):
-    """Beside e^{λt}, which grows sevenfold: a rate too small by l/T, and what goes with e^{3λt} of the other sign."""
+    """Errors of e^{λt}, which grows sevenfold: a rate too small by l/T, and a term in e^{3λt} of opposite sign."""
     t, behind = x * np.arange(math.log(7.0) / x), 1e-9
     late = behind * share * (np.exp(3 * t) - np.exp(t)) / np.exp(2 * t[-1])
-    off = late - behind * t / t[-1] * np.exp(t)
-    rate2, _ = signed_rate(np.stack([np.exp(t) + off, 0 * t], axis=1), x)
-    seen = np.abs(off / np.exp(t)).max()
-    told = uncertainty.integration(-1.0, 1.0, seen, uncertainty.end_error(seen, 49.0, behind), 1 / t[-1], x)
-    assert abs(rate2 + 1) < told
+    deviation = late - behind * t / t[-1] * np.exp(t)
+    rate2, _ = signed_rate(np.stack([np.exp(t) + deviation, 0 * t], axis=1), x)
+    size = np.abs(deviation / np.exp(t)).max()
+    bound = uncertainty.integration(-1.0, 1.0, size, uncertainty.end_error(size, 49.0, behind), 1 / t[-1], x)
+    assert abs(rate2 + 1) < bound
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_what_a_series_leaves_out_is_its_next_term(order):
     x = mpmath.mpf("0.1")
-    rest = 3 * (mpmath.exp(x) - sum(x**n / mpmath.factorial(n) for n in range(order + 1)))
-    assert uncertainty.truncation_error(0.1, 3.0, float(order)) == pytest.approx(float(rest), rel=0.02)
+    remainder = 3 * (mpmath.exp(x) - sum(x**n / mpmath.factorial(n) for n in range(order + 1)))
+    assert uncertainty.truncation_error(0.1, 3.0, float(order)) == pytest.approx(float(remainder), rel=0.02)
 
 
 @pytest.mark.parametrize(("rate2", "fourth", "second"), [(-0.3, 1 / 4, 3 / 10), (0.3, 3 / 2000, 3 / 500)])
 @pytest.mark.parametrize("T", [1e9, 1.0])
 def test_what_the_reduction_leaves_goes_with_the_powers_of_its_documentation(rate2, fourth, second, T):
-    x2, within = 0.3 * 0.4**2, min(1.0, 1 / (0.3 * T * T))
-    fourth, second = fourth + within, second + 1.2 * within
-    whole = 1e-3 * (0.1 * (fourth * x2**2 + second * x2 * 0.1 + 0.1**3) + x2**6 / 40000)
+    x2, share = 0.3 * 0.4**2, min(1.0, 1 / (0.3 * T * T))
+    fourth, second = fourth + share, second + 1.2 * share
+    expected = 1e-3 * (0.1 * (fourth * x2**2 + second * x2 * 0.1 + 0.1**3) + x2**6 / 40000)
     rounded = 2 * 2.0**-53 * 0.9 / 0.4
-    assert uncertainty.amplitude(rate2, 1e-3, 0.1, 0.4, 1 / T, 0.9) == pytest.approx(whole + rounded)
+    assert uncertainty.amplitude(rate2, 1e-3, 0.1, 0.4, 1 / T, 0.9) == pytest.approx(expected + rounded)
     assert uncertainty.amplitude(rate2 * 1e-20, 1e-3, 0.1, 0.4, 1 / T, 0.9) == pytest.approx(1e-3 * 0.1**4)
     assert uncertainty.amplitude(rate2, 1e-3, 0.6, 0.4, 1 / T, 0.9) == abs(rate2) + 0.9**2  # no rate² is beyond
 
@@ -197,18 +199,18 @@ def test_scatter_holds_what_a_third_harmonic_moves():
     for _ in range(400):
         x, share, phase = rng.uniform(0.3, 0.5), rng.uniform(0, 1, 2), rng.uniform(0, 2 * np.pi, (2, 2))
         angle = x * np.arange(63)[:, None]
-        motion, left = share * np.cos(angle + phase[0]), rng.uniform(0, 1, 2) * np.cos(3 * angle + phase[1])
-        moved = abs(0.5 * (left * motion).sum() / (motion**2).sum())  # of D
-        squares = (left**2).sum() / (motion**2).sum()
-        told = uncertainty.scatter(1.0, squares, n, x * x, 1.0)
-        assert told < np.sqrt(squares / (4 * (2 * n - 5)))
-        assert moved <= told
+        motion, harmonic = share * np.cos(angle + phase[0]), rng.uniform(0, 1, 2) * np.cos(3 * angle + phase[1])
+        change = abs(0.5 * (harmonic * motion).sum() / (motion**2).sum())  # of D
+        squares = (harmonic**2).sum() / (motion**2).sum()
+        bound = uncertainty.scatter(1.0, squares, n, x * x, 1.0)
+        assert bound < np.sqrt(squares / (4 * (2 * n - 5)))
+        assert change <= bound
     assert uncertainty.scatter(1.0, 4 * (2 * n - 5), n, -0.2, 1.0) == pytest.approx(np.sqrt(65 / 61))
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.5, 0.771])
 def test_the_error_holds_where_the_spin_turns_back_well_within_a_turn(epsilon):
-    """A stable spin of nearly equal moments, seen for a thirtieth of its turn: 4.4 to 6.8 errors without the term."""
+    """A stable spin, nearly equal moments, measured for a thirtieth of its turn: 4.4 to 6.8 errors without the term."""
     body = {"I1": 7.394918764465395, "I2": 18.913815229533264, "I3": 18.93530210981138, "axis": 3, "omega0": 1.0}
     points = {name: np.array([value]) for name, value in body.items()}
     points |= {"phase": np.array([1.564520115319418]), "epsilon": np.array([epsilon])}
@@ -216,5 +218,5 @@ def test_the_error_holds_where_the_spin_turns_back_well_within_a_turn(epsilon):
         I1, I2, I3 = (mpmath.mpf(body[name]) for name in ("I1", "I2", "I3"))
         true = (I3 - I1) * (I3 - I2) / (I1 * I2)
     columns = survey.survey(points, 11 / 13, 13, 1e-10, propagator="exact")
-    off = abs(float(mpmath.mpf(columns["omega_squared_reduced"][0]) - true))
-    assert 1e-15 < off <= columns["omega_squared_reduced_error"][0] < 1e-10
+    deviation = abs(float(mpmath.mpf(columns["omega_squared_reduced"][0]) - true))
+    assert 1e-15 < deviation <= columns["omega_squared_reduced_error"][0] < 1e-10

@@ -43,7 +43,7 @@ def test_relabel_sees_the_axes_in_cyclic_order(axis):
 @given(moment_triples())
 def test_euler_coefficients_are_right_to_two_roundings(moments):
     for ours, exact in zip(rigid_body.euler_coefficients(*moments), coefficients(moments), strict=True):
-        # one rounding of the difference, one of the ratio, half an ulp each; so the sign is exact
+        # two roundings, of the difference and of the ratio, half an ulp each; so the sign is exact
         assert abs(fractions(ours)[0] - exact) <= ULP * 1.01 * abs(exact)
         assert np.sign(ours) == (exact > 0) - (exact < 0)
 
@@ -114,17 +114,17 @@ def kind(moments):
 @given(moment_triples())
 def test_shape_in_any_order(moments):
     I1, I2, I3 = moments
-    told = rigid_body.shape([I1, I2, I3, I1], [I2, I3, I1, I3], [I3, I1, I2, I2])
-    assert told.dtype == np.int8
-    assert told.tolist() == [kind(moments)] * 4
+    shapes = rigid_body.shape([I1, I2, I3, I1], [I2, I3, I1, I3], [I3, I1, I2, I2])
+    assert shapes.dtype == np.int8
+    assert shapes.tolist() == [kind(moments)] * 4
 
 
 def test_shapes_one_ulp_apart():
     more = np.nextafter(1.0, 2.0)
     kinds = rigid_body.shape([1, 1, 1, 2, 1, 1], [2, 1, 2, 2, more, more], [3, 2, 2, 2, 1, 2])
-    told = [rigid_body.ASYMMETRIC, rigid_body.OBLATE, rigid_body.PROLATE, rigid_body.SPHERE]
-    assert kinds.tolist() == [*told, rigid_body.OBLATE, rigid_body.ASYMMETRIC]
-    assert len(set(told)) == 4
+    expected = [rigid_body.ASYMMETRIC, rigid_body.OBLATE, rigid_body.PROLATE, rigid_body.SPHERE]
+    assert kinds.tolist() == [*expected, rigid_body.OBLATE, rigid_body.ASYMMETRIC]
+    assert len(set(expected)) == 4
 
 
 @given(moment_triples())

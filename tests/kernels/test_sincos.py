@@ -8,7 +8,7 @@ from kernels.free.sincos import FAR, cosine_sine, within
 
 
 @njit(error_model="numpy")
-def filled(angles, out):
+def fill(angles, out):
     for i in range(angles.size):
         out[i, 0], out[i, 1] = cosine_sine(within(angles[i]))  # a tuple put into a row takes seconds to compile
 
@@ -16,23 +16,23 @@ def filled(angles, out):
 def of(angles):
     angles = np.asarray(angles, dtype=float)
     out = np.empty((angles.size, 2))
-    filled(angles, out)
+    fill(angles, out)
     return out
 
 
 @pytest.mark.parametrize("reach", [1.0, 7.0, 1e3, FAR])
 def test_both_are_those_of_the_c_library(reach):
     angles = np.random.default_rng(11).uniform(-reach, reach, 20_000)
-    wanted = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    expected = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     # each is within a unit in the last place of the truth
-    assert (np.abs(of(angles) - wanted) <= 2 * np.spacing(np.abs(wanted))).all()
-    assert (of(angles) != wanted).mean() < 0.06  # and mostly it is the nearest number: one in 30 is not
+    assert (np.abs(of(angles) - expected) <= 2 * np.spacing(np.abs(expected))).all()
+    assert (of(angles) != expected).mean() < 0.06  # and mostly it is the nearest number: one in 30 is not
 
 
 def test_small_values_beside_multiples_of_a_quarter_turn_keep_their_digits():
     angles = np.arange(-60_000, 60_000, 7) * (0.5 * math.pi)
-    wanted = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    assert (np.abs(of(angles) - wanted) <= 2 * np.spacing(np.abs(wanted))).all()
+    expected = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    assert (np.abs(of(angles) - expected) <= 2 * np.spacing(np.abs(expected))).all()
 
 
 def test_quarter_turns_signs_and_zero():

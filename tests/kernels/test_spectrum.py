@@ -9,7 +9,7 @@ from scipy import linalg
 
 from kernels.compile.blocks import W
 
-pytestmark = pytest.mark.slow  # what they need takes as long to compile as all that the quick tests need
+pytestmark = pytest.mark.slow  # their kernels take as long to compile as those of all quick tests
 
 # The spectra of the experiment that chose the method: eigenvalues (one of each conjugate pair), number of samples.
 CASES = {
@@ -24,7 +24,7 @@ CASES = {
     "damped": ([-0.01, -1.0], 100),
     "odd": ([-0.01 + 1j, -0.3, -0.5 + 2j], 100),
 }
-SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below what bends
+SPACING, NOISE, DRAWS = 0.25, 1e-8, 150  # noise far above rounding, far below effects of curvature
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -45,27 +45,27 @@ class Spectrum(NamedTuple):
     moved: np.ndarray
 
 
-def measure(samples, spacing, used=None):
+def measure(samples, spacing, num_samples=None):
     """Measure sampled motions, shape (..., runs, count, n), with standard errors; ``used`` samples of each run."""
     runs, count, n = samples.shape[-3:]
     flat = samples.reshape(-1, runs, count, n)
     raw = np.empty((len(flat), codes.HEAD + 4 * n))
-    weight = np.repeat((np.arange(count) < (count if used is None else used)).astype(float), runs * W)
+    weight = np.repeat((np.arange(count) < (count if num_samples is None else num_samples)).astype(float), runs * W)
     weight = np.ascontiguousarray(np.moveaxis(weight.reshape(count, runs, W), 0, 1)).reshape(-1, W)
     for first in range(0, len(flat), W):
         lanes = min(W, len(flat) - first)
         block = flat[first + np.minimum(np.arange(W), lanes - 1)].reshape(W, -1).T
         Y = np.where(np.repeat(weight, n, axis=0) > 0.0, block, 0.0)
-        part, nothing = np.empty((W, raw.shape[1])), np.zeros(W)
+        measures, nothing = np.empty((W, raw.shape[1])), np.zeros(W)
         numbers = (runs, count, n, np.full(W, spacing), nothing, nothing, 0.0, lanes)
-        spectrum.fit_block(Y, weight, *numbers, part)
-        raw[first : first + lanes] = part[:lanes]
+        spectrum.fit_block(Y, weight, *numbers, measures)
+        raw[first : first + lanes] = measures[:lanes]
     raw = raw.reshape(*samples.shape[:-3], -1)
     re, im, e_re, e_im = (raw[..., codes.HEAD + i * n : codes.HEAD + (i + 1) * n] for i in range(4))
     values = raw[..., [codes.SUM, codes.PRODUCT, codes.DISCRIMINANT]]
     errors = raw[..., [codes.SUM_ERROR, codes.PRODUCT_ERROR, codes.DISCRIMINANT_ERROR]]
-    scatter, moved = raw[..., codes.SCATTER], raw[..., codes.EXCITATION]
-    return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, scatter, moved)
+    scatter, excitation = raw[..., codes.SCATTER], raw[..., codes.EXCITATION]
+    return Spectrum(re + 1j * im, e_re + 1j * e_im, values, errors, scatter, excitation)
 
 
 def generator(values, seed=1):
@@ -82,7 +82,7 @@ def motions(A, count, runs, seed=2):
     return np.einsum("kij,rj->rki", steps, starts)
 
 
-def ordered(A):
+def sorted_eigenvalues(A):
     values = linalg.eigvals(A)
     re, im = values.real.copy(), values.imag.copy()
     dense.sort_eigenvalues(re, im, len(A), codes.MIN_IMAG_GAP / SPACING)
@@ -107,16 +107,16 @@ def bound(A, clean):
 
     G = np.array([(at(base + h * e) - at(base - h * e)) / (2 * h) for e in np.eye(base.size)]).T
     covariance = np.linalg.inv(G.T @ G)[: n * n, : n * n]
-    values, left, right = linalg.eig(M, left=True)
+    values, left_vectors, right_vectors = linalg.eig(M, left=True)
     slopes = []
     for k in range(n):
-        w, v = left[:, k].conj(), right[:, k]
+        w, v = left_vectors[:, k].conj(), right_vectors[:, k]
         slopes.append(np.outer(w, v).ravel() / (w @ v) / values[k] / SPACING)
     slopes = np.array(slopes)
     rates = np.log(values) / SPACING
-    number = [np.abs(rates - x).argmin() for x in ordered(A)]
-    parts = [np.sqrt(np.einsum("ki,ij,kj->k", s, covariance, s)) for s in (slopes.real, slopes.imag)]
-    return (parts[0] + 1j * parts[1])[number]
+    number = [np.abs(rates - x).argmin() for x in sorted_eigenvalues(A)]
+    errors = [np.sqrt(np.einsum("ki,ij,kj->k", s, covariance, s)) for s in (slopes.real, slopes.imag)]
+    return (errors[0] + 1j * errors[1])[number]
 
 
 @pytest.mark.parametrize("runs", [1, 2])
@@ -126,16 +126,19 @@ def test_errors_are_the_bound_and_cover(name, runs):
     A = generator(values)
     clean = motions(A, count, runs)
     noise = NOISE * np.random.default_rng(4).normal(size=(DRAWS, *clean.shape))
-    found = measure(clean + noise, SPACING)
-    true, least = ordered(A), NOISE * bound(A, clean)
-    assert 0.99 < np.median(found.scatter) / NOISE < 1.01
-    told = np.median(found.errors, axis=0)
-    for told_part, least_part in ((told.real, least.real), (told.imag, least.imag)):
-        real = least_part > 1e-4 * np.abs(least).max()  # the imaginary part of a real eigenvalue has no error
-        np.testing.assert_allclose(told_part[real], least_part[real], rtol=0.06)  # the start's own errors
-    off = found.eigenvalues - true
+    spectra = measure(clean + noise, SPACING)
+    true, bounds = sorted_eigenvalues(A), NOISE * bound(A, clean)
+    assert 0.99 < np.median(spectra.scatter) / NOISE < 1.01
+    errors = np.median(spectra.errors, axis=0)
+    for error_part, bound_part in ((errors.real, bounds.real), (errors.imag, bounds.imag)):
+        real = bound_part > 1e-4 * np.abs(bounds).max()  # the imaginary part of a real eigenvalue has no error
+        np.testing.assert_allclose(error_part[real], bound_part[real], rtol=0.06)  # the start's own errors
+    deviation = spectra.eigenvalues - true
     z = np.concatenate(
-        [part[:, np.abs(part).max(0) > 0].ravel() for part in (off.real / told.real, off.imag / told.imag)]
+        [
+            ratios[:, np.abs(ratios).max(0) > 0].ravel()
+            for ratios in (deviation.real / errors.real, deviation.imag / errors.imag)
+        ]
     )
     z = z[np.isfinite(z)]
     assert 0.85 < np.sqrt(np.mean(z**2)) < 1.15  # draws of correlated numbers: a few per cent either way
@@ -143,7 +146,7 @@ def test_errors_are_the_bound_and_cover(name, runs):
     assert np.mean(np.abs(z) < 2) > 0.92
     if len(true) == 4:
         S, D = 0.5 * np.sum(true**2).real, np.prod(true).real
-        z = (found.invariants - [S, D, S * S - 4 * D]) / found.invariant_errors
+        z = (spectra.invariants - [S, D, S * S - 4 * D]) / spectra.invariant_errors
         assert (np.sqrt(np.mean(z**2, axis=0)) < 1.2).all()
         assert (np.sqrt(np.mean(z**2, axis=0)) > 0.8).all()
 
@@ -156,27 +159,27 @@ def test_invariants_are_smooth_through_a_collision(gap):
     A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [P, 0, 0, -p], [0, P, p, 0]]) + 0.0
     clean = motions(A, 100, 2)
     noise = 1e-13 * np.random.default_rng(5).normal(size=(60, *clean.shape))
-    found = measure(clean + noise, SPACING)
+    spectra = measure(clean + noise, SPACING)
     S, D = -(p * p - 2 * P), P * P  # of λ = ±iν
     nu = (p + np.array([1, -1]) * np.sqrt(complex(gap))) / 2
     true = np.array([1j, -1j])[:, None] * nu
     re, im = true.real.ravel().copy(), true.imag.ravel().copy()
     dense.sort_eigenvalues(re, im, 4, codes.MIN_IMAG_GAP / SPACING)
-    off = np.abs(found.invariants - [S, D, S * S - 4 * D])
-    assert (np.median(off, axis=0) < 1e-11).all()
-    assert (off < 5 * found.invariant_errors).all()  # standard errors, 60 draws
-    rates = np.abs(found.eigenvalues - (re + 1j * im))
-    allowed = np.hypot(found.errors.real, found.errors.imag)
+    deviation = np.abs(spectra.invariants - [S, D, S * S - 4 * D])
+    assert (np.median(deviation, axis=0) < 1e-11).all()
+    assert (deviation < 5 * spectra.invariant_errors).all()  # standard errors, 60 draws
+    rates = np.abs(spectra.eigenvalues - (re + 1j * im))
+    allowed = np.hypot(spectra.errors.real, spectra.errors.imag)
     assert (rates < 5 * allowed).all()
     if gap == 0.0:
-        assert np.median(rates.max(axis=-1)) > 1e-8  # which is why S and D are told
+        assert np.median(rates.max(axis=-1)) > 1e-8  # therefore S and D are reported
 
 
 def test_equal_modes_need_a_second_run():
     A = generator([1j, 1j])
     assert np.isnan(measure(motions(A, 80, 1), SPACING).eigenvalues).all()
-    found = measure(motions(A, 80, 2), SPACING)
-    np.testing.assert_allclose(found.eigenvalues, ordered(A), atol=1e-12)
+    spectra = measure(motions(A, 80, 2), SPACING)
+    np.testing.assert_allclose(spectra.eigenvalues, sorted_eigenvalues(A), atol=1e-12)
 
 
 def test_a_mode_that_was_not_moved_is_said():
@@ -186,19 +189,19 @@ def test_a_mode_that_was_not_moved_is_said():
     share = linalg.inv(right)[np.abs(values.imag) > 2] @ clean[0, 0]  # take the fast mode out of the start
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
-    found = measure(still, SPACING)
-    assert found.moved < codes.MIN_EXCITATION
-    assert np.isnan(found.eigenvalues).all()
+    spectra = measure(still, SPACING)
+    assert spectra.moved < codes.MIN_EXCITATION
+    assert np.isnan(spectra.eigenvalues).all()
 
 
 def test_a_point_does_not_depend_on_its_neighbours():
     clean = motions(generator([1j, 2.3j]), 70, 2)
     noise = np.array([1e-2, 1e-5, 1e-9, 1e-15])[np.arange(40) % 4]  # points that need one step, two and more, mixed
     data = clean + noise[:, None, None, None] * np.random.default_rng(6).normal(size=(40, *clean.shape))
-    whole = measure(data, SPACING)
+    together = measure(data, SPACING)
     for i in (0, 1, 2, 3, 31, 32, 39):
         alone = measure(data[i], SPACING)
-        assert all(np.array_equal(a, b[i], equal_nan=True) for a, b in zip(alone, whole, strict=True))
+        assert all(np.array_equal(a, b[i], equal_nan=True) for a, b in zip(alone, together, strict=True))
 
 
 def test_time_scales_out():
@@ -213,5 +216,5 @@ def test_samples_beyond_those_used_do_not_count():
     clean = motions(generator([1j, 2.3j]), 70, 2)
     spoilt = clean.copy()
     spoilt[:, 50:] = math.nan
-    short, cut = measure(spoilt, SPACING, used=50), measure(clean[:, :50], SPACING)
+    short, cut = measure(spoilt, SPACING, num_samples=50), measure(clean[:, :50], SPACING)
     np.testing.assert_array_equal(short.eigenvalues, cut.eigenvalues)

@@ -35,21 +35,21 @@ def exact_rate(ratio, omega3):
 
 def test_both_rates_are_the_formula_at_any_amplitude():
     points = some_tops(np.random.default_rng(3))
-    found = symmetric_top.survey(points, *SETTINGS)
+    columns = symmetric_top.survey(points, *SETTINGS)
     distance = np.abs(points["ratio"] - 1.0)
     # the issue's bar: 1e-10, and 1e-12/|I3/I1 - 1| nearer to the sphere
     allowed = np.where(distance >= 1e-2, 1e-10, 1e-12 / distance)
     exact = exact_rate(points["ratio"], points["omega3"])
     for name in ("precession_rate", "momentum_precession_rate"):
-        error = [float(abs(mpmath.mpf(float(x)) / y - 1)) for x, y in zip(found[name], exact, strict=True)]
+        error = [float(abs(mpmath.mpf(float(x)) / y - 1)) for x, y in zip(columns[name], exact, strict=True)]
         assert np.all(error <= allowed), name
-        # what the method reaches: tolerance and rounding of the run, none of it growing with the angle
+        # the accuracy of the method: tolerance and rounding of the run, none of it growing with the angle
         assert np.all(error * distance <= 2e-13), name
-    assert np.all(found["status"] == OK)
-    np.testing.assert_allclose(found["precession_rate_theory"], np.array(exact, float), rtol=2 * EPSILON)
-    seen = np.abs(points["ratio"] - 1.0) > 1e-14
-    np.testing.assert_array_equal((found["sense"] == WITH_SPIN)[seen], (points["ratio"] > 1.0)[seen])
-    np.testing.assert_array_equal((found["sense"] == AGAINST_SPIN)[seen], (points["ratio"] < 1.0)[seen])
+    assert np.all(columns["status"] == OK)
+    np.testing.assert_allclose(columns["precession_rate_theory"], np.array(exact, float), rtol=2 * EPSILON)
+    is_unequal = np.abs(points["ratio"] - 1.0) > 1e-14
+    np.testing.assert_array_equal((columns["sense"] == WITH_SPIN)[is_unequal], (points["ratio"] > 1.0)[is_unequal])
+    np.testing.assert_array_equal((columns["sense"] == AGAINST_SPIN)[is_unequal], (points["ratio"] < 1.0)[is_unequal])
 
 
 @pytest.mark.parametrize("omega3", [2.5, -2.5])
@@ -67,9 +67,9 @@ def test_sense_and_rate_are_those_of_scipys_motion(ratio, omega3):
         atol=1e-13,
     )
     angle = np.unwrap(np.arctan2(solution.y[1], solution.y[0]))
-    found = symmetric_top.survey(top(ratio, omega3, 70.0), *SETTINGS)
+    columns = symmetric_top.survey(top(ratio, omega3, 70.0), *SETTINGS)
     # DOP853 at rtol 1e-13 keeps some 1e-11 of the angle over ten radians
-    np.testing.assert_allclose(found["precession_rate"], np.polyfit(solution.t, angle, 1)[0], rtol=1e-10)
+    np.testing.assert_allclose(columns["precession_rate"], np.polyfit(solution.t, angle, 1)[0], rtol=1e-10)
     expected = exact.rotation((1.0, 1.0, ratio), [transverse, 0.0, omega3], solution.t)
     np.testing.assert_allclose(expected, solution.y.T, rtol=0, atol=1e-10 * transverse)
 
@@ -78,7 +78,7 @@ def test_cones_are_the_angles_between_the_vectors():
     """Angles by arccos of 40-digit scalar products of omega, L and the figure axis."""
     rng = np.random.default_rng(5)
     ratio, angle = 10.0 ** rng.uniform(-2, 1, 30), rng.uniform(0.5, 89.0, 30)
-    found = symmetric_top.survey(top(ratio, 3.0, angle), *SETTINGS)
+    columns = symmetric_top.survey(top(ratio, 3.0, angle), *SETTINGS)
     with mpmath.workdps(40):
         for i in range(30):
             w = mpmath.matrix([mpmath.tan(mpmath.radians(mpmath.mpf(float(angle[i])))), 0, 1])
@@ -88,44 +88,44 @@ def test_cones_are_the_angles_between_the_vectors():
             space = mpmath.degrees(mpmath.acos(dot / mpmath.norm(w) / mpmath.norm(L)))
             for name, exact in (("body_cone", angle[i]), ("momentum_cone", momentum), ("space_cone", space)):
                 # degrees; the run's own tolerance of 1e-12, in degrees
-                assert abs(found[name][i] - float(exact)) <= 2e-10, name
-            assert found["momentum_cone_theory"][i] == pytest.approx(float(momentum), rel=1e-14)
-            assert found["space_cone_theory"][i] == pytest.approx(float(space), rel=1e-13, abs=1e-15)
+                assert abs(columns[name][i] - float(exact)) <= 2e-10, name
+            assert columns["momentum_cone_theory"][i] == pytest.approx(float(momentum), rel=1e-14)
+            assert columns["space_cone_theory"][i] == pytest.approx(float(space), rel=1e-13, abs=1e-15)
 
 
 def test_everything_that_is_conserved_is():
     points = some_tops(np.random.default_rng(8))
-    found = symmetric_top.survey(points, *SETTINGS)
+    columns = symmetric_top.survey(points, *SETTINGS)
     # tolerance 1e-12 and its rounding; L and omega come from two integrations
     for name in ("coplanarity", "energy_drift", "momentum_drift", "propagation_error"):
-        assert found[name].max() <= 3e-12, name
-    assert found["half_angle_drift"].max() <= np.degrees(3e-12)
-    assert found["coplanarity"].max() > 0.0  # two motions: rounding alone sets them apart
+        assert columns[name].max() <= 3e-12, name
+    assert columns["half_angle_drift"].max() <= np.degrees(3e-12)
+    assert columns["coplanarity"].max() > 0.0  # two motions: rounding alone sets them apart
 
 
 @pytest.mark.parametrize("half_angle", [1e-100, 1e-6, 40.0, 89.999999])
 def test_the_sphere_and_its_neighbours_turn_nowhere(half_angle):
     ratio = np.array([1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
-    found = symmetric_top.survey(top(ratio, -3.0, half_angle), *SETTINGS)
-    assert np.all(found["status"] == OK)
-    assert np.all(found["sense"] == NONE)
+    columns = symmetric_top.survey(top(ratio, -3.0, half_angle), *SETTINGS)
+    assert np.all(columns["status"] == OK)
+    assert np.all(columns["sense"] == NONE)
     for name in ("precession_rate", "momentum_precession_rate"):
-        np.testing.assert_array_equal(found[name], 0.0)
-    np.testing.assert_array_equal(np.isnan(found["period_theory"]), [True, False, False])
-    assert np.all(np.isnan(found["period"]))
-    for name in set(found) - {"period", "period_theory"}:
-        assert np.all(np.isfinite(found[name])), name
+        np.testing.assert_array_equal(columns[name], 0.0)
+    np.testing.assert_array_equal(np.isnan(columns["period_theory"]), [True, False, False])
+    assert np.all(np.isnan(columns["period"]))
+    for name in set(columns) - {"period", "period_theory"}:
+        assert np.all(np.isfinite(columns[name])), name
 
 
 @pytest.mark.compiled
 @given(st.floats(1e-150, 1e150), st.floats(1e-100, 89.9999), st.floats(1e-150, 1e100), st.booleans())
 def test_any_allowed_point_has_its_rate(ratio, half_angle, spin, backwards):
     omega3 = -spin if backwards else spin
-    found = symmetric_top.survey(top(ratio, omega3, half_angle), *SETTINGS)
-    assert found["status"] == OK
+    columns = symmetric_top.survey(top(ratio, omega3, half_angle), *SETTINGS)
+    assert columns["status"] == OK
     if abs(ratio - 1.0) > 1e-2:
-        assert found["precession_rate"] == pytest.approx((ratio - 1.0) * omega3, rel=1e-10)
-    assert (found["triangle_margin"] >= 0.0) == (ratio <= 2.0)
+        assert columns["precession_rate"] == pytest.approx((ratio - 1.0) * omega3, rel=1e-10)
+    assert (columns["triangle_margin"] >= 0.0) == (ratio <= 2.0)
 
 
 def test_the_spin_rate_scales_everything_exactly():
@@ -140,31 +140,31 @@ def test_the_spin_rate_scales_everything_exactly():
 
 def test_reversed_spin_turns_the_other_way_at_the_same_rate():
     points = some_tops(np.random.default_rng(6), 64)
-    one = symmetric_top.survey(points, *SETTINGS)
-    other = symmetric_top.survey(points | {"omega3": -points["omega3"]}, *SETTINGS)
+    forward = symmetric_top.survey(points, *SETTINGS)
+    backward = symmetric_top.survey(points | {"omega3": -points["omega3"]}, *SETTINGS)
     # a reflection: the same but for the order in which two components round
     np.testing.assert_allclose(
-        other["precession_rate"], -one["precession_rate"], rtol=0, atol=2e-14 * np.abs(points["omega3"]).max()
+        backward["precession_rate"], -forward["precession_rate"], rtol=0, atol=2e-14 * np.abs(points["omega3"]).max()
     )
-    np.testing.assert_array_equal(other["sense"], one["sense"])
+    np.testing.assert_array_equal(backward["sense"], forward["sense"])
 
 
 @pytest.mark.compiled
 def test_a_points_bits_depend_on_the_point_alone():
     points = some_tops(np.random.default_rng(7), 70)
-    whole = symmetric_top.survey(points, *SETTINGS)
+    all_columns = symmetric_top.survey(points, *SETTINGS)
     for first, after in ((0, 1), (3, 35), (69, 70), (0, 0)):
-        part = symmetric_top.survey({name: x[first:after] for name, x in points.items()}, *SETTINGS)
-        for name, values in whole.items():
-            assert part[name].tobytes() == values[first:after].tobytes(), name
+        columns = symmetric_top.survey({name: x[first:after] for name, x in points.items()}, *SETTINGS)
+        for name, values in all_columns.items():
+            assert columns[name].tobytes() == values[first:after].tobytes(), name
 
 
 def test_the_earth_of_the_lecture_takes_305_days():
-    found = symmetric_top.survey(top(1.0 + 1.0 / 305.0, 2 * np.pi, 1e-4), *SETTINGS)
+    columns = symmetric_top.survey(top(1.0 + 1.0 / 305.0, 2 * np.pi, 1e-4), *SETTINGS)
     # 1 + 1/305 is itself rounded: 305 · eps/2 relative; the measurement is within 1e-12 · 305
-    assert found["period_theory"] == pytest.approx(305.0, rel=305 * EPSILON)
-    assert found["period"] == pytest.approx(305.0, rel=305e-12)
-    assert found["sense"] == WITH_SPIN
+    assert columns["period_theory"] == pytest.approx(305.0, rel=305 * EPSILON)
+    assert columns["period"] == pytest.approx(305.0, rel=305e-12)
+    assert columns["sense"] == WITH_SPIN
 
 
 @pytest.mark.compiled
@@ -184,37 +184,39 @@ def test_errors_hold_the_distance_to_the_formula(gap):
     rng = np.random.default_rng(4)
     ratio = 1.0 + gap * rng.uniform(0.3, 1.0, COUNT)
     points = {"ratio": ratio, "omega3": rng.uniform(-20, 20, COUNT), "half_angle": rng.uniform(0.1, 80.0, COUNT)}
-    found = symmetric_top.survey(points, *SETTINGS)
+    columns = symmetric_top.survey(points, *SETTINGS)
     for name in ("precession_rate", "momentum_precession_rate"):
-        off = np.abs(found[name] - found["precession_rate_theory"])
-        assert (off <= found[f"{name}_error"]).all()
-        # roundings of the rate, and of the steps, which do not know how slow it is
-        some = 1e-13 * np.abs(found["precession_rate_theory"]) + 1e-15 * np.abs(points["omega3"])
-        assert (found[f"{name}_error"] <= some).all()
+        deviation = np.abs(columns[name] - columns["precession_rate_theory"])
+        assert (deviation <= columns[f"{name}_error"]).all()
+        # roundings of the rate, and of the steps, which do not depend on its slowness
+        bound = 1e-13 * np.abs(columns["precession_rate_theory"]) + 1e-15 * np.abs(points["omega3"])
+        assert (columns[f"{name}_error"] <= bound).all()
 
 
 @pytest.mark.compiled
 def test_errors_hold_where_steps_of_a_slow_precession_round_alike():
     rng = np.random.default_rng(5)
     points = top(1.0 + 1e-6 * rng.uniform(0.3, 1.0, 500), 1.0, rng.uniform(0.1, 80.0, 500))
-    found = symmetric_top.survey(points, 200.0, 10, 1e-10)
-    off = np.abs(found["precession_rate"] - found["precession_rate_theory"])
-    assert (off <= found["precession_rate_error"]).all()  # 95.6 % where roundings were thought to be nearly random
+    columns = symmetric_top.survey(points, 200.0, 10, 1e-10)
+    deviation = np.abs(columns["precession_rate"] - columns["precession_rate_theory"])
+    assert (
+        deviation <= columns["precession_rate_error"]
+    ).all()  # 95.6 % under the assumption of nearly random roundings
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-12])
 def test_the_certificate_holds_at_its_tolerance(tolerance):
     points = some_tops(np.random.default_rng(10))
-    found = symmetric_top.survey(points, 4.0, 4, tolerance)
-    assert np.all(found["status"] == OK)
-    assert found["propagation_error"].max() <= tolerance + 1e-13
+    columns = symmetric_top.survey(points, 4.0, 4, tolerance)
+    assert np.all(columns["status"] == OK)
+    assert columns["propagation_error"].max() <= tolerance + 1e-13
     # one step a sample, the fewest there are, leaves 2e-10; among a few tops none may need two
     if tolerance < 1e-11 and COUNT > 1000:
-        assert found["propagation_error"].max() > tolerance / 50  # the step is not chosen far too small
+        assert columns["propagation_error"].max() > tolerance / 50  # the step is not chosen far too small
 
 
 def test_the_certificate_sees_an_integration_that_is_off():
-    """Off by 1e-9, or made for a looser tolerance than it is judged by: both say so."""
+    """A step that is off by 1e-9, or made for a looser tolerance: both statuses report it."""
     raw = symmetric_top.run(top([0.3, 1.8]), *SETTINGS)
     assert np.all(symmetric_top._status(raw, 1e-12, 64) == OK)
     raw[:, symmetric_top.RAW.distance] += 1e-9
@@ -250,11 +252,11 @@ def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
         M = np.zeros(symmetric_top.MOMENTUM)
         for number in range(intervals + 1):
             rows = (row.b, row.c) if number else (row.previous_b, row.previous_c)
-            for first, part in zip(rows, (np.cos, np.sin), strict=True):
-                M[first : first + W] = 3.0 * part(angles[which, :, number])
+            for first, component in zip(rows, (np.cos, np.sin), strict=True):
+                M[first : first + W] = 3.0 * component(angles[which, :, number])
             if number:
                 symmetric_top._sample_angle(M, number, intervals)
         for lane in range(W):
-            found = symmetric_top._rate(M, lane, intervals)[:2]
+            fit = symmetric_top._rate(M, lane, intervals)[:2]
             (slope, _), covariance = np.polyfit(k, angles[which, lane], 1, cov=True)
-            np.testing.assert_allclose(found, (slope, np.sqrt(covariance[0, 0])), rtol=1e-9)
+            np.testing.assert_allclose(fit, (slope, np.sqrt(covariance[0, 0])), rtol=1e-9)

@@ -16,7 +16,7 @@ from sweeps.systems.twist.system import SYSTEM
 WILSON, PHONE, PLAIN, LONG = (1.21, 16.38, 17.48), (7.418, 30.975, 38.236), (1.0, 2.0, 3.0), (1.0, 5.0, 5.5)
 
 
-def thrown(body, chi, theta=0.5 * math.pi, tolerance=1e-10):
+def throw(body, chi, theta=0.5 * math.pi, tolerance=1e-10):
     points = dict(zip(("I1", "I2", "I3"), body, strict=True)) | {"chi": chi, "theta": theta, "omega0": 10.0}
     return twist.survey(points, tolerance)
 
@@ -41,10 +41,10 @@ def test_the_law_of_the_defect(body, growth, exact, asymptotic, share):
     assert 1.0 - 2.0 * eps / math.pi == pytest.approx(share, abs=6e-7)
     # a throw on the separatrix, from chi = -eps, ends at -(pi - eps): the full equations agree
     theta = math.atan(math.sqrt(a / b) / math.sin(eps))
-    found = thrown(body, -eps, theta)
-    assert found["twist"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
-    assert found["twist_exact"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
-    assert found["growth"][0] == pytest.approx(growth, abs=5e-9)
+    columns = throw(body, -eps, theta)
+    assert columns["twist"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
+    assert columns["twist_exact"][0] == pytest.approx(-(math.pi - 2.0 * eps), abs=1e-12)
+    assert columns["growth"][0] == pytest.approx(growth, abs=5e-9)
 
 
 @pytest.mark.parametrize(
@@ -57,11 +57,11 @@ def test_the_law_of_the_defect(body, growth, exact, asymptotic, share):
 )
 def test_the_largest_twist_of_a_throw_across_the_handle(body, best, chi0, symmetric):
     chi = np.linspace(chi0 - 0.01, chi0 + 0.01, 401)
-    found = np.abs(thrown(body, chi)["twist"]) / math.pi
-    assert found.max() == pytest.approx(best, abs=6e-7)
-    assert chi[found.argmax()] == pytest.approx(chi0, abs=2e-4)
+    twists = np.abs(throw(body, chi)["twist"]) / math.pi
+    assert twists.max() == pytest.approx(best, abs=6e-7)
+    assert chi[twists.argmax()] == pytest.approx(chi0, abs=2e-4)
     # the symmetric nudge ends with L across the handle again, as it began: chi0 + |chi(end)| = pi
-    end = symmetric + thrown(body, symmetric)["twist"][0]
+    end = symmetric + throw(body, symmetric)["twist"][0]
     assert end == pytest.approx(math.pi - symmetric, abs=3e-7)
 
 
@@ -71,21 +71,21 @@ def test_measured_and_exact_agree_at_every_point():
     I1, I2 = rng.uniform(0.05, 1.0, n), rng.uniform(0.3, 1.0, n)
     chi, theta = rng.uniform(-math.pi, math.pi, n), rng.uniform(0.3, math.pi - 0.3, n)
     theta[::2] = 0.5 * math.pi
-    found = thrown((I1, I2, np.ones(n)), chi, theta)
+    columns = throw((I1, I2, np.ones(n)), chi, theta)
     for name in ("twist", "time_of_turn"):
-        off = np.abs(found[name] - found[f"{name}_exact"])
-        assert (off <= found[f"{name}_error"]).all()
-    assert np.median(found["twist_error"]) < 1e-12
+        deviation = np.abs(columns[name] - columns[f"{name}_exact"])
+        assert (deviation <= columns[f"{name}_error"]).all()
+    assert np.median(columns["twist_error"]) < 1e-12
 
 
 def test_no_measured_bit_depends_on_the_closed_form(monkeypatch):
     chi = np.linspace(-3.0, 3.0, 20)
-    honest = thrown((0.3, 0.8, 1.0), chi)
+    honest = throw((0.3, 0.8, 1.0), chi)
     monkeypatch.setattr(twist, "fill_exact", lambda *a: a[-1].fill(7.0))
-    misled = thrown((0.3, 0.8, 1.0), chi)
+    disturbed = throw((0.3, 0.8, 1.0), chi)
     for name in honest:
-        same = np.asarray(honest[name]).tobytes() == np.asarray(misled[name]).tobytes()
-        assert same != name.endswith(("_exact", "_theory")), name
+        is_equal = np.asarray(honest[name]).tobytes() == np.asarray(disturbed[name]).tobytes()
+        assert is_equal != name.endswith(("_exact", "_theory")), name
 
 
 def test_scipy_ends_at_the_same_angle():
@@ -99,25 +99,25 @@ def test_scipy_ends_at_the_same_angle():
             L, w = y[:3], y[:3] / I
             square = L[1] ** 2 + L[2] ** 2
             phi = np.linalg.norm(L) * (L[1] * w[1] + L[2] * w[2]) / square
-            turning = np.cross(L, w)
-            return [*turning, phi, (L[1] * turning[2] - L[2] * turning[1]) / square]
+            torque = np.cross(L, w)
+            return [*torque, phi, (L[1] * torque[2] - L[2] * torque[1]) / square]
 
-        def arrived(_, y):
+        def end_of_turn(_, y):
             return y[3] - 2 * math.pi
 
-        arrived.terminal = True
-        run = solve_ivp(rates, (0, 99), [*m, 0.0, 0.0], "DOP853", rtol=1e-13, atol=1e-13, events=arrived)
-        found = thrown(I, chi, theta)
-        # L = I2 omega0 with omega0 = 10, where SciPy's L is 1
-        assert found["time_of_turn"][0] * 10.0 * I[1] == pytest.approx(run.t[-1], rel=1e-10)
-        assert found["twist"][0] == pytest.approx(run.y[4, -1], abs=1e-9)
+        end_of_turn.terminal = True
+        run = solve_ivp(rates, (0, 99), [*m, 0.0, 0.0], "DOP853", rtol=1e-13, atol=1e-13, events=end_of_turn)
+        columns = throw(I, chi, theta)
+        # L = I2 omega0 with omega0 = 10, and SciPy's L is 1
+        assert columns["time_of_turn"][0] * 10.0 * I[1] == pytest.approx(run.t[-1], rel=1e-10)
+        assert columns["twist"][0] == pytest.approx(run.y[4, -1], abs=1e-9)
 
 
 def test_no_turn_along_the_handle_and_no_law_for_a_symmetric_body():
-    found = thrown(PLAIN, 0.3, 0.0)
-    assert np.isnan(found["twist"][0])
-    assert np.isnan(found["twist_exact"][0])
-    assert np.isnan(thrown((1.0, 2.0, 2.0), 0.3)["twist_defect_theory"][0])
+    columns = throw(PLAIN, 0.3, 0.0)
+    assert np.isnan(columns["twist"][0])
+    assert np.isnan(columns["twist_exact"][0])
+    assert np.isnan(throw((1.0, 2.0, 2.0), 0.3)["twist_defect_theory"][0])
 
 
 BODIES = [
@@ -131,17 +131,17 @@ BODIES = [
 
 
 def compare(bodies, chi, theta, digits):
-    """Hold both twists and times against a Taylor integration; chi from 1e-12 to pi/2, of both signs."""
+    """Compare both twists and times with a Taylor integration; chi from 1e-12 to pi/2, of both signs."""
     I = np.resize(bodies, (chi.size, 3)).T  # noqa: E741
     twist_, time_ = precise.turns(*I, chi, np.full(chi.size, theta), digits).astype(float)
     points = dict(zip(("I1", "I2", "I3"), I, strict=True)) | {"chi": chi, "theta": theta, "omega0": 1.0}
-    found = twist.survey(points, 1e-10)
+    columns = twist.survey(points, 1e-10)
     # a rod turns many times about its handle meanwhile: rounding moves the time by as much, and the twist by that often
     spins = 1.0 + I[1] / I[0] * abs(math.cos(theta))
-    np.testing.assert_array_less(np.abs(found["twist_exact"] - twist_), 2e-14 * spins**2)
-    np.testing.assert_array_less(np.abs(found["time_of_turn_exact"] - time_), 2e-14 * spins)
-    assert (np.abs(found["twist"] - twist_) <= found["twist_error"]).all()
-    assert (np.abs(found["time_of_turn"] - time_) <= found["time_of_turn_error"]).all()
+    np.testing.assert_array_less(np.abs(columns["twist_exact"] - twist_), 2e-14 * spins**2)
+    np.testing.assert_array_less(np.abs(columns["time_of_turn_exact"] - time_), 2e-14 * spins)
+    assert (np.abs(columns["twist"] - twist_) <= columns["twist_error"]).all()
+    assert (np.abs(columns["time_of_turn"] - time_) <= columns["time_of_turn_error"]).all()
 
 
 def test_a_throw_across_the_handle_is_that_of_22_digits():
@@ -158,7 +158,7 @@ def test_a_throw_at_any_angle_is_that_of_19_digits(theta):
 
 
 def test_a_nudge_of_many_turns_is_the_nudge_within_one():
-    far, near = thrown(PLAIN, 7e5), thrown(PLAIN, math.atan2(math.sin(7e5), math.cos(7e5)))
+    far, near = throw(PLAIN, 7e5), throw(PLAIN, math.atan2(math.sin(7e5), math.cos(7e5)))
     for name in far:
         np.testing.assert_array_equal(far[name], near[name])
 

@@ -12,21 +12,21 @@ def test_weights_of_collocation_are_those_of_exact_integrals():
     """Against SymPy's rule, and integrals of Lagrange's polynomials in 30 digits; 1e-15: roundings of eight terms."""
     x = symbols("x")
     roots, weights = gauss_legendre(8, 30)
-    points, inner, whole = variational.collocation_weights()
+    points, inner, weights_of_step = variational.collocation_weights()
     assert points == pytest.approx(np.array([(root + 1) / 2 for root in roots], dtype=float), rel=3e-16)
-    assert whole == pytest.approx(np.array(weights, dtype=float) / 2, rel=3e-16)
-    for j, own in enumerate(roots):
-        lagrange = Poly(legendre_poly(8, x), x).div(Poly(x - own, x))[0]
-        integral = lagrange.integrate() * (1 / lagrange.eval(own) / 2)
+    assert weights_of_step == pytest.approx(np.array(weights, dtype=float) / 2, rel=3e-16)
+    for j, node in enumerate(roots):
+        lagrange = Poly(legendre_poly(8, x), x).div(Poly(x - node, x))[0]
+        integral = lagrange.integrate() * (1 / lagrange.eval(node) / 2)
         up_to = [float(integral.eval(root) - integral.eval(-1)) for root in roots]
         assert inner[:, j] == pytest.approx(up_to, abs=1e-15)
     assert np.abs(variational.DOUBLE_WEIGHTS - inner @ inner).max() < 1e-15
-    assert np.abs(variational.DOUBLE_STEP_WEIGHTS - whole * (1 - points)).max() < 1e-15  # Nystrom's condition
+    assert np.abs(variational.DOUBLE_STEP_WEIGHTS - weights_of_step * (1 - points)).max() < 1e-15  # Nystrom's condition
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 2), (2, 4), (2, 2), (3, 3), (3, 6)])
 def test_a_step_of_constant_slopes_is_the_exponential(m, n):
-    """Written out and by loops, of coordinates and of states, where some slopes vanish; 2e-15: some roundings."""
+    """Written out and by loops, of coordinates and of states, with some zero slopes; 2e-15: some roundings."""
     rng = np.random.default_rng(m + n)
     entries = tuple((i, j) for i in range(m) for j in range(n) if (i + 2 * j) % 3)
     values = rng.uniform(-0.5, 0.5, (len(entries), W))
