@@ -3,7 +3,7 @@
 import shutil
 
 import pytest
-from report_pages import PLANE, UNCERTAIN, Opened
+from report_pages import PLANE, UNCERTAIN, ReportTab
 
 import sweeps
 from sweeps.maps.storage import open_map, write_map
@@ -16,7 +16,7 @@ def plane():
 
 
 @pytest.fixture(scope="session")
-def breaking():
+def breakdown_map():
     return sweeps.survey("breakdown")
 
 
@@ -31,25 +31,25 @@ def browser():
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if chromium is None:
         pytest.skip("there is no Chromium: the report's own tests did not run")
-    with playwright.sync_playwright() as running:
-        browser = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         yield browser
         browser.close()
 
 
 @pytest.fixture
 def visit(browser):
-    """Opens reports: what their consoles said is looked at in the end, and their windows are closed."""
-    visited = []
+    """Open reports; after the test, check that their consoles are empty and close their windows."""
+    tabs = []
 
     def opens(path, link="", **context):
-        visited.append(Opened(browser, path, link, **context))
-        return visited[-1]
+        tabs.append(ReportTab(browser, path, link, **context))
+        return tabs[-1]
 
     yield opens
-    for one in visited:
-        one.context.close()
-    assert [said for one in visited for said in one.said] == []
+    for tab in tabs:
+        tab.context.close()
+    assert [message for tab in tabs for message in tab.said] == []
 
 
 @pytest.fixture(scope="session")
@@ -68,14 +68,14 @@ def plane_path(plane, pages):
 
 @pytest.fixture(scope="session")
 def shared(browser, plane_path):
-    page = Opened(browser, plane_path)
+    page = ReportTab(browser, plane_path)
     page.first = page.page.evaluate("(({ listeners, ...chosen }) => chosen)(polhode.state)")
     yield page
     page.context.close()
 
 
 @pytest.fixture
-def opened(shared, plane_path):
+def tab(shared, plane_path):
     """The page as it was when it opened: unpacking it takes seconds, so that tests share one."""
     shared.page.evaluate(
         """(first) => {
@@ -91,7 +91,7 @@ def opened(shared, plane_path):
     shared.page.mouse.move(0, 0)
     yield shared
     assert shared.said == []
-    assert {url.split("#")[0] for url in shared.asked} == {plane_path.as_uri()}
+    assert {url.split("#")[0] for url in shared.requests} == {plane_path.as_uri()}
 
 
 SHAPES = {

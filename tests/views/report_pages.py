@@ -1,4 +1,4 @@
-"""Reports as text and in a browser: what the tests of pages share."""
+"""Reports as text and in a browser: helpers of the tests of pages."""
 
 import json
 import math
@@ -33,7 +33,7 @@ UNCERTAIN = {
 }
 
 
-def written(ds, path, **options):
+def write_report(ds, path, **options):
     report.write_report(ds, path, **options)
     return path.read_text(encoding="utf-8")
 
@@ -43,7 +43,7 @@ def data_of(html):
 
 
 def hostile(ds):
-    """A map whose every text tries to run a script or to lead elsewhere, among them names in coordinates."""
+    """Return a map in which every text, names in coordinates too, tries to run a script or to lead elsewhere."""
     bad = {"title": HOSTILE, "history": HOSTILE, HOSTILE: "x", "definition": f"# {HOSTILE}\ntitle: x\n"}
     ds = ds.copy(deep=True).assign_attrs(bad)
     for variable in ds.variables.values():
@@ -60,14 +60,14 @@ SHIPPED = [  # sweeps that ship, of each kind of system and of points, and of ea
     *("foucault", "gravity_gradient", "lagrange_points", "bodies", "breakdown", "cubesats", "rackets", "tennis_racket"),
     *("symmetric", "tumblers", "tumbling", "twist", "kapitzas_racket", "pumped_breakdown"),
 ]
-PATIENCE = 60  # s until what must come has come, on however busy a machine
+PATIENCE = 60  # s, the longest wait for an expected state on a busy machine
 
 
-class Opened:
-    """A report in a browser, with all that its console said and all that it asked for."""
+class ReportTab:
+    """A report in a browser, with the messages of its console and its requests."""
 
     def __init__(self, browser, path: Path, link="", **context):
-        self.said, self.asked = [], []
+        self.said, self.requests = [], []
         self.context = browser.new_context(
             **({"viewport": {"width": 1280, "height": 2400}, "reduced_motion": "reduce"} | context)
         )
@@ -75,7 +75,7 @@ class Opened:
         self.page = self.context.new_page()
         self.page.on("console", lambda message: self.said.append(message.text))
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
-        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.on("request", lambda request: self.requests.append(request.url))
         self.context.route(re.compile("^(?!file:)"), lambda route: route.abort())
         self.page.goto(path.as_uri() + link)
         self.page.wait_for_selector("html[data-ready]", state="attached")
@@ -89,7 +89,7 @@ class Opened:
         raise AssertionError(f"still not true after {PATIENCE} s: {expression}")
 
     def follow(self, link):
-        """Another link in the same page; what follows it is done when the event that it makes has been seen."""
+        """Open another link in the same page, and wait for the event that it makes."""
         self.page.evaluate(
             """(link) => new Promise((done) => {
                 if (location.hash === link) return done();
@@ -111,8 +111,10 @@ class Opened:
         return data.get_attribute("value"), data.text_content()
 
     def center(self, i, j):
-        """Where a cell of the plane lies on the screen."""
-        return on_map(self, *self.page.evaluate("([i, j]) => [polhode.map.plane.x[i], polhode.map.plane.y[j]]", [i, j]))
+        """Return the position of a cell of the plane on the screen."""
+        return position_on_map(
+            self, *self.page.evaluate("([i, j]) => [polhode.map.plane.x[i], polhode.map.plane.y[j]]", [i, j])
+        )
 
 
 def parsed(text):
@@ -124,7 +126,7 @@ def parsed(text):
 
 
 def shown_point(page, ds):
-    """The row of the map at the point whose coordinates the page shows."""
+    """Return the row of the map at the point that the page shows."""
     return ds.sel({dim: float(page.row(dim)[0]) for dim in ds.dims}, method="nearest")
 
 
@@ -143,9 +145,9 @@ def start_of(point):
 OPEN_ALL = "document.querySelectorAll('details').forEach((details) => (details.open = true))"
 
 
-def on_map(opened, x, y):
-    """Where a point of the picture lies on the screen."""
-    return opened.page.evaluate(
+def position_on_map(tab, x, y):
+    """Return the position of a point of the picture on the screen."""
+    return tab.page.evaluate(
         """([x, y]) => {
             const plot = document.getElementById("map"), { xaxis, yaxis } = plot._fullLayout;
             const box = plot.getBoundingClientRect();

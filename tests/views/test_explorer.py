@@ -1,4 +1,4 @@
-"""The explorer of a report, in a browser where there is one: the map, the choice, links, keys, and other systems."""
+"""The explorer of a report, in a browser if there is one: the map, the choice, links, keys, and further systems."""
 
 import math
 import re
@@ -14,11 +14,11 @@ from report_pages import (
     PLANE,
     SHIPPED,
     UNCERTAIN,
-    Opened,
+    ReportTab,
     hostile,
     moments_of,
-    on_map,
     parsed,
+    position_on_map,
     shown_point,
     start_of,
 )
@@ -44,8 +44,8 @@ def tops():
 
 @pytest.fixture(scope="module")
 def second(browser, plane_path):
-    """Another reader's page, which links are sent to: opened by one, and followed by others."""
-    page = Opened(browser, plane_path, "#axis=1&I1=0.8&_color=frequency&_nudge=0.05")
+    """Another reader's page, to which links are sent."""
+    page = ReportTab(browser, plane_path, "#axis=1&I1=0.8&_color=frequency&_nudge=0.05")
     page.first = (page.row("axis")[0], page.row("I1")[0], page.page.get_by_label("colour by").input_value())
     page.first_nudge = page.page.evaluate("polhode.state.nudge")
     yield page
@@ -56,7 +56,7 @@ def second(browser, plane_path):
 @pytest.fixture(scope="module")
 def telephone(browser, plane_path):
     """A page on a small screen that is touched."""
-    page = Opened(browser, plane_path, has_touch=True, viewport={"width": 400, "height": 800}, color_scheme="light")
+    page = ReportTab(browser, plane_path, has_touch=True, viewport={"width": 400, "height": 800}, color_scheme="light")
     yield page
     assert page.said == []
     page.context.close()
@@ -85,23 +85,23 @@ SHOWN = """[polhode.state.place,
     ...["say", "row-where", "row", "headline"].map((id) => document.getElementById(id).innerText)]"""
 
 
-def test_hover_shows_a_small_box_alone_and_a_click_the_row_of_the_file(opened, plane):
+def test_hover_shows_a_small_box_alone_and_a_click_the_row_of_the_file(tab, plane):
     for cell in ((1, 1), (7, 3), (4, 6)):
-        before = opened.page.evaluate(SHOWN)
-        opened.page.mouse.move(*opened.center(*cell))
-        lines = opened.page.locator("#tip div").all_inner_texts()
+        before = tab.page.evaluate(SHOWN)
+        tab.page.mouse.move(*tab.center(*cell))
+        lines = tab.page.locator("#tip div").all_inner_texts()
         assert 2 <= len(lines) <= 4
         assert parsed(lines[0].split(" = ")[1]) == pytest.approx(plane.I1.values[cell[0]], rel=1e-5)
-        assert opened.page.evaluate(SHOWN) == before
-        opened.page.mouse.click(*opened.center(*cell))
-        assert float(opened.row("I1")[0]) == plane.I1.values[cell[0]]
-        assert float(opened.row("I2")[0]) == plane.I2.values[cell[1]]
-        assert_row_is_the_maps(opened, plane)
+        assert tab.page.evaluate(SHOWN) == before
+        tab.page.mouse.click(*tab.center(*cell))
+        assert float(tab.row("I1")[0]) == plane.I1.values[cell[0]]
+        assert float(tab.row("I2")[0]) == plane.I2.values[cell[1]]
+        assert_row_is_the_maps(tab, plane)
 
 
-def painted(opened):
+def cell_colors(tab):
     """The colours of the middles of all cells, row by row upwards, as "#rrggbb"."""
-    return opened.page.evaluate(
+    return tab.page.evaluate(
         """() => {
             const canvas = document.getElementById("cells");
             const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
@@ -116,10 +116,10 @@ def painted(opened):
     )
 
 
-def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
-    """The saved picture has each cell's colour where the page shows it, each region's name, and axes about them."""
-    page = opened.page
-    colors = painted(opened)
+def test_the_tool_bar_saves_the_cells_within_plotlys_axes(tab, tmp_path):
+    """The saved picture has each cell's colour at its position on the page, each region's name, and axes about them."""
+    page = tab.page
+    colors = cell_colors(tab)
     places = page.evaluate(
         """() => {
             const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
@@ -141,65 +141,67 @@ def test_the_tool_bar_saves_the_cells_within_plotlys_axes(opened, tmp_path):
     download.value.save_as(tmp_path / "map.png")
     with Image.open(tmp_path / "map.png") as image:
         paper = Image.new("RGBA", image.size, "white")
-        saved = np.asarray(Image.alpha_composite(paper, image.convert("RGBA")))[..., :3]
+        picture = np.asarray(Image.alpha_composite(paper, image.convert("RGBA")))[..., :3]
     cells, names = np.array(places["cells"]), np.array(places["names"])
     assert len(names) >= 2
-    # hidden by what stands above the cells: the names' boxes, lines of theory, and the hatching of impossible bodies
-    away = np.abs(cells[:, None] - names).max(axis=2).min(axis=1) > 60
+    # hidden by artists above the cells: the names' boxes, lines of theory, and the hatching of impossible bodies
+    is_far = np.abs(cells[:, None] - names).max(axis=2).min(axis=1) > 60
     at = np.round(cells).astype(int)
-    wanted = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in colors])
-    like = np.abs(saved[at[:, 1], at[:, 0]].astype(int) - wanted).max(axis=1) <= 12  # drawn anew, and smoothed
-    assert like[away].mean() > 0.5
-    assert len(np.unique(wanted[like & away], axis=0)) > 5
-    dark = saved.max(axis=2) < 90
+    expected = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in colors])
+    like = np.abs(picture[at[:, 1], at[:, 0]].astype(int) - expected).max(axis=1) <= 12  # drawn anew, and smoothed
+    assert like[is_far].mean() > 0.5
+    assert len(np.unique(expected[like & is_far], axis=0)) > 5
+    dark = picture.max(axis=2) < 90
     assert dark[int(places["bottom"]) + 5 :].sum() > 100  # numbers and name of the x axis
     assert dark[:, : int(places["left"]) - 5].sum() > 100
     for x, y in names:
-        assert (saved.max(axis=2) < 130)[int(y) - 16 : int(y) + 16, int(x) - 25 : int(x) + 25].sum() > 20
+        assert (picture.max(axis=2) < 130)[int(y) - 16 : int(y) + 16, int(x) - 25 : int(x) + 25].sum() > 20
 
 
-def test_axis_slider_plane_and_color_change_the_map(opened, plane):
-    page = opened.page
-    first = painted(opened)
+def test_axis_slider_plane_and_color_change_the_map(tab, plane):
+    page = tab.page
+    first = cell_colors(tab)
     page.get_by_label("1", exact=True).check()
-    second = painted(opened)
+    second = cell_colors(tab)
     assert second != first
     slider = page.get_by_label("principal moment of inertia about axis 3", exact=True)
     slider.focus()
     page.keyboard.press("End")
-    assert float(opened.row("I3")[0]) == 1.2
-    assert painted(opened) != second
+    assert float(tab.row("I3")[0]) == 1.2
+    assert cell_colors(tab) != second
     page.get_by_label("colour by").select_option("regime")
-    regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(opened.row("omega0")[0])).squeeze()
-    look = systems.presentation_of(plane).appearance
+    regime = plane.regime.sel(axis=1, I3=1.2, omega0=float(tab.row("omega0")[0])).squeeze()
+    appearance = systems.presentation_of(plane).appearance
     words = dict(zip(plane.regime.flag_values, plane.regime.flag_meanings.split(), strict=True))
-    assert painted(opened) == [in_light(look.color(words[v])) for v in regime.transpose("I2", "I1").values.reshape(-1)]
+    assert cell_colors(tab) == [
+        in_light(appearance.color(words[v])) for v in regime.transpose("I2", "I1").values.reshape(-1)
+    ]
     page.get_by_label("x axis").select_option("omega0")
     assert page.evaluate("document.getElementById('map').layout.xaxis.title.text").startswith("ω₀")
     assert page.evaluate("polhode.map.plane.x") == [2.0, 10.0]
 
 
-def test_boundaries_and_hatching_are_those_of_theory(opened, plane):
-    page = opened.page
+def test_boundaries_and_hatching_are_those_of_theory(tab, plane):
+    page = tab.page
     page.get_by_label("3", exact=True).check()
     names = page.evaluate("document.getElementById('map').data.map((trace) => trace.name)")
     assert {"I₁ = I₃", "I₂ = I₃"} <= set(names)
     assert "I₁ = I₂" not in names
     level = page.evaluate("document.getElementById('map').data.find((trace) => trace.name === 'I₂ = I₃').y")
-    assert level == [float(opened.row("I3")[0])] * 2
-    margin = plane.triangle_margin.sel(axis=3, I3=float(opened.row("I3")[0]), omega0=10.0).squeeze()
+    assert level == [float(tab.row("I3")[0])] * 2
+    margin = plane.triangle_margin.sel(axis=3, I3=float(tab.row("I3")[0]), omega0=10.0).squeeze()
     possible = (margin.transpose("I2", "I1").values >= 0).reshape(-1)
     assert page.evaluate("Array.from(polhode.map.plane.exists)") == possible.astype(int).tolist()
 
 
-def test_keys_move_the_choice(opened, plane):
-    page = opened.page
-    page.mouse.click(*opened.center(4, 4))
+def test_keys_move_the_choice(tab, plane):
+    page = tab.page
+    page.mouse.click(*tab.center(4, 4))
     page.locator("#map").focus()
     for key in ("ArrowRight", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"):
         page.keyboard.press(key)
-    assert float(opened.row("I1")[0]) == plane.I1.values[3]
-    assert float(opened.row("I2")[0]) == plane.I2.values[6]
+    assert float(tab.row("I1")[0]) == plane.I1.values[3]
+    assert float(tab.row("I2")[0]) == plane.I2.values[6]
     page.locator("#body-canvas").focus()
     before = page.evaluate("document.getElementById('body-canvas').toDataURL()")
     page.keyboard.press("ArrowLeft")
@@ -207,20 +209,20 @@ def test_keys_move_the_choice(opened, plane):
 
 
 @pytest.mark.slow
-def test_the_link_restores_the_state(opened, second):
-    page = opened.page
+def test_the_link_restores_the_state(tab, second):
+    page = tab.page
     page.get_by_label("1", exact=True).check()
     page.get_by_label("colour by").select_option("frequency")
     page.get_by_label("perturbation shown").fill("-2")
-    page.mouse.click(*opened.center(2, 5))
-    opened.until("location.hash.includes('frequency') && location.hash === polhode.link()")
+    page.mouse.click(*tab.center(2, 5))
+    tab.until("location.hash.includes('frequency') && location.hash === polhode.link()")
     link = page.evaluate("location.hash")
-    said = dict(urllib.parse.parse_qsl(link[1:]))
-    assert said["axis"] == "1"
-    assert float(said["I1"]) == float(opened.row("I1")[0])
+    state = dict(urllib.parse.parse_qsl(link[1:]))
+    assert state["axis"] == "1"
+    assert float(state["I1"]) == float(tab.row("I1")[0])
     second.follow(link)
     for name in ("axis", "I1", "I2", "I3", "omega0", "epsilon", "omega_squared"):
-        assert second.row(name) == opened.row(name)
+        assert second.row(name) == tab.row(name)
     assert second.page.get_by_label("colour by").input_value() == "frequency"
     flip = "document.getElementById('flip-period').value"
     assert second.page.evaluate(flip) == page.evaluate(flip)
@@ -229,9 +231,9 @@ def test_the_link_restores_the_state(opened, second):
     assert float(second.row("I1")[0]) == 1.7
 
 
-def test_no_button_of_the_page_leads_to_the_network(opened):
-    """Whatever the toolbars offer is pressed; `opened` sees to it that nothing was asked for."""
-    page = opened.page
+def test_no_button_of_the_page_leads_to_the_network(tab):
+    """Whatever the toolbars offer is pressed; the fixture checks that there is no request."""
+    page = tab.page
     windows = []
     page.context.on("page", lambda window: windows.append(window))
     buttons = page.locator(".modebar-btn")
@@ -271,19 +273,19 @@ def test_each_tap_chooses_the_cell_under_the_finger(telephone, plane):
 
 
 @pytest.mark.slow
-def test_a_drag_zooms_and_chooses_nothing(opened):
-    page = opened.page
+def test_a_drag_zooms_and_chooses_nothing(tab):
+    page = tab.page
     before = page.evaluate("polhode.state.place")
-    page.mouse.move(*opened.center(1, 1))
+    page.mouse.move(*tab.center(1, 1))
     page.mouse.down()
-    page.mouse.move(*opened.center(6, 5), steps=5)
+    page.mouse.move(*tab.center(6, 5), steps=5)
     page.mouse.up()
-    opened.until("document.getElementById('map')._fullLayout.xaxis.range[0] > 0.5")  # zoomed a bit later
+    tab.until("document.getElementById('map')._fullLayout.xaxis.range[0] > 0.5")  # zoomed a bit later
     assert page.evaluate("polhode.state.place") == before
 
 
-def test_enter_and_space_need_no_mouse(opened):
-    page = opened.page
+def test_enter_and_space_need_no_mouse(tab):
+    page = tab.page
     page.locator("#map").focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.activeElement.id") == "play"
@@ -296,34 +298,34 @@ def test_enter_and_space_need_no_mouse(opened):
 
 
 @pytest.mark.slow
-def test_a_link_says_where_it_was_not_followed(opened, second):
-    page = opened.page
+def test_a_link_says_where_it_was_not_followed(tab, second):
+    page = tab.page
     assert page.locator("#link-notice").is_hidden()
-    # an earlier choice's link may be written between a new link and the event that tells of it
+    # an earlier choice's link may be written between a new link and its event
     page.evaluate(
         "location.hash = '#axis=7&I3=1.0000000000000002&spin=4'; history.replaceState(null, '', polhode.link())"
     )
-    opened.until("!document.getElementById('link-notice').hidden")
-    said = page.locator("#link-notice").inner_text()
-    assert "no axis = 7: the nearest, 3, is shown" in said
-    assert "spin = 4 is not in this map" in said
-    assert "I₃" not in said
-    page.mouse.click(*opened.center(1, 1))
-    opened.until("location.hash === polhode.link()")  # which is written a moment after the page has changed
+    tab.until("!document.getElementById('link-notice').hidden")
+    notice = page.locator("#link-notice").inner_text()
+    assert "no axis = 7: the nearest, 3, is shown" in notice
+    assert "spin = 4 is not in this map" in notice
+    assert "I₃" not in notice
+    page.mouse.click(*tab.center(1, 1))
+    tab.until("location.hash === polhode.link()")  # which is written a moment after the page has changed
     values = dict(urllib.parse.parse_qsl(page.evaluate("location.hash")[1:]))
     assert all(len(values[name]) <= 14 for name in ("I1", "I2", "I3", "omega0", "epsilon"))
     second.follow(page.evaluate("location.hash"))
     assert second.page.locator("#link-notice").is_hidden()
-    assert second.row("I2") == opened.row("I2")
+    assert second.row("I2") == tab.row("I2")
 
 
-def test_the_picture_has_a_table_and_words(opened, plane):
-    page = opened.page
+def test_the_picture_has_a_table_and_words(tab, plane):
+    page = tab.page
     page.get_by_label("colour by").select_option("omega_squared")
     page.locator("#map-table summary").click()
     cells = page.locator("#map-table tbody td")
-    opened.until("document.querySelectorAll('#map-table tbody td').length === 72")
-    first = plane.omega_squared.sel({n: float(opened.row(n)[0]) for n in ("axis", "I3", "omega0")}).squeeze()
+    tab.until("document.querySelectorAll('#map-table tbody td').length === 72")
+    first = plane.omega_squared.sel({n: float(tab.row(n)[0]) for n in ("axis", "I3", "omega0")}).squeeze()
     true = float(first.sel(I1=plane.I1[0], I2=plane.I2[-1]))
     assert parsed(cells.first.inner_text()) == pytest.approx(true, rel=6e-3)  # three digits
     assert "Ω² (negative: unstable), measured" in page.locator("#map-summary").inner_text()
@@ -333,7 +335,7 @@ def test_the_picture_has_a_table_and_words(opened, plane):
 @pytest.mark.slow
 def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_chosen(telephone):
     page, theme = telephone.page, "document.documentElement.dataset.theme"
-    for scheme in ("dark", "light"):  # the one it does not start with first
+    for scheme in ("dark", "light"):  # first the mode with which it does not start
         page.emulate_media(color_scheme=scheme)
         telephone.until(f"{theme} === '{scheme}'")
         assert page.evaluate("document.documentElement.scrollWidth") <= 400
@@ -345,27 +347,27 @@ def test_a_telephone_needs_no_sideways_scroll_in_either_theme_and_keeps_the_one_
 
 
 @pytest.mark.slow
-def test_bodies_have_a_table_and_nudges_a_plot(visit, breaking, pages):
-    report.write_report(breaking, pages / "breakdown.html")
-    opened = visit(pages / "breakdown.html")
-    page = opened.page
+def test_bodies_have_a_table_and_nudges_a_plot(visit, breakdown_map, pages):
+    report.write_report(breakdown_map, pages / "breakdown.html")
+    tab = visit(pages / "breakdown.html")
+    page = tab.page
     page.get_by_label("colour by").select_option("omega_squared")
     buttons = page.locator("#map table.bodies button")
-    assert buttons.count() == breaking.sizes["body"] * 3
-    where = breaking.body.values.tolist().index("Earth") * 3 + 2
+    assert buttons.count() == breakdown_map.sizes["body"] * 3
+    where = breakdown_map.body.values.tolist().index("Earth") * 3 + 2
     buttons.nth(where).click()
     page.evaluate("polhode.choose({ nudge: null })")
-    assert opened.row("body")[0] == "Earth"
-    assert opened.row("axis")[0] == "3"
-    earth = breaking.sel(body="Earth", axis=3, epsilon=float(opened.row("epsilon")[0])).squeeze()
-    assert parsed(opened.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
-    true = exact.flip_period(exact.set_up(*moments_of(breaking, earth), *start_of(earth)))
+    assert tab.row("body")[0] == "Earth"
+    assert tab.row("axis")[0] == "3"
+    earth = breakdown_map.sel(body="Earth", axis=3, epsilon=float(tab.row("epsilon")[0])).squeeze()
+    assert parsed(tab.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
+    true = exact.flip_period(exact.set_up(*moments_of(breakdown_map, earth), *start_of(earth)))
     assert float(page.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
     curve = page.evaluate("[...document.getElementById('nudges-plot').data.find((t) => t.name === 'axis 3').y]")
-    every = breaking.sel(body="Earth", axis=3).squeeze().sortby("epsilon")
+    every = breakdown_map.sel(body="Earth", axis=3).squeeze().sortby("epsilon")
     expected = np.abs(np.sqrt(every.omega_squared / every.omega_squared_theory).values - 1)
-    shown = np.array([np.nan if v is None else v for v in curve])
-    np.testing.assert_allclose(np.nan_to_num(shown), expected, atol=1e-14)  # the rounding of one minus one
+    values = np.array([np.nan if v is None else v for v in curve])
+    np.testing.assert_allclose(np.nan_to_num(values), expected, atol=1e-14)  # the rounding of one minus one
 
 
 @pytest.mark.slow
@@ -374,19 +376,19 @@ def test_another_system_draws_with_its_mode(visit, pages):
     report.write_report(ds, pages / "oscillator.html")
     point = ds.isel(mass2=1, length2=0, equilibrium=-1, mode=1).squeeze()
     place = f"equilibrium={point.equilibrium.item()}&mode={point['mode'].item()}"
-    opened = visit(pages / "oscillator.html", f"#mass2={point.mass2.item()}&length2={point.length2.item()}&{place}")
-    page = opened.page
+    tab = visit(pages / "oscillator.html", f"#mass2={point.mass2.item()}&length2={point.length2.item()}&{place}")
+    page = tab.page
     assert page.evaluate("[polhode.state.x, polhode.state.y].sort()") == ["length2", "mass2"]
     for name in ("omega_squared", "rate_scale"):
-        assert parsed(opened.row(name)[1]) == pytest.approx(float(point[name]), rel=1e-5)
+        assert parsed(tab.row(name)[1]) == pytest.approx(float(point[name]), rel=1e-5)
     assert page.locator("#motion").is_hidden()
     assert "grow by a factor e" in page.locator("#mode-words").inner_text()
     page.get_by_label(ds.equilibrium.values[0], exact=True).check()
-    opened.until("document.getElementById('mode-words').textContent.includes('oscillate with period')")
+    tab.until("document.getElementById('mode-words').textContent.includes('oscillate with period')")
 
 
 def strange_names():
-    """A plane and a curve of a map that no system made, its every name one that Plotly could read as a link."""
+    """A plane and a curve of a map that no system made, with names that Plotly could read as links."""
     link = "<a href='https://example.org/'>%s</a>"
     values = (tuple(link % name for name in "xy"), np.arange(6.0).reshape(2, 3))
     axes = {link % "x": [1.0, 2.0], link % "y": [1.0, 2.0, 3.0]}
@@ -409,8 +411,8 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit, pages):
     report.write_report(hostile(KINDS[kind]()), pages / "hostile.html")
-    opened = visit(pages / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}")
-    page = opened.page
+    tab = visit(pages / "hostile.html", f"#body={urllib.parse.quote(HOSTILE)}&_color={urllib.parse.quote(HOSTILE)}")
+    page = tab.page
     page.evaluate(OPEN_ALL)
     plots = page.locator(".js-plotly-plot:visible").all()
     assert plots or kind == "bodies"
@@ -420,45 +422,47 @@ def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit, pages):
         assert page.locator("svg a, a[href], img, iframe, form").count() == 0
     assert page.evaluate("globalThis.hostile") is None
     assert page.locator("h1").inner_text() == HOSTILE
-    if kind == "plane":  # as it stands
+    if kind == "plane":  # unchanged
         assert HOSTILE in page.locator("#map .xtitle").text_content()
-    assert len(opened.asked) == 1
+    assert len(tab.asked) == 1
 
 
 @pytest.mark.slow
 def test_eigenvalues_stand_in_the_plane_as_in_the_map(visit, pages):
     ds = tops()
     report.write_report(ds, pages / "spectrum.html")
-    opened = visit(pages / "spectrum.html", "#moment_of_weight=4&spin_rate=1&equilibrium=sleeping")
-    rings, dots = opened.page.evaluate(
+    tab = visit(pages / "spectrum.html", "#moment_of_weight=4&spin_rate=1&equilibrium=sleeping")
+    rings, dots = tab.page.evaluate(
         "document.getElementById('spectrum-plot').data.map(({ x, y, error_x }) => [x, y, error_x && error_x.array])"
     )
     point = ds.sel(moment_of_weight=4, spin_rate=1, equilibrium="sleeping").squeeze()
     np.testing.assert_array_equal(dots[:2], [point.eigenvalue_real, point.eigenvalue_imag])
     np.testing.assert_array_equal(rings[:2], [point.eigenvalue_real_theory, point.eigenvalue_imag_theory])
     assert dots[2] == pytest.approx(point.eigenvalue_real_error.values, rel=1e-6)  # seven digits of errors
-    said = opened.page.locator("#say").inner_text()
-    assert parsed(said.split("by a factor e in ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
-    opened.page.locator("#spectrum-table summary").click()
-    opened.until("document.querySelectorAll('#spectrum-table tbody tr').length === 4")  # an event fills it
+    sentence = tab.page.locator("#say").inner_text()
+    assert parsed(sentence.split("by a factor e in ")[1]) == pytest.approx(1 / float(point.growth_rate.max()), rel=1e-3)
+    tab.page.locator("#spectrum-table summary").click()
+    tab.until("document.querySelectorAll('#spectrum-table tbody tr').length === 4")  # an event fills it
 
 
 @pytest.mark.slow
 def test_draws_lie_on_the_triangle_and_are_chosen_by_link_click_and_key(visit, uncertain, pages):
     report.write_report(uncertain, pages / "draws.html")
-    opened = visit(pages / "draws.html", "#body=a_box&axis=2&_draw=7")
-    page, one = opened.page, uncertain.sel(axis=2).squeeze()
+    tab = visit(pages / "draws.html", "#body=a_box&axis=2&_draw=7")
+    page, spin_map = tab.page, uncertain.sel(axis=2).squeeze()
     plot = "document.getElementById('drawn-plot')"
     x, y, ring = page.evaluate(f"(([dots, ...more]) => [dots.x, dots.y, more.at(-1).x])({plot}.data)")
-    np.testing.assert_allclose([x, y], [one.I1_draw / one.I3_draw, one.I2_draw / one.I3_draw], rtol=2e-7)  # of float32
+    np.testing.assert_allclose(
+        [x, y], [spin_map.I1_draw / spin_map.I3_draw, spin_map.I2_draw / spin_map.I3_draw], rtol=2e-7
+    )  # of float32
     assert ring == [x[7]]
     assert "Draw 7:" in page.locator("#drawn-chosen").inner_text()
     assert "a_box is unstable" in page.locator("#say").inner_text()
     page.locator("#drawn-plot").focus()
     page.keyboard.press("ArrowRight")
-    opened.until("location.hash.includes('_draw=8')")
+    tab.until("location.hash.includes('_draw=8')")
     page.locator("#drawn-plot .drag").first.scroll_into_view_if_needed()
-    lone = int(np.argmax(np.array(y) - np.array(x)))  # the outermost: no other lies over it
+    lone = int(np.argmax(np.array(y) - np.array(x)))  # the outermost: no point covers it
     at = page.evaluate(
         f"""([x, y]) => {{
             const {{ xaxis, yaxis }} = {plot}._fullLayout, box = {plot}.getBoundingClientRect();
@@ -468,19 +472,19 @@ def test_draws_lie_on_the_triangle_and_are_chosen_by_link_click_and_key(visit, u
     )
     page.mouse.move(*at)
     page.mouse.click(*at)
-    opened.until("(draw) => polhode.state.draw === draw", lone)
-    # by theory: the ground is unstable where axis 2 is the middle one, which each draw's regime says too
+    tab.until("(draw) => polhode.state.draw === draw", lone)
+    # by theory: the ground is unstable if axis 2 is the intermediate axis, in agreement with each draw's regime
     counts = page.evaluate("document.getElementById('drawn-histogram').data[0].y.reduce((a, b) => a + b)")
-    assert counts == int(np.isfinite(one.growth_rate_draw).sum())
+    assert counts == int(np.isfinite(spin_map.growth_rate_draw).sum())
 
 
 @pytest.mark.slow
 def test_a_page_prints_on_one_sheet(visit, plane_path, pages):
     report.write_report(oscillators(), pages / "sheet.html")
     for path in (plane_path, pages / "sheet.html"):
-        opened = visit(path, viewport={"width": 1280, "height": 800})
-        printed = opened.page.pdf(prefer_css_page_size=True, print_background=True)
-        assert re.findall(rb"/Count (\d+)", printed) == [b"1"]
+        tab = visit(path, viewport={"width": 1280, "height": 800})
+        pdf = tab.page.pdf(prefer_css_page_size=True, print_background=True)
+        assert re.findall(rb"/Count (\d+)", pdf) == [b"1"]
 
 
 DRAWN = {
@@ -499,13 +503,13 @@ def test_axe_finds_nothing(kind, visit, pages):
     """Axe, a checker of accessibility that is not ours: by all its rules in light, and the contrast in dark again."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     report.write_report(KINDS[kind](), pages / f"axe-{kind}.html")
-    opened = visit(pages / f"axe-{kind}.html", color_scheme="light")
-    opened.page.evaluate(OPEN_ALL)
+    tab = visit(pages / f"axe-{kind}.html", color_scheme="light")
+    tab.page.evaluate(OPEN_ALL)
     for scheme, options in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):
-        opened.page.emulate_media(color_scheme=scheme)
-        opened.page.wait_for_timeout(100)
-        found = axe.run(opened.page, options=options | {"resultTypes": ["violations"]})
-        assert found.violations_count == 0, found.generate_report()
+        tab.page.emulate_media(color_scheme=scheme)
+        tab.page.wait_for_timeout(100)
+        report_of_axe = axe.run(tab.page, options=options | {"resultTypes": ["violations"]})
+        assert report_of_axe.violations_count == 0, report_of_axe.generate_report()
 
 
 SHAPE = ("I1_over_I3", "thickness")
@@ -514,24 +518,24 @@ SHAPE = ("I1_over_I3", "thickness")
 @pytest.mark.slow
 def test_shapes_are_drawn_on_their_triangle(visit, shapes, pages):
     report.write_report(shapes, pages / "shapes.html")
-    opened = visit(pages / "shapes.html", "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
-    page = opened.page
+    tab = visit(pages / "shapes.html", "#axis=1&I1=1.6&I2=1.04&I3=2")  # x = 0.8, y = 0.52: room 0.4
+    page = tab.page
     assert "no I₁" not in page.locator("#link-notice").inner_text()
-    values = [float(opened.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
+    values = [float(tab.row(name)[0]) for name in ("axis", "I1_over_I3", "thickness", "I1", "I2", "I3")]
     assert values == pytest.approx([1, 0.8, 0.4, 1.6, 1.04, 2.0], rel=1e-15)
     assert page.evaluate("document.getElementById('map')._fullLayout.yaxis.title.text") == "I₂/I₃"
-    named = page.evaluate(
+    labels = page.evaluate(
         """() => {
             const { x, y, text } = document.getElementById("map").data.find(({ mode }) => mode === "markers+text");
             return text.map((name, i) => [name, x[i], y[i]]);
         }"""
     )
-    assert [name for name, *_ in named] == [body["name"] for body in PRESETS]
+    assert [name for name, *_ in labels] == [body["name"] for body in PRESETS]
     moments = np.array([body["moments"] for body in PRESETS])
     ratios = moments[:, :2] / moments[:, 2:]
-    assert np.array([at for _, *at in named]) == pytest.approx(ratios, rel=1e-12)  # roundings of quotients
+    assert np.array([at for _, *at in labels]) == pytest.approx(ratios, rel=1e-12)  # roundings of quotients
     rate = shapes.omega_squared.isel(axis=0, I3=1).squeeze()
-    signed = (np.sign(rate) * np.sqrt(np.abs(rate))).values
+    signed_rate = (np.sign(rate) * np.sqrt(np.abs(rate))).values
     for across, up in np.random.default_rng(5).random((60, 2)).tolist():
         cell = page.evaluate(
             "([x, y]) => (({ exists, value, place }) => ({ exists, value, place }))(polhode.locate(x, y))", [across, up]
@@ -542,35 +546,35 @@ def test_shapes_are_drawn_on_their_triangle(visit, shapes, pages):
             continue
         i, j = (int(np.abs(shapes[name] - at).argmin()) for name, at in zip(SHAPE, (across, thickness), strict=True))
         assert cell["place"][1:3] == [i, j]
-        assert cell["value"] == pytest.approx(signed[i, j], rel=1e-12)
+        assert cell["value"] == pytest.approx(signed_rate[i, j], rel=1e-12)
     before = page.evaluate(SHOWN)
-    page.mouse.click(*on_map(opened, 0.23, 0.17))
+    page.mouse.click(*position_on_map(tab, 0.23, 0.17))
     assert page.locator("#tip").inner_text() == "No rigid body has these moments."
     assert page.evaluate(SHOWN) == before
-    page.mouse.click(*on_map(opened, 0.5, 0.95))  # thickness 0.9
-    opened.until("polhode.state.place[1] === 4 && polhode.state.place[2] === 8")
+    page.mouse.click(*position_on_map(tab, 0.5, 0.95))  # thickness 0.9
+    tab.until("polhode.state.place[1] === 4 && polhode.state.place[2] === 8")
     page.locator("#map-table summary").click()
-    opened.until("document.querySelectorAll('#map-table tbody td').length === 81")
+    tab.until("document.querySelectorAll('#map-table tbody td').length === 81")
     assert "81 points" in page.locator("#map-summary").inner_text()
     assert "physically impossible" not in page.locator("#map-summary").inner_text()
 
 
 @pytest.mark.slow
 def test_the_ring_is_dragged_between_the_points_and_back_goes_back(visit, shapes_path):
-    opened = visit(shapes_path, "#axis=1&I1_over_I3=0.5&thickness=0.5&I3=1")
-    page = opened.page
-    x, y = on_map(opened, 0.5, 0.75)
+    tab = visit(shapes_path, "#axis=1&I1_over_I3=0.5&thickness=0.5&I3=1")
+    page = tab.page
+    x, y = position_on_map(tab, 0.5, 0.75)
     page.wait_for_timeout(200)
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(*on_map(opened, 0.62, 0.83))  # at once: where the hand pauses, Back goes
+    page.mouse.move(*position_on_map(tab, 0.62, 0.83))  # at once: a pause of the hand is a step of Back
     page.wait_for_timeout(100)
     page.mouse.up()
     assert page.evaluate("polhode.state.moments") == pytest.approx([0.62, 0.83, 1.0], abs=0.005)  # of pixels
-    opened.until("location.hash.includes('_moments')")
+    tab.until("location.hash.includes('_moments')")
     page.go_back()
-    opened.until("polhode.state.moments === null")
-    assert opened.row("I1")[0] == "0.5"
+    tab.until("polhode.state.moments === null")
+    assert tab.row("I1")[0] == "0.5"
 
 
 SMALL = """() => [...document.querySelectorAll("body *")].filter((one) => one.checkVisibility()
@@ -584,16 +588,16 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
     width, height = 1280, 720
     page = visit(shapes_path, viewport={"width": width, "height": height}).page
     page.keyboard.press("l")
-    said = set()
+    titles = set()
     for step in range(1, 6):
         assert page.locator("#step-number").inner_text() == f"{step} of 5"
         page.wait_for_timeout(300)
-        said.add(page.locator("#step-title").inner_text())
+        titles.add(page.locator("#step-title").inner_text())
         assert page.evaluate(SMALL) == []
         ends = "[...document.querySelectorAll('main *')].filter((one) => one.checkVisibility() && !one.closest('svg'))"
         assert page.evaluate(f"Math.max(...{ends}.map((one) => one.getBoundingClientRect().bottom))") <= height
         page.keyboard.press("ArrowRight")
-    assert len(said) == 5
+    assert len(titles) == 5
     page.keyboard.press("l")
     assert page.locator("#own").is_visible()
 
@@ -601,7 +605,7 @@ def test_a_lecture_of_five_steps_fits_the_screen_in_large_letters(visit, shapes_
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_page_of_a_shipped_sweep_plays_without_a_word_on_its_console(name, visit, pages, monkeypatch):
-    """Of a few points of each; `visit` reads what the console said."""
+    """A few points of each; `visit` checks the console."""
     monkeypatch.setattr(gallery, "MAX_GRID_POINTS", 36)
     monkeypatch.setattr(gallery, "MAX_CHEAP_POINTS", {})
     values = gallery.reduce_points(plain(read_text(file_text(catalogue.shipped_files()[name]))))

@@ -1,4 +1,4 @@
-"""Pictures of maps: which there are, and that what they show is what the map holds, read off the drawn artists."""
+"""Pictures of maps: their list, and that they show the values of the map, read from the drawn artists."""
 
 from functools import cache
 
@@ -46,8 +46,8 @@ def racket():
 @pytest.fixture(scope="module")
 def shapes():
     """The default sweep at one size and one rate of spin."""
-    whole = dict(read_text(catalogue.shipped_files()["tennis_racket"].read_text()))
-    return sweeps.survey(whole | {"grid": dict(whole["grid"]) | {"I3": 0.01748, "omega0": 10.0}})
+    definition = dict(read_text(catalogue.shipped_files()["tennis_racket"].read_text()))
+    return sweeps.survey(definition | {"grid": dict(definition["grid"]) | {"I3": 0.01748, "omega0": 10.0}})
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +63,12 @@ def stability(racket):
 
 
 @pytest.fixture(scope="module")
-def breaking():
+def breakdown_map():
     return sweeps.survey("breakdown")
 
 
 @pytest.fixture(autouse=True)
-def styled():
+def use_style():
     with matplotlib.rc_context(sheets.STYLE):
         yield
 
@@ -76,12 +76,12 @@ def styled():
 pytestmark = pytest.mark.usefixtures("few_frames")
 
 
-def drawn(axes, gid):
+def artists_of_gid(axes, gid):
     return [line for line in axes.lines if line.get_gid() == gid]
 
 
 def assert_picture(path, dots=COARSE):
-    if path.suffix == ".gif":  # its frames are looked at in test_figure_flip.py
+    if path.suffix == ".gif":  # its frames are checked in test_figure_flip.py
         assert path.read_bytes()[:6] == b"GIF89a"
         return
     assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
@@ -97,7 +97,7 @@ def assert_picture(path, dots=COARSE):
 
 @pytest.fixture(scope="module")
 def of_a_grid(tiny, tmp_path_factory):
-    """The pictures of a map on the disk: (paths, their folder, matplotlib's settings after each, what was loaded)."""
+    """Draw a map on the disk: (paths, their folder, matplotlib's settings after each, loaded variables)."""
     folder = tmp_path_factory.mktemp("grid") / "new" / "figures"
     write_map(tiny, folder.parents[1] / "map.nc")
     with open_map(folder.parents[1] / "map.nc") as ds, matplotlib.rc_context(), pytest.MonkeyPatch.context() as patch:
@@ -106,9 +106,9 @@ def of_a_grid(tiny, tmp_path_factory):
         patch.setitem(sheets.STYLE, "savefig.dpi", COARSE)
         matplotlib.rcdefaults()
         before = dict(matplotlib.rcParams)
-        drawn = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
-        loaded = [name for name in ds.data_vars if ds.variables[name]._in_memory]
-    return [path for path, _ in drawn], folder, [same for _, same in drawn], loaded
+        pictures = [(path, dict(matplotlib.rcParams) == before) for path in figures.draw_all(ds, folder)]
+        loaded_names = [name for name in ds.data_vars if ds.variables[name]._in_memory]
+    return [path for path, _ in pictures], folder, [is_same for _, is_same in pictures], loaded_names
 
 
 def test_pictures_of_a_grid(of_a_grid):
@@ -145,7 +145,7 @@ def test_cells_are_the_measured_rates(racket, stability, axis):
     plane = racket.sel(axis=axis, I3=0.01748).squeeze().transpose("I2", "I1")
     rate = np.sign(plane.omega_squared) * np.sqrt(abs(plane.omega_squared)) / 10.0
     np.testing.assert_allclose(mesh.get_array().reshape(24, 24), rate.values, rtol=1e-15)
-    assert mesh.norm.vmin == -mesh.norm.vmax  # the neutral colour stands for 0
+    assert mesh.norm.vmin == -mesh.norm.vmax  # the neutral colour is that of 0
     assert mesh.norm.vmax == np.abs(rate.values[plane.triangle_margin.values >= 0]).max()
     # a cell's middle is its value, up to rounding
     np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0][:-1] + np.diff(racket.I1)[0] / 2, racket.I1, rtol=1e-12)
@@ -164,14 +164,14 @@ def test_cells_are_the_measured_rates(racket, stability, axis):
 def test_a_cell_that_cannot_exist_is_blank_in_the_public_picture(grid):
     ds = sweeps.survey({"axes": [2], "grid": grid | {"omega0": 1.0}})
     ax = sweeps.plot.stability(ds, axis=2)
-    blank = [part for part in ax.collections if part.get_gid() == "impossible"]
-    assert all((part.get_facecolor() == 1.0).all() for part in blank)  # white, and nothing shines through
+    blank = [collection for collection in ax.collections if collection.get_gid() == "impossible"]
+    assert all((collection.get_facecolor() == 1.0).all() for collection in blank)  # white, and nothing shines through
     (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
-    assert all(part.get_zorder() >= mesh.get_zorder() for part in blank)
+    assert all(collection.get_zorder() >= mesh.get_zorder() for collection in blank)
     x, y = (name for name in ("I1", "I2", "I3") if ds.sizes.get(name, 1) > 1)
     margin = ds.triangle_margin.squeeze().transpose(y, x).values
     points = np.column_stack([values.ravel() for values in np.meshgrid(ds[x], ds[y])])
-    paths = [path for part in blank for path in part.get_paths()]
+    paths = [path for collection in blank for path in collection.get_paths()]
     inside = np.any([path.contains_points(points) for path in paths], axis=0).reshape(margin.shape)
     assert inside[margin < 0].all()
     assert not inside[margin > 0].any()
@@ -179,20 +179,20 @@ def test_a_cell_that_cannot_exist_is_blank_in_the_public_picture(grid):
 
 
 @pytest.mark.parametrize("axis", [1, 2, 3])
-@pytest.mark.parametrize("shown", [("I1", "I2"), ("I1", "I3"), ("I2", "I3")])
-def test_boundaries_are_where_theory_changes_sign(axis, shown):
-    window = {shown[0]: (0.5, 3.0), shown[1]: (0.8, 2.5)}
-    (third,) = {"I1", "I2", "I3"} - set(shown)
+@pytest.mark.parametrize("axes_of_plane", [("I1", "I2"), ("I1", "I3"), ("I2", "I3")])
+def test_boundaries_are_where_theory_changes_sign(axis, axes_of_plane):
+    window = {axes_of_plane[0]: (0.5, 3.0), axes_of_plane[1]: (0.8, 2.5)}
+    (third,) = {"I1", "I2", "I3"} - set(axes_of_plane)
     lines = figure_stability.boundaries(axis, window, {third: 1.4})
     assert len(lines) == 2
     for line in lines.values():
-        at = {third: np.full(200, 1.4)} | {name: np.linspace(*window[name], 200) for name in shown} | line
-        off = {name: values.copy() for name, values in at.items()}
-        moved = next(iter(set(line) & set(shown)))
-        low, high = off | {moved: at[moved] * 0.999}, off | {moved: at[moved] * 1.001}
+        at = {third: np.full(200, 1.4)} | {name: np.linspace(*window[name], 200) for name in axes_of_plane} | line
+        point = {name: values.copy() for name, values in at.items()}
+        name_of_axis = next(iter(set(line) & set(axes_of_plane)))
+        low, high = point | {name_of_axis: at[name_of_axis] * 0.999}, point | {name_of_axis: at[name_of_axis] * 1.001}
         sign = [np.sign(linear.omega_squared(*(m[f"I{i}"] for i in (1, 2, 3)), 1.0, axis)) for m in (low, at, high)]
         assert (sign[1] == 0).all()
-        # on both sides of the line the signs are opposite, but where the other boundary crosses it
+        # on both sides of the line the signs are opposite, except where the second boundary crosses it
         assert np.count_nonzero(sign[0] * sign[2] == -1) > 195
 
 
@@ -201,7 +201,7 @@ def test_what_is_not_ok_is_marked(racket):
     ds["status"][:] = 0
     ds["status"].loc[{"axis": 1, "I1": 0.00121, "I2": 0.01638, "I3": 0.01748}] = 2
     ax = figure_stability.draw(ds, 1).axes[0]
-    (marks,) = drawn(ax, "status 2")
+    (marks,) = artists_of_gid(ax, "status 2")
     assert [values.tolist() for values in marks.get_data()] == [[0.00121], [0.01638]]
 
 
@@ -236,11 +236,14 @@ def test_one_moment_is_a_curve():
     moments = {"I1": {"start": 0.2, "stop": 4.0, "num": 20}, "I2": 1.0, "I3": 2.0}
     ds = sweeps.survey({"axes": [1], "grid": moments | {"omega0": -3.0}})
     ax = figure_stability.draw(ds, 1).axes[0]
-    x, y = (np.concatenate(parts) for parts in zip(*(line.get_data() for line in drawn(ax, "measured")), strict=True))
+    x, y = (
+        np.concatenate(pieces)
+        for pieces in zip(*(line.get_data() for line in artists_of_gid(ax, "measured")), strict=True)
+    )
     flat = ds.squeeze().isel(I1=np.searchsorted(ds.I1, x))
     np.testing.assert_allclose(y, fits.signed_rate(flat.omega_squared.values, -3.0), rtol=1e-15)
     assert x.size == 20
-    (theory,) = drawn(ax, "theory")
+    (theory,) = artists_of_gid(ax, "theory")
     at = np.argmin(np.abs(theory.get_xdata() - 3.0))
     I1 = theory.get_xdata()[at]
     assert theory.get_ydata()[at] == pytest.approx(np.sqrt((I1 - 1) * (I1 - 2) / 2), rel=1e-12)  # I2, I3 = 1, 2
@@ -269,27 +272,27 @@ def test_units_as_people_write_them():
 # Breakdown and bodies
 
 
-def test_breakdown_panels_and_table(breaking):
-    figure = figure_breakdown.draw(breaking)
+def test_breakdown_panels_and_table(breakdown_map):
+    figure = figure_breakdown.draw(breakdown_map)
     left, right, table = figure.axes
-    theory = breaking.omega_squared_theory.isel(epsilon=0, phase=0).values
+    theory = breakdown_map.omega_squared_theory.isel(epsilon=0, phase=0).values
     for ax, belongs in ((left, theory > 0), (right, theory < 0)):
         series = {tuple(map(int, line.get_gid().split())) for line in ax.lines if (line.get_gid() or " ")[0].isdigit()}
         assert series == {(i, j + 1) for i, j in np.argwhere(belongs)}
         assert r"\varepsilon" in ax.get_xlabel()
-        (reference,) = drawn(ax, "slope 2")
+        (reference,) = artists_of_gid(ax, "slope 2")
         assert np.diff(np.log(reference.get_ydata())) / np.diff(np.log(reference.get_xdata())) == pytest.approx(2.0)
-    slopes = fits.fit_breakdown(breaking).slope.values
-    shown = sorted(text.get_text() for text in table.texts)
+    slopes = fits.fit_breakdown(breakdown_map).slope.values
+    cell_texts = sorted(text.get_text() for text in table.texts)
     for slope in slopes[np.isfinite(slopes)]:
-        assert f"{slope:.3f}" in shown
-    assert shown.count(r"$\Omega^2=0$") == 7  # two axes of the plate, two of the cylinder, three of the cube
-    assert shown.count("no law") == 2  # the two symmetric tops' own axes
+        assert f"{slope:.3f}" in cell_texts
+    assert cell_texts.count(r"$\Omega^2=0$") == 7  # two axes of the plate, two of the cylinder, three of the cube
+    assert cell_texts.count("no law") == 2  # the two symmetric tops' own axes
     assert "27 of 27" in figure.texts[1].get_text()
 
 
-def test_breakdown_says_when_the_law_is_another(breaking):
-    ds = breaking.copy(deep=True)
+def test_breakdown_says_when_the_law_is_another(breakdown_map):
+    ds = breakdown_map.copy(deep=True)
     ds["omega_squared"] = ds.omega_squared_theory * (1 + 0.1 * ds.epsilon**1.5)
     ds["omega_squared_reduced_error"] = abs(ds.omega_squared) * 1e-14
     figure = figure_breakdown.draw(ds)
@@ -303,14 +306,14 @@ def test_breakdown_of_a_grid():
     ds = sweeps.survey({"title": "nudges", "grid": grid})
     assert "breakdown" in figures.pictures(ds)
     assert "breakdown" not in figures.pictures(ds.isel(epsilon=slice(0, 5)))
-    chosen, total = figure_breakdown.select_bodies(ds)
+    selection, total = figure_breakdown.select_bodies(ds)
     assert total == 15
-    assert chosen.sizes["body"] == 8  # every second: at most 14
+    assert selection.sizes["body"] == 8  # every second: at most 14
     assert "8 of 15 bodies" in figure_breakdown.draw(ds).texts[1].get_text()
 
 
-def test_bodies_rates_and_periods(breaking):
-    rates, periods = figure_bodies.draw(breaking).axes
+def test_bodies_rates_and_periods(breakdown_map):
+    rates, periods = figure_bodies.draw(breakdown_map).axes
     markers = [line for line in rates.lines if line.get_gid() == "unstable"]
     rows = sorted(round(line.get_ydata()[0]) for line in markers)
     assert rows == [0, 1, 2, 3, 4, 5, 7, 8, 9]  # every body with three different moments, once
@@ -330,7 +333,7 @@ def bodies():
 
 
 @pytest.fixture(scope="module")
-def many():
+def forty_bodies():
     """A map of forty bodies, every second with an observed period, from a second to years."""
     bodies = [{"name": f"Body {k}", "axis": 3, "ratios": {"I1": 1, "I2": 1.1 + k / 80, "I3": 1.7}} for k in range(40)]
     for k, body in enumerate(bodies[::2]):
@@ -338,25 +341,27 @@ def many():
     return sweeps.survey({"bodies": bodies, "grid": {"omega0": 3.0}, "integration": {"flips": True}})
 
 
-def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breaking):
+def test_bodies_say_how_soon_they_grow_and_flip(of_bodies, breakdown_map):
     rates = of_bodies["bodies"].axes[0]
     grows, flips = (
         {round(t.xy[1]): t.get_text() for t in rates.texts if t.get_gid() == gid} for gid in ("e-fold", "flip")
     )
-    # the racket: 1/8.882 s, by the formula; its flips are held against the closed form in test_flips.py
+    # the racket: 1/8.882 s, by the formula; its flips are compared with the closed form in test_flips.py
     assert grows[3] == "0.113 s"
     assert flips[3] == "4.55 s"
     assert (grows[0], flips[0]) == ("556 d", "19,535 d")
     assert grows[5] == "1.74×10⁻¹³ s"
     assert set(grows) == set(flips) == {0, 1, 2, 3, 4, 5}  # not the plate, which has no unstable axis
-    assert not [t for t in figure_bodies.draw(breaking).axes[0].texts if t.get_gid() == "flip"]  # not followed there
+    assert not [
+        t for t in figure_bodies.draw(breakdown_map).axes[0].texts if t.get_gid() == "flip"
+    ]  # not followed there
 
 
 @pytest.fixture(scope="module")
-def of_bodies(bodies, many):
+def of_bodies(bodies, forty_bodies):
     """Pictures of bodies, few and many, laid out."""
     with matplotlib.rc_context(sheets.STYLE):
-        figures = {"bodies": figure_bodies.draw(bodies), "many": figure_bodies.draw(many)}
+        figures = {"bodies": figure_bodies.draw(bodies), "many": figure_bodies.draw(forty_bodies)}
         for figure in figures.values():
             figure.draw_without_rendering()
     return figures
@@ -368,7 +373,7 @@ def test_many_bodies_fit_a_page(of_bodies):
     assert figure.get_size_inches()[1] < 17
     rates, periods = figure.axes
     assert len(rates.get_yticks()) <= figure_bodies.MAX_BODIES
-    assert len(drawn(periods, "observed")) <= figure_bodies.MAX_PERIODS
+    assert len(artists_of_gid(periods, "observed")) <= figure_bodies.MAX_PERIODS
     assert "20 of 40 bodies" in figure.texts[1].get_text()
     texts = [text.get_text() for text in periods.texts]
     assert "0 d" not in texts
@@ -379,8 +384,8 @@ def test_many_bodies_fit_a_page(of_bodies):
     assert "ε = 10⁻⁶,\nflips every" in {text.get_text() for text in rates.texts}
 
 
-def test_the_period_drawn_is_the_measured_one(breaking):
-    ds = breaking.copy(deep=True)
+def test_the_period_drawn_is_the_measured_one(breakdown_map):
+    ds = breakdown_map.copy(deep=True)
     ds["euler_period"].loc[{"body": "Earth", "axis": 3}] = 100 * 86_400.0
     assert "100 d" in {text.get_text() for text in figure_bodies.draw(ds).axes[1].texts}
 
@@ -408,9 +413,9 @@ USERS_SETTINGS = {
 
 
 def test_a_users_settings_of_matplotlib_change_no_picture(tiny, tmp_path):
-    (own,) = figures.draw_all(tiny, tmp_path / "own", only=["theory_against_measured"])
+    (with_settings,) = figures.draw_all(tiny, tmp_path / "own", only=["theory_against_measured"])
     with matplotlib.rc_context(USERS_SETTINGS):
         theirs = dict(matplotlib.rcParams)
         (path,) = figures.draw_all(tiny, tmp_path / "theirs", only=["theory_against_measured"])
-        assert path.read_bytes() == own.read_bytes()
+        assert path.read_bytes() == with_settings.read_bytes()
         assert dict(matplotlib.rcParams) == theirs

@@ -1,4 +1,4 @@
-"""Maps whose values are legal but odd: every view of them ends well, or refuses in words."""
+"""Maps with legal but odd values: every view of them succeeds, or refuses with a message."""
 
 import random
 from functools import cache
@@ -38,13 +38,13 @@ def flags(spec):
     return range(0) if spec is None else range(spec.first_flag, spec.first_flag + len(spec.flags))
 
 
-def mixed(ds, specs, rng):
+def mix_values(ds, specs, rng):
     """Give each value of each variable another size, sign or flag."""
-    found = {}
+    columns = {}
     for name, v in ds:
-        chosen = [*flags(specs[name])] or [*VALUES.values(), -1.0, 1e-8, 1e8, -5e-324]
-        found[name] = np.array(rng.choices(chosen, k=v.size)).reshape(v.shape)
-    return found
+        choices = [*flags(specs[name])] or [*VALUES.values(), -1.0, 1e-8, 1e8, -5e-324]
+        columns[name] = np.array(rng.choices(choices, k=v.size)).reshape(v.shape)
+    return columns
 
 
 def holes(ds, specs, rng):
@@ -57,11 +57,11 @@ def holes(ds, specs, rng):
     }
 
 
-def unchanged(ds, specs, rng):
+def keep_values(ds, specs, rng):
     return {}
 
 
-CHANGES = {name: of_value(name) for name in VALUES} | {"mixed": mixed, "holes": holes, "as it is": unchanged}
+CHANGES = {name: of_value(name) for name in VALUES} | {"mixed": mix_values, "holes": holes, "as it is": keep_values}
 
 
 def one_point(ds, rng):
@@ -73,7 +73,7 @@ def one_value(ds, rng):
     return {dim: [rng.randrange(ds.sizes[dim])]}
 
 
-def turned(ds, rng):
+def reverse_dims(ds, rng):
     return {dim: slice(None, None, -1) for dim in ds.dims if ds[dim].dtype.kind == "f" and rng.random() < 0.5}
 
 
@@ -81,7 +81,7 @@ CUTS = {
     "whole": lambda ds, rng: {},
     "one point": one_point,
     "one value of a dimension": one_value,
-    "in another order": turned,
+    "in another order": reverse_dims,
     "a plane": lambda ds, rng: {dim: [0] for dim in [*ds.sizes][2:]},
 }
 
@@ -93,7 +93,7 @@ CASES = [  # (base, cut, change)
     ("pendulum", "a plane", "huge"),
     ("pendulum", "in another order", "holes"),
     ("pendulum", "whole", "tiny"),
-    ("bodies", "a plane", "zero"),  # once a traceback, as the others below: a rate of 0 that is called unstable
+    ("bodies", "a plane", "zero"),  # once a traceback, as in the cases below: a rate of 0 that is called unstable
     ("twist", "whole", "infinite"),  # limits of axes
     ("sampled", "in another order", "mixed"),  # edges of a histogram
     ("tumbling", "whole", "missing"),  # a logarithmic axis
@@ -102,7 +102,7 @@ CASES = [  # (base, cut, change)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def make_map(tmp_path_factory):
     """Return the function that makes the map of a system once."""
     with damages.light():
         yield cache(lambda base: write(tmp_path_factory.mktemp("base"), damages.BASES[base], f"{base}.nc"))
@@ -113,19 +113,19 @@ def odd(path, target, cut, change, seed):
     rng = random.Random(seed)
     with sweeps.open_map(path) as ds:
         ds = ds.load().drop_encoding()
-    further = {dim for spec in systems.of_map(ds).layout().variables.values() for dim in spec.over}
-    ds = ds.isel({dim: at for dim, at in CUTS[cut](ds, rng).items() if dim not in further})
+    inner_dims = {dim for spec in systems.of_map(ds).layout().variables.values() for dim in spec.over}
+    ds = ds.isel({dim: at for dim, at in CUTS[cut](ds, rng).items() if dim not in inner_dims})
     specs = {n: systems.of_map(ds).layout().variables.get(n) for n in ds}
-    changed = CHANGES[change]([*ds.data_vars.items()], specs, rng)
+    columns = CHANGES[change]([*ds.data_vars.items()], specs, rng)
     with np.errstate(all="ignore"):  # of whole numbers
-        made = {n: (ds[n].dims, v.astype(ds[n].dtype), ds[n].attrs) for n, v in changed.items()}
-    storage.write_map(ds.assign(made), target)
+        variables = {n: (ds[n].dims, v.astype(ds[n].dtype), ds[n].attrs) for n, v in columns.items()}
+    storage.write_map(ds.assign(variables), target)
 
 
 @pytest.mark.usefixtures("few_frames")
 @pytest.mark.parametrize("case", repeated.but(QUICK, CASES), ids=" ".join)
-def test_odd_maps_are_shown_or_refused_in_words(case, made, tmp_path, monkeypatch):
+def test_odd_maps_are_shown_or_refused_in_words(case, make_map, tmp_path, monkeypatch):
     base, cut, change = case
     monkeypatch.chdir(tmp_path)
-    odd(made(base), tmp_path / "map.nc", cut, change, f"{cut} {change}")
+    odd(make_map(base), tmp_path / "map.nc", cut, change, f"{cut} {change}")
     assert damages.one_by_one(damages.commands(tmp_path / "map.nc")) == {}

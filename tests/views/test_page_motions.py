@@ -1,4 +1,4 @@
-"""Motions on a report's page, in a browser where there is one, beside SciPy, mpmath and the closed form."""
+"""Motions on a report's page, in a browser if there is one, against SciPy, mpmath and the closed form."""
 
 import json
 import math
@@ -20,20 +20,20 @@ from sweeps.systems.rigid_body import spin_outcomes
 from sweeps.views import report
 
 
-def test_a_click_shows_the_motion_of_the_point(opened, plane):
-    page = opened.page
+def test_a_click_shows_the_motion_of_the_point(tab, plane):
+    page = tab.page
     page.get_by_label("2", exact=True).check()
-    page.evaluate("polhode.choose({ nudge: null })")  # the map's own, in place of one that is seen
+    page.evaluate("polhode.choose({ nudge: null })")  # the map's own, in place of a visible size
     flips = set()
     for cell in ((1, 3), (8, 4), (6, 1)):
-        page.mouse.click(*opened.center(*cell))
-        point = shown_point(opened, plane)
+        page.mouse.click(*tab.center(*cell))
+        point = shown_point(tab, plane)
         assert float(point.I1) == plane.I1.values[cell[0]]
-        shown = float(page.locator("#flip-period").get_attribute("value"))
+        period = float(page.locator("#flip-period").get_attribute("value"))
         true = exact.flip_period(exact.set_up(*moments_of(plane, point), *start_of(point)))
-        assert shown == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
+        assert period == pytest.approx(true, rel=1e-12)  # both carry all digits; the bar is 1e-6
         assert parsed(page.locator("#flip-period").text_content()) == pytest.approx(true, rel=1e-6)
-        flips.add(shown)
+        flips.add(period)
         times, *traces = page.evaluate("(([one, ...more]) => [one.x, one.y, ...more.map(({ y }) => y)])(traces.data)")
         assert times[-1] == page.evaluate("polhode.motion.end")
         expected = exact.rotation(moments_of(plane, point), start_of(point), times)
@@ -41,63 +41,63 @@ def test_a_click_shows_the_motion_of_the_point(opened, plane):
     assert len(flips) == 3
 
 
-def test_play_turns_the_body_and_pause_holds_it(opened):
-    page = opened.page
+def test_play_turns_the_body_and_pause_holds_it(tab):
+    page = tab.page
     picture = "document.getElementById('body-canvas').toDataURL()"
     before = page.evaluate(picture)
     page.get_by_role("button", name="Play").click()
-    opened.until("polhode.motion.t > 0.05 * polhode.motion.end")
+    tab.until("polhode.motion.t > 0.05 * polhode.motion.end")
     page.get_by_role("button", name="Pause").click()
-    held = page.evaluate(picture)
-    assert held != before
+    paused_picture = page.evaluate(picture)
+    assert paused_picture != before
     page.wait_for_timeout(100)
-    assert page.evaluate(picture) == held
+    assert page.evaluate(picture) == paused_picture
     box = page.locator("#polhode-canvas").bounding_box()
     ball = page.evaluate("document.getElementById('polhode-canvas').toDataURL()")
     page.mouse.move(box["x"] + 100, box["y"] + 100)
     page.mouse.down()
     page.mouse.move(box["x"] + 160, box["y"] + 120, steps=3)
     page.mouse.up()
-    assert page.evaluate(picture) != held
+    assert page.evaluate(picture) != paused_picture
     assert page.evaluate("document.getElementById('polhode-canvas').toDataURL()") != ball
 
 
-def test_only_what_flips_has_a_flip_period(opened, plane):
-    page = opened.page
-    seen = set()
+def test_only_what_flips_has_a_flip_period(tab, plane):
+    page = tab.page
+    outcomes = set()
     for axis in (1, 2, 3):
         page.get_by_label(str(axis), exact=True).check()
-        point = shown_point(opened, plane)
+        point = shown_point(tab, plane)
         flips = exact.max_tilt(exact.set_up(*moments_of(plane, point), *start_of(point)), axis) > math.pi / 2
         assert page.locator("#flip-line").is_visible() == flips
-        seen.add(bool(flips))
-    assert seen == {True, False}
+        outcomes.add(bool(flips))
+    assert outcomes == {True, False}
 
 
 @pytest.mark.slow
 def test_an_unstable_motion_is_followed_by_its_full_equations(visit, pages):
-    """A bead at the bottom of a hoop, beside SciPy's DOP853 of the equation written by hand; the nudge is 0.01 rad."""
+    """A bead at the bottom of a hoop, against SciPy's DOP853 of the equation written by hand; the nudge is 0.01 rad."""
     grid = {"radius": [0.5, 1.0, 1.5], "spin_rate": [2.0, 6.0]}
     ds = sweeps.survey({"system": "bead_on_hoop", "grid": grid})
     report.write_report(ds, pages / "hoop.html")
-    opened = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
-    times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    tab = visit(pages / "hoop.html", "#radius=1&spin_rate=6&equilibrium=bottom")
+    times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], (36.0 * math.cos(y[0]) - 9.80665) * math.sin(y[0])]  # noqa: E731
-    start = opened.page.evaluate("polhode.map.mode.motion[0]")
+    start = tab.page.evaluate("polhode.map.mode.motion[0]")
     along = [0.01, 0.01 * math.sqrt(36.0 - 9.80665)]  # the mode that grows
     np.testing.assert_allclose(start, along, rtol=1e-6)  # slopes by differences of the page's forces
     true = solve_ivp(slope, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
     # its tolerance, 1e-11 rad, grown with the motion a hundredfold out, and as much again back near the bottom
     np.testing.assert_allclose(theta, true, rtol=0, atol=1e-6)
     assert max(theta) > 1
-    words = opened.page.locator("#mode-words").inner_text()
+    words = tab.page.locator("#mode-words").inner_text()
     assert parsed(re.search(r"at most ([\d.]+)", words)[1]) == pytest.approx(max(true), rel=5e-3)  # three digits
     tilt = math.acos(9.80665 / 36.0)
-    drawn = opened.page.evaluate(
+    markers = tab.page.evaluate(
         "document.getElementById('places-plot').data.filter(({ mode }) => mode === 'markers')"
         ".flatMap((trace) => trace.x.map((x, i) => [x, trace.y[i]]))"
     )
-    assert any(x == 1.0 and y == pytest.approx(tilt, rel=1e-6) for x, y in drawn)
+    assert any(x == 1.0 and y == pytest.approx(tilt, rel=1e-6) for x, y in markers)
 
 
 @pytest.mark.slow
@@ -105,9 +105,9 @@ def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages
     """Two bodies that attract the third, in axes that do not turn, by DOP853: another form of the same equations."""
     ds = sweeps.survey({"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}})
     report.write_report(ds, pages / "points.html")
-    opened = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_nudge=0.01")
-    times, x, y = opened.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
-    speed = opened.page.evaluate("polhode.map.mode.motion[0].slice(2)")
+    tab = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_nudge=0.01")
+    times, x, y = tab.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
+    speed = tab.page.evaluate("polhode.map.mode.motion[0].slice(2)")
 
     def slope(t, state):
         places = [(r * math.cos(t), r * math.sin(t)) for r in (-0.01, 0.99)]
@@ -119,22 +119,22 @@ def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages
     c, s = np.cos(times), np.sin(times)
     # its tolerance, 1e-11, over some ten periods of motions that do not grow
     np.testing.assert_allclose([x, y], [c * u + s * v, c * v - s * u], atol=1e-8)
-    theory = opened.page.evaluate("polhode.map.mode.theory")
+    theory = tab.page.evaluate("polhode.map.mode.theory")
     np.testing.assert_allclose(theory, [x, y], atol=2e-3)  # linear theory: ε² and its growth in phase
-    assert opened.page.locator("#mechanism").is_visible()
+    assert tab.page.locator("#mechanism").is_visible()
 
 
 @pytest.mark.slow
 def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
     grid = {"amplitude": [0.1, 0.2], "frequency": [30.0, 60.0]}
     report.write_report(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), pages / "shaken.html")
-    opened = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_nudge=0.1")
-    times, theta = opened.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
+    tab = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_nudge=0.1")
+    times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], -(9.80665 - 0.1 * 3600 * math.cos(60 * t)) * math.sin(y[0])]  # noqa: E731
     true = solve_ivp(slope, (0, times[-1]), [math.pi + 0.1, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
     np.testing.assert_allclose(theta, true, atol=1e-7)  # its tolerance, 1e-10, of some thousand steps
     assert np.abs(np.subtract(theta, np.pi)).max() < 0.5  # it stays upside down
-    assert "stay bounded" in opened.page.locator("#say").inner_text()
+    assert "stay bounded" in tab.page.locator("#say").inner_text()
 
 
 def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
@@ -142,8 +142,8 @@ def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
     report.write_report(
         sweeps.survey({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}), pages / "tongue.html"
     )
-    opened = visit(pages / "tongue.html", "#a=1&q=0.5&_nudge=0.001")
-    times, x, sizes = opened.page.evaluate(
+    tab = visit(pages / "tongue.html", "#a=1&q=0.5&_nudge=0.001")
+    times, x, sizes = tab.page.evaluate(
         "[polhode.map.mode.times, polhode.map.mode.followed[0], polhode.map.mode.sizes]"
     )
     slope = lambda t, y: [y[1], -(1 - np.cos(2 * t)) * y[0]]  # noqa: E731
@@ -168,38 +168,38 @@ def test_a_bodys_own_mesh_turns_and_no_file_is_read_for_it(visit, pages, tmp_pat
     ds = sweeps.survey({"bodies": [{"name": "Brick", "mesh": mesh}, box], "grid": {"omega0": 1.0, "epsilon": 0.01}})
     write_map(ds, tmp_path / "mesh.nc")
     (tmp_path / "brick.stl").unlink()
-    with open_map(tmp_path / "mesh.nc") as stored:
-        report.write_report(stored, pages / "mesh.html")
-    opened = visit(pages / "mesh.html", "#body=Brick&axis=2")
-    corners = opened.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
+    with open_map(tmp_path / "mesh.nc") as map_with_mesh:
+        report.write_report(map_with_mesh, pages / "mesh.html")
+    tab = visit(pages / "mesh.html", "#body=Brick&axis=2")
+    corners = tab.page.evaluate("polhode.motion.faces.map((face) => face.corners)")
     half = np.array([1.5, 1.0, 0.5]) / np.linalg.norm([1.5, 1.0, 0.5])
     np.testing.assert_allclose(np.abs(corners), np.broadcast_to(half, (12, 3, 3)), atol=1e-4)  # of 16 bits
-    assert opened.page.locator("#shape").input_value() == "own"
-    opened.follow("#body=Box&axis=2")
-    assert opened.page.locator("#shape").input_value() != "own"
-    assert opened.page.locator("#shape option[value=own]").is_disabled()
+    assert tab.page.locator("#shape").input_value() == "own"
+    tab.follow("#body=Box&axis=2")
+    assert tab.page.locator("#shape").input_value() != "own"
+    assert tab.page.locator("#shape option[value=own]").is_disabled()
 
 
 @pytest.mark.slow
-def test_elliptic_functions_of_the_page_against_mpmath(opened):
-    """Error of a phase: some 1e-16 of u; 1e-12 is the bar, and dn and cn hold it of themselves."""
+def test_elliptic_functions_of_the_page_against_mpmath(tab):
+    """Error of a phase: some 1e-16 of u; 1e-12 is the bar, and dn and cn keep it without further care."""
     cases = [(m, u) for m in (0.0, 1e-9, 0.3, 0.5, 0.9, 1 - 1e-6) for u in (0.0, 1e-9, 0.4, 1.9, -3.3, 47.0)]
     complements = [(1e-12, u) for u in (0.4, 9.0, 31.0)]
     with mpmath.workdps(40):
         for m, u in cases:
-            found = opened.page.evaluate("([u, m]) => polhode.jacobi(u, m, 1 - m)", [u, m])
-            for kind, value in zip(("sn", "cn", "dn"), found, strict=True):
+            values = tab.page.evaluate("([u, m]) => polhode.jacobi(u, m, 1 - m)", [u, m])
+            for kind, value in zip(("sn", "cn", "dn"), values, strict=True):
                 assert value == pytest.approx(float(mpmath.ellipfun(kind, u, m=mpmath.mpf(m))), abs=1e-12, rel=1e-12)
-            K = opened.page.evaluate("(m) => polhode.completeK(m, 1 - m)", m)
+            K = tab.page.evaluate("(m) => polhode.completeK(m, 1 - m)", m)
             assert pytest.approx(float(mpmath.ellipk(mpmath.mpf(m))), rel=1e-12) == K
         for m1, u in complements:
-            found = opened.page.evaluate("([u, m1]) => polhode.jacobi(u, 1 - m1, m1)", [u, m1])
-            for kind, value in zip(("sn", "cn", "dn"), found, strict=True):
+            values = tab.page.evaluate("([u, m1]) => polhode.jacobi(u, 1 - m1, m1)", [u, m1])
+            for kind, value in zip(("sn", "cn", "dn"), values, strict=True):
                 true = mpmath.ellipfun(kind, u, m=1 - mpmath.mpf(m1))
                 assert value == pytest.approx(float(true), rel=1e-12)
-    limit = opened.page.evaluate("polhode.jacobi(2, 1, 0)")
+    limit = tab.page.evaluate("polhode.jacobi(2, 1, 0)")
     assert limit == pytest.approx([math.tanh(2), 1 / math.cosh(2), 1 / math.cosh(2)], rel=1e-15)
-    assert opened.page.evaluate("polhode.completeK(1, 0) === Infinity")
+    assert tab.page.evaluate("polhode.completeK(1, 0) === Infinity")
 
 
 BODIES = {
@@ -216,36 +216,36 @@ BODIES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
-def test_rotations_of_the_page_against_direct_integration(opened, name):
+def test_rotations_of_the_page_against_direct_integration(tab, name):
     moments, start = BODIES[name]
     times = np.linspace(0.0, 15.0, 7) / np.linalg.norm(start)
-    found = opened.page.evaluate(
+    rates = tab.page.evaluate(
         "([I, w, times]) => { const one = new polhode.Trajectory(I, w); return times.map((t) => one.at(t)); }",
         [moments, start, times.tolist()],
     )
     expected = direct.rotation(moments, start, times, 1e-13)
     # the direct solution's own tolerance, grown by up to e^(0.6·15) about the middle axis
-    np.testing.assert_allclose(found, expected, atol=1e-9 * np.linalg.norm(start))
-    np.testing.assert_allclose(found, exact.rotation(moments, start, times), atol=1e-13 * np.linalg.norm(start))
+    np.testing.assert_allclose(rates, expected, atol=1e-9 * np.linalg.norm(start))
+    np.testing.assert_allclose(rates, exact.rotation(moments, start, times), atol=1e-13 * np.linalg.norm(start))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
-def test_attitudes_of_the_page_are_the_closed_form(opened, name):
+def test_attitudes_of_the_page_are_the_closed_form(tab, name):
     moments, start = BODIES[name]
     times = np.linspace(-9.0, 200.0, 12) / np.linalg.norm(start)
-    found = opened.page.evaluate(
+    quaternions = tab.page.evaluate(
         """([I, w, times]) => {
             const one = new polhode.Attitude(new polhode.Trajectory(I, w));
             return [one.at(0), ...times.map((t) => one.at(t))];
         }""",
         [moments, start, times.tolist()],
     )
-    first, *turned = (Rotation.from_quat(q, scalar_first=True) for q in found)
+    first, *attitudes = (Rotation.from_quat(q, scalar_first=True) for q in quaternions)
     L = np.multiply(moments, start)
     np.testing.assert_allclose(first.apply(L / np.linalg.norm(L)), [0, 0, 1], atol=1e-14)
-    for q, wanted in zip(turned, exact.attitude(moments, start, times), strict=True):
-        assert (q.inv() * first * Rotation.from_quat(wanted, scalar_first=True)).magnitude() <= 1e-10
+    for q, expected in zip(attitudes, exact.attitude(moments, start, times), strict=True):
+        assert (q.inv() * first * Rotation.from_quat(expected, scalar_first=True)).magnitude() <= 1e-10
 
 
 @pytest.mark.slow
@@ -254,7 +254,7 @@ def test_any_body_is_shown_at_once_with_the_numbers_of_the_command(visit, shapes
     moments = [1.0, 2.0, 2.5]
     assert main(["body", "--moments", *map(str, moments), "--omega0", "10", "--epsilon", "0.01", "--json"]) == 0
     spins = json.loads(capsys.readouterr().out)["axes"]
-    taken = page.evaluate(
+    milliseconds = page.evaluate(
         """(moments) => {
             polhode.choose({ spin: 10, nudge: 0.01 });
             const begun = performance.now();
@@ -265,17 +265,19 @@ def test_any_body_is_shown_at_once_with_the_numbers_of_the_command(visit, shapes
         }""",
         moments,
     )
-    print(f"a typed body is shown in {taken:.0f} ms")
+    print(f"a typed body is shown in {milliseconds:.0f} ms")
     assert "nothing is measured here" in page.locator("#row-where").inner_text()
     for axis, spin in enumerate(spins, start=1):
-        found = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, axis, 10, 0.01, 0.6])
-        linear = 1 / found["rate"] if found["square"] < 0 else 2 * math.pi / found["rate"]
+        outcome = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, axis, 10, 0.01, 0.6])
+        linear = 1 / outcome["rate"] if outcome["square"] < 0 else 2 * math.pi / outcome["rate"]
         assert linear == pytest.approx(spin["e_folding_time"] or spin["euler_period"], rel=1e-6)
         if spin["flip_period"]:
-            assert found["period"] == pytest.approx(spin["flip_period"], rel=1e-6)
-        shown = page.locator(f"#outcome-{axis}").text_content()
-        assert ("unstable" in shown) == (axis == 2)
-        assert parsed(re.search(r"(?:wobble period|e-fold in) ([\d.]+)", shown)[1]) == pytest.approx(linear, rel=1e-5)
+            assert outcome["period"] == pytest.approx(spin["flip_period"], rel=1e-6)
+        sentence = page.locator(f"#outcome-{axis}").text_content()
+        assert ("unstable" in sentence) == (axis == 2)
+        assert parsed(re.search(r"(?:wobble period|e-fold in) ([\d.]+)", sentence)[1]) == pytest.approx(
+            linear, rel=1e-5
+        )
     page.locator("#own-I1").fill("9")
     assert "greater than the sum of the others" in page.locator("#own-notice").inner_text()
     assert page.evaluate("polhode.state.moments") == moments
@@ -298,22 +300,22 @@ def test_the_page_words_each_spin_as_the_command_does(visit, plane_path):
     for moments in SPUN:
         for spin in spin_outcomes.predict_spins(moments, 10.0, epsilon, 0.6):
             verdict = VERDICTS[spin.regime]
-            found = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, spin.axis, 10.0, epsilon, 0.6])
-            assert found["regime"] == spin.regime
-            assert found["words"].startswith(f"{verdict.words}: ")
-            assert verdict.more in found["words"]
-            assert bool(found["flips"]) == (spin.flip_period is not None)
+            outcome = page.evaluate("(more) => polhode.axisOutcome(...more)", [moments, spin.axis, 10.0, epsilon, 0.6])
+            assert outcome["regime"] == spin.regime
+            assert outcome["words"].startswith(f"{verdict.words}: ")
+            assert verdict.more in outcome["words"]
+            assert bool(outcome["flips"]) == (spin.flip_period is not None)
             page.evaluate(
                 "([moments, axis, nudge]) => polhode.choose({ moments, spin: 10, nudge, named: null, "
                 "place: polhode.state.place.map((k, i) => (polhode.map.order[i] === 'axis' ? axis - 1 : k)) })",
                 [moments, spin.axis, epsilon],
             )
-            said = page.locator("#motion-words").inner_text()
-            assert said.split(".")[0].split(",")[0].lower() == verdict.words.split(",")[0]
-            assert ("wobbles with period" in said) == (spin.wobble_period is not None)
-            assert ("flips" in said) == (spin.flip_period is not None)
-            assert ("flat spin" in said) == (spin.regime == "stable_minor")
-            assert ("drifts away" in said) == (spin.regime == "marginal")
+            sentence = page.locator("#motion-words").inner_text()
+            assert sentence.split(".")[0].split(",")[0].lower() == verdict.words.split(",")[0]
+            assert ("wobbles with period" in sentence) == (spin.wobble_period is not None)
+            assert ("flips" in sentence) == (spin.flip_period is not None)
+            assert ("flat spin" in sentence) == (spin.regime == "stable_minor")
+            assert ("drifts away" in sentence) == (spin.regime == "marginal")
 
 
 THROWS = {
@@ -330,10 +332,10 @@ THROWS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("system", THROWS)
 def test_bodies_of_other_systems_move_as_the_command_has_it(visit, pages, system):
-    """Beside DOP853 of the angular momentum's equation from the same start, of changing moments too."""
+    """Against DOP853 of the angular momentum's equation from the same start, of changing moments too."""
     report.write_report(sweeps.survey({"system": system, **THROWS[system]}), pages / f"{system}.html")
     page = visit(pages / f"{system}.html").page
-    end, moments, starts, found = page.evaluate(
+    end, moments, starts, rates = page.evaluate(
         "(({ end, moments, trajectory }) => [end, moments, trajectory.at(0), trajectory.at(0.3 * end)])(polhode.motion)"
     )
     depth = page.evaluate("polhode.motion.shaken?.depths[1] ?? 0")
@@ -342,4 +344,4 @@ def test_bodies_of_other_systems_move_as_the_command_has_it(visit, pages, system
     slope = lambda t, L: np.cross(L, L / inertia(t))  # noqa: E731
     true = solve_ivp(slope, (0, 0.3 * end), L, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] / inertia(0.3 * end)
     # of changing moments, lines between the steps: (2 pi/160)^2/8 of the rates
-    np.testing.assert_allclose(found, true, atol=(1e-8 if system != "pumped_body" else 1e-3) * np.abs(starts).max())
+    np.testing.assert_allclose(rates, true, atol=(1e-8 if system != "pumped_body" else 1e-3) * np.abs(starts).max())

@@ -41,30 +41,30 @@ def coarse(monkeypatch):
 def test_a_function_draws_what_the_figures_command_draws(tiny):
     ax = plot.stability(tiny, axis=2, at={"I3": float(tiny.I3[1])})
     (mesh,) = (artist for artist in ax.collections if artist.get_array() is not None)
-    shown = figures.pictures(tiny.isel(I3=[1]))["stability_axis_2"]().axes[0]
-    (same,) = (artist for artist in shown.collections if artist.get_array() is not None)
-    np.testing.assert_array_equal(mesh.get_array(), same.get_array())
+    axes = figures.pictures(tiny.isel(I3=[1]))["stability_axis_2"]().axes[0]
+    (stored_mesh,) = (artist for artist in axes.collections if artist.get_array() is not None)
+    np.testing.assert_array_equal(mesh.get_array(), stored_mesh.get_array())
     assert "axis 2" in ax.figure.texts[0].get_text()
 
 
 def test_it_draws_into_an_axes_of_somebody_else(tiny):
     figure = Figure()
-    left, right = figure.subplots(1, 2)
-    assert plot.stability(tiny, ax=left) is left
-    panel = plot.theory_against_measured(tiny, ax=right)  # several panels, in the place of one
+    first_axes, second_axes = figure.subplots(1, 2)
+    assert plot.stability(tiny, ax=first_axes) is first_axes
+    panel = plot.theory_against_measured(tiny, ax=second_axes)  # several panels, in the place of one
     figure.canvas.draw()
-    inside = right.get_subplotspec().get_position(figure)
+    inside = second_axes.get_subplotspec().get_position(figure)
     x, y = panel.get_position().get_points().mean(axis=0)
     assert inside.x0 < x < inside.x1
     assert inside.y0 < y < inside.y1
-    assert not right.axison
-    assert "impossible" in " ".join(left.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
+    assert not second_axes.axison
+    assert "impossible" in " ".join(first_axes.get_legend_handles_labels()[1]) or not (tiny.triangle_margin < 0).any()
 
 
-@pytest.mark.parametrize("then", ["import sweeps", "sweeps.open_map(sys.argv[1])"])
-def test_the_accessor_is_registered_where_a_dataset_comes_from(path, then):
-    first = "import xarray" if then == "import sweeps" else "import sweeps"
-    code = f"import sys; {first}; {then}; import xarray; xarray.Dataset().polhode"
+@pytest.mark.parametrize("second", ["import sweeps", "sweeps.open_map(sys.argv[1])"])
+def test_the_accessor_is_registered_where_a_dataset_comes_from(path, second):
+    first = "import xarray" if second == "import sweeps" else "import sweeps"
+    code = f"import sys; {first}; {second}; import xarray; xarray.Dataset().polhode"
     python(code, path, PYTHONWARNINGS="error")
 
 
@@ -79,7 +79,7 @@ def test_the_accessor_has_the_functions_and_a_summary(tiny):
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "message"),
     [
         (lambda ds: plot.draw(ds, "stabilty"), "not a figure of this map"),
         (lambda ds: plot.cones(ds), "not a figure of this map"),
@@ -92,8 +92,8 @@ def test_the_accessor_has_the_functions_and_a_summary(tiny):
         (lambda ds: plot.stability(ds, ax=Figure().add_axes((0, 0, 1, 1))), "no grid"),
     ],
 )
-def test_what_cannot_be_drawn_is_said(tiny, call, said):
-    with pytest.raises(RefusedError, match=said):
+def test_what_cannot_be_drawn_is_said(tiny, call, message):
+    with pytest.raises(RefusedError, match=message):
         call(tiny)
 
 
@@ -104,10 +104,21 @@ def test_what_cannot_be_drawn_is_said(tiny, call, said):
 @pytest.mark.slow
 def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path):
     size = (160.0, 100.0)
-    asked = f"{size[0]:g}x{size[1]:g}mm"
+    size_text = f"{size[0]:g}x{size[1]:g}mm"
     for kind in ("png", "svg", "pdf"):
-        said = ["figures", path, "-o", str(tmp_path), "--only", "stability_axis_2", "--format", kind, "--size", asked]
-        assert main(said) == 0
+        command_line = [
+            "figures",
+            path,
+            "-o",
+            str(tmp_path),
+            "--only",
+            "stability_axis_2",
+            "--format",
+            kind,
+            "--size",
+            size_text,
+        ]
+        assert main(command_line) == 0
     height, width, _ = imread(tmp_path / "stability_axis_2.png").shape
     np.testing.assert_allclose((width, height), np.array(size) / 25.4 * 50, atol=1.5)
     svg = (tmp_path / "stability_axis_2.svg").read_text()
@@ -118,24 +129,24 @@ def test_a_picture_is_as_large_as_it_is_asked_for(path, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "size"),
+    ("text", "size"),
     [("6in", (152.4, None)), ("15cm", (150.0, None)), ("160", (160.0, None)), ("6 x 4in", (152.4, 101.6))],
 )
-def test_a_length_has_a_unit(asked, size):
-    assert command._sheet(asked)[:2] == pytest.approx(size)
+def test_a_length_has_a_unit(text, size):
+    assert command._sheet(text)[:2] == pytest.approx(size)
 
 
 def test_a_slide_has_the_pixels_of_a_projector_and_letters_of_one_size(tmp_path):
     with sheets.use_sheet(sheets.SHEETS["slide"]):
-        made = [canvas.make_figure(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
-        figures.save_figure(made[0], tmp_path / "slide.png", "png")
+        figures_made = [canvas.make_figure(width, 5.0, "title", "subtitle") for width in (5.0, 12.0)]
+        figures.save_figure(figures_made[0], tmp_path / "slide.png", "png")
     assert imread(tmp_path / "slide.png").shape[:2] == (1080, 1920)
-    assert made[0].get_size_inches() == pytest.approx(made[1].get_size_inches())
-    assert 8.5 / 72 * made[0].dpi > 20  # pixels of a subtitle
+    assert figures_made[0].get_size_inches() == pytest.approx(figures_made[1].get_size_inches())
+    assert 8.5 / 72 * figures_made[0].dpi > 20  # pixels of a subtitle
 
 
 def test_panels_stand_beside_each_other_where_there_is_room():
-    cell, beside = (3.9, 3.2), (1.2, 1.6)
+    cell, margins = (3.9, 3.2), (1.2, 1.6)
     for sheet, panels, shape in (
         ("slide", 3, (1, 3)),
         ("page", 2, (1, 2)),
@@ -143,23 +154,23 @@ def test_panels_stand_beside_each_other_where_there_is_room():
         ("column", 3, (3, 1)),
     ):
         with sheets.use_sheet(sheets.SHEETS[sheet]):
-            assert canvas.arrange_panels(panels, cell, beside)[:2] == shape
+            assert canvas.arrange_panels(panels, cell, margins)[:2] == shape
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("options", "message"),
     [
         (["--size", "6in x 4cm"], "is not a size"),
         (["--size", "2cm"], "from 30 to 2000 mm"),
         (["--format", "mp4"], "needs ffmpeg"),
     ],
 )
-def test_a_wrong_wish_gets_one_message(path, tmp_path, capsys, monkeypatch, given, said):
+def test_a_wrong_wish_gets_one_message(path, tmp_path, capsys, monkeypatch, options, message):
     monkeypatch.setattr(films, "ffmpeg_path", lambda: None)
-    assert main(["figures", path, "-o", str(tmp_path / "new"), *given]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert "allowed" in told
+    assert main(["figures", path, "-o", str(tmp_path / "new"), *options]) == 2
+    output = capsys.readouterr().err
+    assert message in output
+    assert "allowed" in output
     assert not (tmp_path / "new").exists()
 
 
@@ -203,10 +214,10 @@ def lab(rgb):
     return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
 
 
-def seen_by(rgb, sight):
+def simulate_vision(rgb, sight):
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    seen = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
-    return np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055)
+    rates = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
+    return np.where(rates <= 0.0031308, 12.92 * rates, 1.055 * rates ** (1 / 2.4) - 0.055)
 
 
 @pytest.mark.parametrize("theme", colors.THEMES)
@@ -217,17 +228,17 @@ def test_a_figure_has_the_colours_of_its_theme(theme, tmp_path):
         mesh = figure.subplots().pcolormesh(np.ma.masked_less([[-1.0, 2.0, 5.0]], 0), cmap=shades, norm=NoNorm())
         figures.save_figure(figure, tmp_path / "figure.png", "png")
     paper, *cells = (colors.THEMES[theme][n] for n in (colors.PAPER, colors.MISSING, colors.STABLE, colors.UNSTABLE))
-    drawn = [mesh.get_cmap().get_bad(), mesh.get_cmap()(2), mesh.get_cmap()(5)]
-    np.testing.assert_allclose(drawn, to_rgba_array(cells))
+    shown_colors = [mesh.get_cmap().get_bad(), mesh.get_cmap()(2), mesh.get_cmap()(5)]
+    np.testing.assert_allclose(shown_colors, to_rgba_array(cells))
     np.testing.assert_allclose(imread(tmp_path / "figure.png")[-1, 0, :3], to_rgba_array([paper])[0, :3], atol=1e-6)
 
 
 @pytest.mark.parametrize("theme", colors.THEMES)
 @pytest.mark.parametrize("sight", SIGHT)
 def test_regimes_are_told_apart_by_every_eye(theme, sight):
-    """By 20 or more of ΔE (CIE 1976): some ten times what is just noticed side by side."""
-    found = lab(seen_by(regimes_in(theme), sight))
-    assert min(np.linalg.norm(one - other) for one, other in combinations(found, 2)) > 20
+    """By 20 or more of ΔE (CIE 1976): some ten times the just noticeable difference."""
+    points = lab(simulate_vision(regimes_in(theme), sight))
+    assert min(np.linalg.norm(first_color - second_color) for first_color, second_color in combinations(points, 2)) > 20
 
 
 def test_print_tells_regimes_apart_without_colours():
@@ -239,9 +250,9 @@ def test_print_tells_regimes_apart_without_colours():
 @pytest.mark.parametrize("sight", SIGHT)
 def test_signs_of_a_map_are_told_apart_by_every_eye(sight):
     for theme in colors.THEMES:
-        found = lab(seen_by(signs_in(theme)(np.linspace(0, 1, 9))[:, :3], sight))
-        assert np.linalg.norm(found[1] - found[-2]) > 20
-        assert np.linalg.norm(np.diff(found, axis=0), axis=1).min() > (2 if theme == "print" else 5)
+        points = lab(simulate_vision(signs_in(theme)(np.linspace(0, 1, 9))[:, :3], sight))
+        assert np.linalg.norm(points[1] - points[-2]) > 20
+        assert np.linalg.norm(np.diff(points, axis=0), axis=1).min() > (2 if theme == "print" else 5)
 
 
 def test_in_print_a_map_only_grows_lighter():
@@ -254,15 +265,15 @@ def test_regimes_of_equilibria_are_hatched_on_paper_alone():
     """In grey, the shades of one regime's colour are those of another's."""
     regime = np.repeat([0, 1, 2, 3], 4).reshape(4, 4)
     words = [APPEARANCE.words(name) for name in figure_spectra.REGIMES[1:5]]
-    for theme, wanted in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
+    for theme, hatches in (("light", []), ("dark", []), ("print", ["....", "////", "xxxx"])):
         with sheets.use_sheet(sheets.OWN_SIZE, theme):
             figure = canvas.make_figure(5.0, 4.0, "", "")
-            ax, drawn = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, APPEARANCE, 1.0)
-            drawn.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
-            drawn.explain(figure, [ax], "growth")
-        (told,) = figure.legends
-        assert [text.get_text() for text in told.get_texts()] == words
-        assert [h for artist in ax.collections[1:] for h in artist.hatches] == wanted
-        assert [patch.get_hatch() for patch in told.legend_handles if patch.get_hatch()] == wanted
+            ax, painter = figure.subplots(), regimes.Regimes(figure_spectra.REGIMES, APPEARANCE, 1.0)
+            painter.paint(ax, np.arange(5.0), np.arange(5.0), regime, 0.3 * (regime != 1), np.zeros((4, 4), int))
+            painter.explain(figure, [ax], "growth")
+        (legend,) = figure.legends
+        assert [text.get_text() for text in legend.get_texts()] == words
+        assert [h for artist in ax.collections[1:] for h in artist.hatches] == hatches
+        assert [patch.get_hatch() for patch in legend.legend_handles if patch.get_hatch()] == hatches
         scale = figure.axes[1].collections[0].get_array()
-        assert set(np.unique(scale // regimes.SHADES)) == {0, 2, 3}  # one column each of what grows or decays
+        assert set(np.unique(scale // regimes.SHADES)) == {0, 2, 3}  # a column each for growth or decay

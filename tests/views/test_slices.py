@@ -40,19 +40,23 @@ MAPS = {
     "pendulum": {"system": "pendulum", "grid": {"length": [0.5, 1.0, 2.0], "gravity": [1.6, 9.8], "epsilon": 1e-6}},
 }
 
-FAST = ("rigid_body", "bodies", "draws")  # whose kernels every test has; the others compile theirs
-SOME = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
+FAST = (
+    "rigid_body",
+    "bodies",
+    "draws",
+)  # systems with kernels that every test run has; further systems compile their own
+QUICK_AND_SLOW = [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in MAPS if name not in FAST)]
 
 
 @pytest.fixture(scope="module")
 def maps():
-    """Maps of several systems, each measured when it is first asked for."""
-    made = {}
+    """Maps of several systems, each measured on first use."""
+    cache = {}
 
     def of(name):
-        if name not in made:
-            made[name] = sweeps.survey(MAPS[name])
-        return made[name]
+        if name not in cache:
+            cache[name] = sweeps.survey(MAPS[name])
+        return cache[name]
 
     return of
 
@@ -61,16 +65,16 @@ def choices(ds, count):
     """Yield random choices along the dimensions: all of one, one place, or some in any order, some of them twice."""
     random = np.random.default_rng(29)
     for _ in range(count):
-        chosen = {}
+        selection = {}
         for dim, size in ds.sizes.items():
             kind = random.integers(3)
             if kind:
                 places = random.integers(size, size=random.integers(1, 4)).tolist()
-                chosen[dim] = places if kind == 1 else places[0]
-        yield chosen
+                selection[dim] = places if kind == 1 else places[0]
+        yield selection
 
 
-def stored(ds, dim, places):
+def stored_order(ds, dim, places):
     """Return places along a dimension as a slice has them, once each: numbers up or down, names as they are given."""
     if not isinstance(places, list):
         return [places]
@@ -80,61 +84,65 @@ def stored(ds, dim, places):
     return places if places == sorted({*places}, reverse=True) else sorted({*places})
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", QUICK_AND_SLOW)
 def test_a_slice_has_the_dimensions_and_the_values_of_its_map(maps, name):
     ds = maps(name)
-    for chosen in choices(ds, 12):
-        expected = ds.isel({dim: stored(ds, dim, places) for dim, places in chosen.items()})
-        for part in (ds.isel(chosen), ds.isel(chosen).transpose()):
-            found = slices.with_all_dimensions(part)
-            if isinstance(chosen.get("point", chosen.get("body")), int):  # own numbers and the grid's look alike
-                found, expected = found.squeeze(), expected.squeeze()
+    for selection in choices(ds, 12):
+        expected = ds.isel({dim: stored_order(ds, dim, places) for dim, places in selection.items()})
+        for slice_of_map in (ds.isel(selection), ds.isel(selection).transpose()):
+            restored = slices.with_all_dimensions(slice_of_map)
+            if isinstance(
+                selection.get("point", selection.get("body")), int
+            ):  # own numbers and the grid's are the same
+                restored, expected = restored.squeeze(), expected.squeeze()
             for variable in ds.data_vars:
-                assert found[variable].dims == expected[variable].dims
-                np.testing.assert_array_equal(found[variable].values, expected[variable].values)
+                assert restored[variable].dims == expected[variable].dims
+                np.testing.assert_array_equal(restored[variable].values, expected[variable].values)
 
 
-@pytest.mark.parametrize("name", SOME)
+@pytest.mark.parametrize("name", QUICK_AND_SLOW)
 def test_a_whole_map_is_returned_as_it_is(maps, name):
     assert slices.with_all_dimensions(maps(name)) is maps(name)
 
 
 def draw_all_of(ds):
-    """Draw every picture of a map that it has something for; each is refused in words where it has not."""
-    drawn = 0
+    """Draw every picture of a map; a picture without data is refused in words."""
+    count = 0
     for name in figures.pictures(ds):
         try:
-            drawn += isinstance(plot.draw(ds, name).figure, Figure)
+            count += isinstance(plot.draw(ds, name).figure, Figure)
         except RefusedError as refused:
             assert "nothing to show" in str(refused)  # noqa: PT017
-    return drawn
+    return count
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
 def test_every_picture_of_a_random_slice_is_drawn_or_refused_in_words(maps, name):
-    for chosen in choices(maps(name), 8):
-        draw_all_of(maps(name).isel(chosen))
+    for selection in choices(maps(name), 8):
+        draw_all_of(maps(name).isel(selection))
 
 
 def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
     ds = maps("rigid_body")
-    one = plot.stability(ds, axis=2, at={"omega0": 1.0, "epsilon": 1e-6})
-    for part in (
+    by_label = plot.stability(ds, axis=2, at={"omega0": 1.0, "epsilon": 1e-6})
+    for slice_of_map in (
         ds.sel(axis=2, omega0=1.0).sel(epsilon=1e-6),
         ds.sel(axis=[2], omega0=[1.0], epsilon=[1e-6]),
         ds.isel(axis=1).sel(omega0=1.0).isel(epsilon=[0]),
     ):
-        for other in (plot.stability(part), part.polhode.stability()):
-            meshes = [[a.get_array() for a in ax.collections if a.get_array() is not None] for ax in (one, other)]
+        for axes in (plot.stability(slice_of_map), slice_of_map.polhode.stability()):
+            meshes = [[a.get_array() for a in ax.collections if a.get_array() is not None] for ax in (by_label, axes)]
             np.testing.assert_array_equal(meshes[0][0], meshes[1][0])
-            assert [text.get_text() for text in one.figure.texts] == [text.get_text() for text in other.figure.texts]
+            assert [text.get_text() for text in by_label.figure.texts] == [
+                text.get_text() for text in axes.figure.texts
+            ]
     with pytest.raises(RefusedError, match="1 is not in this map; allowed: 2"):
         plot.stability(ds.sel(axis=2), axis=1)
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (
             lambda ds: xr.Dataset({"t": ("x", [1.0])}),
@@ -147,12 +155,12 @@ def test_a_slice_by_label_is_drawn_as_its_place_in_the_map(maps):
         (lambda ds: ds[[]], "ds: holds no variable; allowed: a Dataset"),
     ],
 )
-def test_what_is_no_map_is_refused_in_words(maps, change, said):
+def test_what_is_no_map_is_refused_in_words(maps, change, message):
     ds = change(maps("rigid_body"))
     for call in (plot.stability, plot.theory_against_measured, lambda one: xr.Dataset.polhode(one).summary()):
-        with pytest.raises(RefusedError) as refused:
+        with pytest.raises(RefusedError) as error:
             call(ds)
-        assert str(refused.value).startswith(said)
+        assert str(error.value).startswith(message)
 
 
 def test_a_point_has_a_summary(maps):

@@ -1,4 +1,4 @@
-"""Pictures beside stored ones, which a person has looked at: what changes how they look must be looked at again.
+"""Pictures against stored pictures, which a person has checked: a changed picture must be checked again.
 
 `POLHODE_PICTURES=write pytest tests/views/test_stored_pictures.py -m slow` stores them anew.
 """
@@ -45,13 +45,13 @@ def test_it_looks_as_it_did(maps, of, name, theme, tmp_path, monkeypatch):
     """Fonts and versions of Matplotlib move edges by a pixel: few pixels differ much, and all differ little."""
     monkeypatch.setitem(sheets.STYLE, "savefig.dpi", DOTS)
     (path,) = figures.draw_all(maps[of], tmp_path, only=[name], theme=theme)
-    stored = STORED / f"{of}-{name}-{theme}.png"
-    drawn = Image.open(path).convert("RGB")
+    stored_path = STORED / f"{of}-{name}-{theme}.png"
+    picture = Image.open(path).convert("RGB")
     if os.environ.get("POLHODE_PICTURES") == "write":
         STORED.mkdir(exist_ok=True)
-        drawn.quantize(64).save(stored, optimize=True)
-    seen = Image.open(stored).convert("RGB")
-    assert seen.size == drawn.size
-    apart = np.abs(np.asarray(drawn, float) - np.asarray(seen, float)).max(axis=-1)
-    assert apart.mean() < 6.0
-    assert (apart > 60).mean() < 0.02
+        picture.quantize(64).save(stored_path, optimize=True)
+    expected = Image.open(stored_path).convert("RGB")
+    assert expected.size == picture.size
+    difference = np.abs(np.asarray(picture, float) - np.asarray(expected, float)).max(axis=-1)
+    assert difference.mean() < 6.0
+    assert (difference > 60).mean() < 0.02
