@@ -5,10 +5,10 @@
     ax = sweeps.plot.stability(ds, axis=2, at={"I3": 0.0175})
     ax.figure.savefig("racket.pdf")
 
-Each takes a map, or a slice of one by `isel` or `sel`, the values at which to cut it (`at`: dimension → value; the
-nearest grid value is used) and the Axes to draw in (`ax`; by default a new figure, with title and legend). A figure of
-several panels takes the place of `ax`, whose figure must have a grid specification (`subplots`). The first panel is
-returned; its attribute `figure` is the whole figure.
+Each takes a map, or its slice by `isel` or `sel`, the values at which to cut it (`at`: dimension → value; the nearest
+grid value is used) and the Axes to draw in (`ax`; by default a new figure, with title and legend). A figure of several
+panels replaces `ax`, which must have a grid specification (`subplots`). The first panel is returned; its attribute
+`figure` is the whole figure.
 """
 
 import importlib
@@ -27,11 +27,11 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
 
     Args:
         ds: a map over a grid of moments, or of relative equilibria.
-        axis: spin axis, 1, 2 or 3; left out, the middle one where the map has it, else its first.
+        axis: spin axis, 1, 2 or 3; by default 2 if the map has it, else its first axis.
         at: dimension → value.
-        ax: where to draw.
+        ax: Axes to draw in; None for a new figure.
     """
-    ds, at = _whole(ds), _places(at)
+    ds, at = _with_all_dimensions(ds), _check_places(at)
     has_axes = "axis" in ds.dims
     if has_axes:
         axis = (2 if 2 in ds["axis"].values else int(ds["axis"].values[0])) if axis is None else axis
@@ -43,43 +43,43 @@ def stability(ds: "xr.Dataset", axis: int | None = None, at: Mapping | None = No
 _names = ["stability", "deviations"]
 
 
-def _figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:
-    """Return the function of one picture, by the name of its file where that is another."""
+def _named_figure(name: str, doc: str, picture: str = "") -> Callable[..., "Axes"]:
+    """Return the function of a picture: `name` is that of the function, `picture` that of the file if it differs."""
 
-    def figure(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
+    def draw_figure(ds: "xr.Dataset", at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
         return draw(ds, picture or name, at, ax)
 
-    figure.__name__, figure.__qualname__, figure.__doc__ = name, name, doc
+    draw_figure.__name__, draw_figure.__qualname__, draw_figure.__doc__ = name, name, doc
     _names.append(name)
-    return figure
+    return draw_figure
 
 
-theory_against_measured = _figure(
+theory_against_measured = _named_figure(
     "theory_against_measured", "Draw the deviations of measured values from theory, and their errors."
 )
 deviations = theory_against_measured
-bodies = _figure("bodies", "Draw real bodies side by side: rates, times between flips, and observed periods.")
-breakdown = _figure(
+bodies = _named_figure("bodies", "Draw real bodies side by side: rates, times between flips, and observed periods.")
+breakdown = _named_figure(
     "breakdown", "Draw the deviation of measured rates from linear theory against the size of the perturbation."
 )
-polhodes = _figure("polhodes", "Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body.")
-triangle = _figure("triangle", "Draw bodies by shape on the triangle of inertia.")
-points = _figure(
+polhodes = _named_figure("polhodes", "Draw polhodes: curves of the angular velocity on the energy ellipsoid of a body.")
+triangle = _named_figure("triangle", "Draw bodies by shape on the triangle of inertia.")
+points = _named_figure(
     "points", "Draw sampled or listed points over two coordinates, and a histogram of a measured variable."
 )
-precession = _figure("precession", "Draw the precession rate of the free symmetric top over I3/I1.")
-cones = _figure("cones", "Draw body cone and space cone of a symmetric top.")
-oscillations = _figure(
+precession = _named_figure("precession", "Draw the precession rate of the free symmetric top over I3/I1.")
+cones = _named_figure("cones", "Draw body cone and space cone of a symmetric top.")
+oscillations = _named_figure(
     "oscillations",
     "Draw rates of small oscillations for every equilibrium and mode, and the positions of the equilibria.",
 )
-twist = _figure("twist", "Draw the twist of a thrown body about its handle.")
-defect = _figure("defect", "Draw the shortfall of the twist from a half turn, with the law.")
-tumbling = _figure("tumbling", "Draw the ratio of both periods of a tumbling body.", "periods")
-herpolhode = _figure(
+twist = _named_figure("twist", "Draw the twist of a thrown body about its handle.")
+defect = _named_figure("defect", "Draw the shortfall of the twist from a half turn, with the law.")
+tumbling = _named_figure("tumbling", "Draw the ratio of both periods of a tumbling body.", "periods")
+herpolhode = _named_figure(
     "herpolhode", "Draw the herpolhode: the curve of the angular velocity in the plane normal to the angular momentum."
 )
-outlook = _figure("outlook", "Draw the probability that each spin of bodies with uncertain moments is unstable.")
+outlook = _named_figure("outlook", "Draw the probability that each spin of bodies with uncertain moments is unstable.")
 
 NAMES = tuple(_names)
 __all__ = [*NAMES, "draw", "Polhode", "register"]
@@ -90,33 +90,34 @@ def __dir__() -> list[str]:
 
 
 def draw(ds: "xr.Dataset", name: str, at: Mapping | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw a figure of a map by its name, including those of other packages' systems.
+    """Draw a figure of a map by its name, including figures of systems in separate packages.
 
     Args:
-        ds: a map, or a slice of one by `isel` or `sel`.
-        name: as `figures` names its file; "stability" also where that has the axis behind it.
-        at: dimension → value, at which the map is cut: the grid's nearest.
-        ax: where to draw; left out, on a figure of its own.
+        ds: a map, or its slice by `isel` or `sel`.
+        name: name of the figure's file, with or without its axis ("stability", "stability_axis_2").
+        at: dimension → value at which the map is cut; the nearest grid value is used.
+        ax: Axes to draw in; None for a new figure.
 
     Returns:
         The picture's first panel.
 
     Raises:
-        RefusedError: for what is no map, a picture that this map has not, and a place that it has not.
+        RefusedError: if `ds` is not a map, or does not have this picture or this place.
     """
     from sweeps.views import figures
 
     register()
-    part = figures.escape_dollars(_cut(_whole(ds), _places(at)))
-    drawings = figures.pictures(part)
-    drawing = next((drawings[one] for one in drawings if one == name or one.startswith(f"{name}_axis_")), None)
+    cut_ds = figures.escape_dollars(_cut_map(_with_all_dimensions(ds), _check_places(at)))
+    drawings = figures.pictures(cut_ds)
+    names = [file_name for file_name in drawings if file_name == name or file_name.startswith(f"{name}_axis_")]
+    drawing = drawings[names[0]] if names else None
     if drawing is None:
         from sweeps.schema.refusals import hint
 
         _refuse(f"{name}: is not a figure of this map{hint(name, drawings)}; allowed: {', '.join(drawings)}")
     if ax is not None and ax.get_subplotspec() is None:
         _refuse("ax: has no grid specification; allowed: an Axes of `subplots`, or none")
-    return _panel(drawing, name, ax)
+    return _draw_panel(drawing, name, ax)
 
 
 def _refuse(message: str):
@@ -125,49 +126,49 @@ def _refuse(message: str):
     raise RefusedError(message)
 
 
-def _whole(ds):
-    """Return a map, or a slice of one, with all dimensions of the map; refuse what is none."""
+def _with_all_dimensions(ds):
+    """Return a map, or its slice, with all dimensions of the map; refuse any other object."""
     from sweeps.maps import slices
 
     slices.check_is_map(ds)
     return slices.with_all_dimensions(ds)
 
 
-def _places(at: Mapping | None) -> Mapping:
+def _check_places(at: Mapping | None) -> Mapping:
     if not isinstance(at or {}, Mapping):
         _refuse(f"at: is of type {type(at).__name__}; allowed: a mapping of dimensions to values")
     return at or {}
 
 
-def _cut(ds, at: Mapping):
+def _cut_map(ds, at: Mapping):
     from sweeps.maps import selection
 
     places = selection.nearest_places(ds, {name: str(value) for name, value in at.items()})
     return ds.isel({place.dim: [place.index] for place in places.values()}) if at else ds
 
 
-def _panel(drawn, name: str, ax: "Axes | None") -> "Axes":
-    """Draw a figure; where pyplot shows it, on a figure that pyplot knows."""
+def _draw_panel(drawing, name: str, ax: "Axes | None") -> "Axes":
+    """Draw a figure and return its first panel; if pyplot is loaded, it manages the figure."""
     import numpy as np
 
     from sweeps.figure import sheets
 
-    if "inline" in os.environ.get("MPLBACKEND", ""):  # a notebook shows figures of pyplot alone
+    if "inline" in os.environ.get("MPLBACKEND", ""):  # a notebook shows only figures of pyplot
         importlib.import_module("matplotlib.pyplot")
     pyplot = sys.modules.get("matplotlib.pyplot")
     if ax is not None:
         with np.errstate(all="ignore"):
-            made = drawn(ax)
+            figure = drawing(ax)
     else:
         sheet = sheets.OWN_SIZE if pyplot is None else sheets.OWN_SIZE._replace(new_figure=pyplot.figure)
         with sheets.use_sheet(sheet), np.errstate(all="ignore"):
-            made = drawn(None)
-    if made is None:
+            figure = drawing(None)
+    if figure is None:
         _refuse(f"{name}: this map has nothing to show there; allowed: another position, or another map")
-    return made.axes[0]
+    return figure.axes[0]
 
 
-def _worded(variable: "xr.DataArray", meanings: Mapping[int, str]) -> "xr.DataArray":
+def _flag_words(variable: "xr.DataArray", meanings: Mapping[int, str]) -> "xr.DataArray":
     """Return the words of a flag variable; "" for a number without a meaning."""
     import numpy as np
 
@@ -210,13 +211,16 @@ class Polhode:
         """Return the map with its flag variables as words in place of numbers."""
         from sweeps.schema.datasets import flags
 
-        return self._ds.map(lambda one: _worded(one, meanings) if (meanings := flags(one)) else one, keep_attrs=True)
+        return self._ds.map(
+            lambda variable: _flag_words(variable, meanings) if (meanings := flags(variable)) else variable,
+            keep_attrs=True,
+        )
 
     def pictures(self) -> list[str]:
         """Return the names of this map's pictures."""
         from sweeps.views import figures
 
-        return list(figures.pictures(_whole(self._ds)))
+        return list(figures.pictures(_with_all_dimensions(self._ds)))
 
     def summary(self) -> str:
         """Return the text that `polhode show` prints for this map."""
@@ -228,13 +232,13 @@ class Polhode:
         from sweeps.maps.description import without_extra_dimensions
         from sweeps.views import textmap
 
-        ds = without_extra_dimensions(_whole(self._ds))
-        written = StringIO()
-        console = Console(file=written, width=120)
+        ds = without_extra_dimensions(_with_all_dimensions(self._ds))
+        text = StringIO()
+        console = Console(file=text, width=120)
         selection.nearest_places(ds, {})
         totals = summary.summarise(ds)
         textmap.print_summary(console, totals, textmap.draw_map(ds, totals.description, {}, console.width))
-        return written.getvalue()
+        return text.getvalue()
 
 
 def register() -> None:

@@ -169,7 +169,7 @@ def make_panels(count: int, cell: tuple[float, float], title: str, subtitle: str
         title: of the figure.
         subtitle: of the figure.
         ax: as of `make_figure`.
-        options: `margins` of `arrange_panels`; all others are those of Matplotlib's `subplots`.
+        options: `margins` of `arrange_panels`, and options of Matplotlib's `subplots`.
     """
     rows, columns, size = arrange_panels(count, cell, options.pop("margins", PANEL_MARGINS))
     figure = make_figure(*size, title, subtitle, ax=ax)
@@ -188,8 +188,8 @@ def wrap_text(text: str, width: float, letters: float = SUBTITLE_LETTERS) -> str
         letters: average number of letters per inch.
     """
     max_letters = int((width - 0.24) * letters)
-    protected = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # at which textwrap breaks no line
-    lines = (textwrap.wrap(line, max_letters) or [""] for line in protected.split("\n"))
+    unbroken = VALUE.sub(lambda value: value[0].replace(" ", "\u00a0"), text)  # at which textwrap breaks no line
+    lines = (textwrap.wrap(line, max_letters) or [""] for line in unbroken.split("\n"))
     return "\n".join(line for paragraph in lines for line in paragraph)
 
 

@@ -1,4 +1,4 @@
-"""What commands print: tables by Rich, JSON for machines."""
+"""Output of commands: tables by Rich, and JSON for machines."""
 
 import json
 import math
@@ -7,7 +7,7 @@ from typing import TextIO
 from rich.console import Console
 from rich.table import Table
 
-STANDARD_OUTPUT_WIDTH = 100  # where it is no terminal
+STANDARD_OUTPUT_WIDTH = 100  # characters per line if the standard output is no terminal
 
 
 def console(file: TextIO | None = None) -> Console:
@@ -20,20 +20,20 @@ def console(file: TextIO | None = None) -> Console:
 
 def table(*headings: str, right: tuple[int, ...] = ()) -> Table:
     """Return an empty table; columns numbered in `right` are aligned to the right."""
-    made = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    new_table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
     for number, heading in enumerate(headings):
-        made.add_column(heading, justify="right" if number in right else "left", overflow="fold")
-    return made
+        new_table.add_column(heading, justify="right" if number in right else "left", overflow="fold")
+    return new_table
 
 
 def print_json(value) -> None:
     """Print a value as JSON; NaN and infinities become null."""
-    print(json.dumps(_known(value), indent=1, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(_replace_nan(value), indent=1, ensure_ascii=False, allow_nan=False))
 
 
-def _known(value):
+def _replace_nan(value):
     if isinstance(value, dict):
-        return {key: _known(item) for key, item in value.items()}
+        return {key: _replace_nan(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_known(item) for item in value]
+        return [_replace_nan(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -24,7 +24,7 @@ def with_unit(text: str, unit: str, form: str = " {}") -> str:
 
 
 def axis_label(ds, name: str, symbols: Mapping = {}) -> str:
-    """Return the label of a plot's axis: what a coordinate means, its symbol and its unit.
+    """Return the label of a plot's axis: the meaning of a coordinate, its symbol and its unit.
 
     Args:
         ds: the map.

@@ -170,8 +170,8 @@ class _Contents:
         other_names = (name for name in file_variables if name not in map_names)
         #: names of variables that are not part of a map, and are not read
         self.ignored_names = tuple(n for n in other_names if file_variables[n].dtype or n not in character_dims)
-        own = {name: variable for name, variable in self.variables.items() if name in layout.variables}
-        layout_dims = ((variable.dims, self.specs[name].over) for name, variable in own.items())
+        table_variables = {name: variable for name, variable in self.variables.items() if name in layout.variables}
+        layout_dims = ((variable.dims, self.specs[name].over) for name, variable in table_variables.items())
         points = (dims[: len(dims) - len(over)] for dims, over in layout_dims)
         self.dims = max(points, key=len, default=())  #: the dimensions of the map's points, in storage order
         #: further dimensions that variables have at each point

@@ -92,8 +92,8 @@ def _check_content(ds: xr.Dataset) -> Check:
     """Check that the values of each variable still have the hash that was written with them."""
     digest = content_hash.hash_content(ds, BLOCK_POINTS)
     stored_hashes = {name: str(variable.encoding.get("sha256", "")) for name, variable in ds.variables.items()}
-    changed = [n for n, actual in digest.digests().items() if stored_hashes[n] and stored_hashes[n] != actual]
-    findings = [f"{name}: holds other values than were written" for name in changed]
+    names = [n for n, actual in digest.digests().items() if stored_hashes[n] and stored_hashes[n] != actual]
+    findings = [f"{name}: holds other values than were written" for name in names]
     if not findings and digest.hexdigest() != str(ds.attrs.get("content_hash", "")):
         problem = "is missing" if "content_hash" not in ds.attrs else "is not that of what the file holds"
         findings = [f"content_hash: {problem}"]
@@ -203,19 +203,19 @@ def _check_attributes(path: str | Path, sweep: Sweep) -> Check:
     expected |= {name: spec.attributes_among(sweep.variables) for name, spec in sweep.variables.items()}
     findings = []
     for name, attributes in expected.items():
-        in_file = structure.variables[name].attributes
-        stored = {key: _as_text(value) for key, value in in_file.items() if key not in FILE_ATTRIBUTES}
+        attributes_in_file = structure.variables[name].attributes
+        in_map = {key: _as_text(value) for key, value in attributes_in_file.items() if key not in FILE_ATTRIBUTES}
         attributes = {key: _as_text(value) for key, value in attributes.items()}
-        keys = [key for key in {**attributes, **stored} if attributes.get(key) != stored.get(key)]
-        findings += [f"{name}: {_difference(key, attributes, stored)}" for key in sorted(keys)]
+        keys = [key for key in {**attributes, **in_map} if attributes.get(key) != in_map.get(key)]
+        findings += [f"{name}: {_difference(key, attributes, in_map)}" for key in sorted(keys)]
     global_attributes = {key: str(value) for key, value in contract.provenance(sweep).items()}
-    stored = {key: _as_text(value) for key, value in structure.attributes.items()}
+    in_map = {key: _as_text(value) for key, value in structure.attributes.items()}
     keys = ["references", "Conventions"] + ["title"] * ("title" in mapping_of(sweep.definition.text))
-    keys = [key for key in keys if stored.get(key) != global_attributes[key]]
-    findings += [f"(file): {_difference(key, global_attributes, stored)}" for key in keys]
+    keys = [key for key in keys if in_map.get(key) != global_attributes[key]]
+    findings += [f"(file): {_difference(key, global_attributes, in_map)}" for key in keys]
     method = global_attributes["source"].partition("), ")[2]  # the text before it lists versions
-    if not re.fullmatch(rf"Polhode [^()]*\([^()]*\), {re.escape(method)}", stored.get("source", "")):
-        findings.append(f"(file): {_difference('source', global_attributes, stored)}")
+    if not re.fullmatch(rf"Polhode [^()]*\([^()]*\), {re.escape(method)}", in_map.get("source", "")):
+        findings.append(f"(file): {_difference('source', global_attributes, in_map)}")
     covers = f"names, units and meanings of {len(expected)} variables, and of the file"
     return Check("attributes", covers, _shorten(findings))
 
@@ -332,8 +332,8 @@ def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     for variable, map_values in sample.columns.items():
         for i, stored, new in zip(numbers, map_values[rows], new_columns[variable], strict=True):
             if stored.tobytes() != new.tobytes():
-                both = f"the map holds {_value_text(stored)}, measured again {_value_text(new)}"
-                findings.append(f"{variable} at {sample.name(i)}: {both}")
+                comparison = f"the map holds {_value_text(stored)}, measured again {_value_text(new)}"
+                findings.append(f"{variable} at {sample.name(i)}: {comparison}")
     return findings
 
 
@@ -364,12 +364,12 @@ def _check_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: 
     covers = f"{variable} within the tolerance"
     if variable not in sample.columns or not status:
         return Check(name, covers, skip_reason=f"the map has no {variable} with a status")
-    findings, num_compared, num_tested = [], 0, 0
+    findings, num_compared, count = [], 0, 0
     # `_check_values` finds values that are missing without a reason: principal spin and separatrix have no period
     usable_points = np.flatnonzero((sample.columns[status] == 0) & ~np.isnan(sample.columns[variable]))
     errors = sample.columns.get(sweep.variables[variable].error) if reference.within_error else None
     for i in _within_time(usable_points):
-        num_tested += 1
+        count += 1
         point, stored = sample.at(i), float(sample.columns[variable][i])
         with np.errstate(all="ignore"):
             value = reference.ways[name](point, integration)
@@ -378,9 +378,9 @@ def _check_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: 
             num_compared += 1
             allowed += 0.0 if errors is None else 2.0 * float(errors[i])
             if not abs(stored - value) <= allowed:
-                both = f"the map holds {stored:.15g}, {name} finds {value:.15g}"
-                findings.append(f"{variable} at {sample.name(i)}: {both}")
-    time_note = "" if num_tested == len(usable_points) else f"; no more in {MAX_CHECK_SECONDS:g} s"
+                comparison = f"the map holds {stored:.15g}, {name} finds {value:.15g}"
+                findings.append(f"{variable} at {sample.name(i)}: {comparison}")
+    time_note = "" if count == len(usable_points) else f"; no more in {MAX_CHECK_SECONDS:g} s"
     check = Check(name, f"{num_compared} points, {covers}{time_note}", _shorten(findings))
     return check if num_compared else replace(check, skip_reason="no run of the sample is short enough, or none is ok")
 

@@ -69,7 +69,7 @@ def _temporary_path(path: Path) -> Path:
 
 
 def _rename(temporary: Path, path: Path) -> None:
-    """Rename a file or a new folder; move the files of a folder into a folder that exists."""
+    """Give a file or a new folder its name; move the files of a folder into a folder that exists."""
     if temporary.is_dir() and path.is_dir():
         for file in temporary.iterdir():
             file.replace(path / file.name)

@@ -41,7 +41,7 @@ class ContentHash:
         self._heads, self._bodies = {}, {}
 
     def declare(self, name: str, dims: Sequence[str], shape: Sequence[int], dtype) -> None:
-        """Declare a variable before its values.
+        """Announce a variable before its values.
 
         Args:
             name: of the variable.

@@ -113,11 +113,11 @@ def draw_all(
         RefusedError: for a name that no picture of this map has, and if a film cannot be made.
     """
     folder, ds = Path(folder), escape_dollars(ds)
-    drawings, moving = pictures(ds), animations(ds)
+    drawings, frame_makers = pictures(ds), animations(ds)
     if kind in films.KINDS:
-        films.require_encoder(kind, moving)
+        films.require_encoder(kind, frame_makers)
         drawings = {}
-    names = _select_names([*drawings, *moving], only)
+    names = _select_names([*drawings, *frame_makers], only)
     with replace_output(folder, is_folder=True) as temporary:
         options = (temporary, kind, theme, sheet)
         is_shared = submit and len(names) >= MIN_SHARED_PICTURES

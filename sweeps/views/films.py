@@ -17,7 +17,7 @@ from sweeps.process.files import replace_output
 from sweeps.schema.refusals import RefusedError
 
 PALETTE_FRAMES = 12  # frames from which the 256 colours of a GIF are computed, evenly spaced
-KINDS = {  # even numbers of pixels, 16:9, and this order of colours are what every player shows
+KINDS = {  # even numbers of pixels, 16:9, and this order of colours suit every player
     "mp4": ("-pix_fmt", "yuv420p", "-movflags", "+faststart"),
     "webm": ("-pix_fmt", "yuv420p", "-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-deadline", "realtime"),
 }
@@ -71,8 +71,10 @@ def _write_film(frames: Iterable[np.ndarray], path: Path, kind: str) -> None:
     first = next(frames)
     height, width = first.shape[:2]
     paper = "#{:02x}{:02x}{:02x}".format(*first[0, 0, :3])
-    wide, high = (2 * math.ceil(n / 2) for n in (max(width, height * 16 / 9), max(height, width * 9 / 16)))
-    pad = f"pad={wide}:{high}:(ow-iw)/2:(oh-ih)/2:color={paper}"
+    padded_width, padded_height = (
+        2 * math.ceil(n / 2) for n in (max(width, height * 16 / 9), max(height, width * 9 / 16))
+    )
+    pad = f"pad={padded_width}:{padded_height}:(ow-iw)/2:(oh-ih)/2:color={paper}"
     command = [ffmpeg_path(), "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}"]
     command += ["-r", f"{sheets.HD.rate:g}", "-i", "-", "-vf", pad, *KINDS[kind], "-f", kind, str(path)]
     with tempfile.TemporaryFile() as messages:

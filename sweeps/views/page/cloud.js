@@ -1,11 +1,11 @@
-// Points that are no grid: any two of their coordinates against each other, coloured by one variable, and its histogram.
+// Sampled and listed points over two of their coordinates, coloured by one variable, and its histogram.
 
-const MOST_DOTS = 5000; // a browser draws so many shapes at once without delay
+const MAX_DOTS = 5000; // shapes that a browser draws without delay
 const BINS = 50;
 
 const pointNumber = () => theMap.order.indexOf("point");
 
-/** The points as dots: place, two coordinates, value. */
+/** Return the points as dots: place, two coordinates, value. */
 function cloudDots() {
   const [column, k] = [chosenColumn(), pointNumber()];
   const place = [...state.place];
@@ -18,8 +18,8 @@ function cloudDots() {
   });
 }
 
-/** So many of n numbers from 0, in order, always the same ones: each is as likely as any other (Knuth, TAOCP 3.4.2, S). */
-function fewAtRandom(n, most) {
+/** Return a fixed random subset of at most `most` of the numbers 0 … n - 1, in order (Knuth, TAOCP 3.4.2, algorithm S). */
+function randomSubset(n, most) {
   let seed = 1;
   const kept = [];
   for (let i = 0; i < n; i++) {
@@ -32,7 +32,7 @@ function fewAtRandom(n, most) {
 function drawCloud() {
   const column = chosenColumn();
   const dots = cloudDots();
-  const shown = fewAtRandom(dots.length, MOST_DOTS).map((i) => dots[i]);
+  const shown = randomSubset(dots.length, MAX_DOTS).map((i) => dots[i]);
   theMap.shownDots = shown;
   const scale = colorScale(column, dots.map((dot) => dot.value), dots.map((dot) => dot.exists));
   const marker = { size: shown.length > 1000 ? 4 : 6, symbol: shown.map((dot) => (dot.exists ? "circle" : "x-thin-open")), color: shown.map((dot) => (Number.isFinite(dot.value) ? scale.z(dot.value) : null)), cmin: scale.zmin, cmax: scale.zmax, colorscale: scale.colorscale, showscale: false, line: { width: 0.4, color: pageColor("quiet") } };
@@ -68,11 +68,11 @@ function cloudAxis(name) {
   return { title: { text: dimensionLabel(name) }, type: low > 0 && high > 30 * low && middle < 0.2 * high ? "log" : "linear", showgrid: false, exponentformat: "power" };
 }
 
-/** How many of something have which value. */
+/** Draws how many dots (named `what`) have which value. */
 function drawHistogram(column, dots, target, what) {
   const values = dots.map((dot) => dot.value).filter(Number.isFinite);
   const [x, y, color] = column.isFlag ? flagBars(column, values) : numberBars(values);
-  const words = column.longName.replace(/ \([^)]*\)$/, ""); // what explains it stands in the list of colours
+  const words = column.longName.replace(/ \([^)]*\)$/, ""); // the list of colours has the explanation in brackets
   const title = column.isFlag ? words : labelled(words, column.units);
   const trace = { type: "bar", x, y, marker: { color: color ?? pageColor("accent") }, hovertemplate: `%{y} ${what}<extra></extra>` };
   const xaxis = { title: { text: title }, exponentformat: "power", showgrid: false };
@@ -84,7 +84,7 @@ function flagBars(column, values) {
   return [0, 1, 2].map((k) => used.map((bar) => bar[k]));
 }
 
-/** Bars between the 0.5th and the 99.5th hundredth; what lies beyond is in the outermost ones. */
+/** Return bars between the percentiles 0.5 and 99.5; the outermost bars include all values beyond. */
 function numberBars(values) {
   const sorted = Float64Array.from(values).sort();
   if (sorted.length === 0) return [[], []];
@@ -98,7 +98,7 @@ function numberBars(values) {
 function cloudTable(column, dots) {
   const names = [state.x, state.y].filter(Boolean);
   const row = ({ place, value }) => [pointText(place), ...names.map((name) => numberText(coordinateAt(name, place), 4)), column.text(value)];
-  return [["point", ...names.map(dimensionLabel), column.longName], dots.slice(0, MOST_TABLE).map(row)];
+  return [["point", ...names.map(dimensionLabel), column.longName], dots.slice(0, MAX_TABLE_LENGTH).map(row)];
 }
 
 function buildCloud() {

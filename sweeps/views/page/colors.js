@@ -15,12 +15,12 @@ function flagColor(meaning, order) {
   return theMap.colors[meaning] ?? theMap.seriesColors[order % theMap.seriesColors.length];
 }
 
-/** A colour as a line or a dot has it: the darkest of the series would not be seen on a dark page. */
+/** Return the colour of a line or a dot: the darkest colour of the series would be invisible on a dark page. */
 function inkOf(color) {
   return color === "#333333" ? pageColor("ink") : color;
 }
 
-/** How a column's values become colours: z for Plotly, and the scale to go with it. */
+/** Return the colour scale of a column: `z` maps a value to a number of the scale from `zmin` to `zmax`. */
 function colorScale(column, values, exists) {
   if (column.isFlag) return flagScale(column);
   const finite = values.filter((value, i) => Number.isFinite(value) && exists[i]);
@@ -38,7 +38,7 @@ function colorScale(column, values, exists) {
   return { z: (v) => v, zmin: low, zmax: top, colorscale: SEQUENTIAL, bar: { unit, ticks: evenTicks(low, top) } };
 }
 
-/** Some five round numbers between two, each with its text. */
+/** Return about five round numbers between two numbers, each with its text. */
 function evenTicks(low, high) {
   const rough = (high - low) / 5;
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -49,7 +49,7 @@ function evenTicks(low, high) {
   return all.filter((_, i) => digits <= 6 || i % 3 === 0).map((at) => ({ at, text: numberText(at, digits) })); // long ones stand apart
 }
 
-/** What stands for numbers beneath a picture: Plotly's own bar takes a third of the time of a slider's step. */
+/** Return the bar of colours below a picture: Plotly's own bar takes a third of the time of a slider's step. */
 function colorBar({ zmin, zmax, colorscale, bar: { unit, ticks } }) {
   const stripe = element("i", {});
   stripe.style.background = `linear-gradient(to right, ${colorscale.map(([at, color]) => `${color} ${100 * at}%`).join(", ")})`;
@@ -81,21 +81,21 @@ function pageColor(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-/** A text for Plotly, which reads a little HTML in all its texts: line breaks stay, all else is shown as it stands. */
-function plain(text) {
+/** Return a text for Plotly, which interprets some HTML in its texts: all tags but line breaks are escaped. */
+function escapeText(text) {
   return text.replace(/&/g, "&amp;").replace(/<(?!br>|\/?extra>)/g, "&lt;");
 }
 
-/** The same of all texts in traces or a layout. */
-function plainly(value) {
-  if (typeof value === "string") return plain(value);
-  if (Array.isArray(value)) return value.some((one) => typeof one === "string" || typeof one === "object") ? value.map(plainly) : value;
-  return value?.constructor === Object ? Object.fromEntries(Object.entries(value).map(([key, one]) => [key, plainly(one)])) : value;
+/** Return traces or a layout with all texts escaped. */
+function escapeTexts(value) {
+  if (typeof value === "string") return escapeText(value);
+  if (Array.isArray(value)) return value.some((one) => typeof one === "string" || typeof one === "object") ? value.map(escapeTexts) : value;
+  return value?.constructor === Object ? Object.fromEntries(Object.entries(value).map(([key, one]) => [key, escapeTexts(one)])) : value;
 }
 
-/** Draw traces by Plotly, in the page's colours: the one place where texts of the file come to it. */
+/** Draws traces by Plotly in the page's colours; all texts of the file that Plotly draws are escaped here. */
 function draw(target, traces, layout, config = {}) {
-  Plotly.react(target, plainly(traces), plainly(plotLayout(layout)), { ...PLOT_CONFIG, ...config });
+  Plotly.react(target, escapeTexts(traces), escapeTexts(plotLayout(layout)), { ...PLOT_CONFIG, ...config });
 }
 
 /** Plotly's layout in the page's colours. */
@@ -112,5 +112,5 @@ function plotLayout(more) {
   };
 }
 
-// Plotly's own button would send the chart to a web service: nothing here asks the network for anything.
+// Plotly's own button would send the chart to a web service: this page requests nothing from the network.
 const PLOT_CONFIG = { displaylogo: false, showSendToCloud: false, showEditInChartStudio: false, plotlyServerURL: "", responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "reset" };

@@ -1,4 +1,4 @@
-// The controls: one for every dimension, the plane and the colour. All are the browser's own, so all have keys.
+// The controls: one for every dimension, the plane and the colour. All are the browser's own, so the keyboard works.
 
 function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
@@ -12,7 +12,7 @@ function element(tag, properties = {}, ...children) {
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
-/** Calls back with the arrow keys' steps to the right and up; and where Enter does something, does that. */
+/** Calls `move` with the steps of arrow keys to the right and up, and `enter` (if it is given) for the Enter key. */
 function onArrows(target, move, enter) {
   target.addEventListener("keydown", (event) => {
     if (event.key in ARROWS) move(...ARROWS[event.key]);
@@ -28,7 +28,7 @@ function selectBox(label, options, value, onChoice) {
   return element("label", { className: "control" }, element("span", { textContent: label }), select);
 }
 
-/** Selects an option: the browser would measure all of them even where it is the selected one. */
+/** Selects an option unless it is selected, because the browser then measures all options. */
 function selectOption(select, value) {
   if (select.value !== value) select.value = value;
 }
@@ -37,7 +37,7 @@ function symbolText(name) {
   return theMap.symbols[name] ?? name.replaceAll("_", " ");
 }
 
-/** Words with their unit in brackets, where they have one. */
+/** Return words with their unit in brackets, if they have a unit. */
 function labelled(words, units) {
   return unitText(units) ? `${words} (${unitText(units)})` : words;
 }
@@ -51,7 +51,7 @@ function coordinateText(name, value) {
   const flag = (coordinate.flags ?? []).find((one) => one.value === value);
   if (flag) return flagText(flag.meaning);
   if (typeof value === "number") return withUnit(value, coordinate.units);
-  const typed = coordinate.typed || !/^[a-z][a-z0-9_]*$/.test(value); // by an owner, or else by a description
+  const typed = coordinate.typed || !/^[a-z][a-z0-9_]*$/.test(value); // by an author of a definition, not by a description
   return typed ? String(value) : value.replaceAll("_", " ");
 }
 
@@ -127,7 +127,7 @@ function planeControl(side, able) {
   return control;
 }
 
-/** What a column is, as a heading over its like. */
+/** Return the heading of a column's group in the list of colours. */
 function groupOf(column) {
   const columns = Object.values(theMap.columns);
   if (!theMap.columns[column.name]) return "main variables";
@@ -137,7 +137,7 @@ function groupOf(column) {
   return { coordinate: "coordinates", check: "checks", certificate: "certificates", existence: "bodies" }[column.role] ?? "measured";
 }
 
-/** A list of all that the map may be coloured by, under headings; it opens on those that hold what is typed. */
+/** Return the list of variables by which the map may be coloured, under headings, with a search field. */
 function colorControl() {
   const control = selectBox("colour by", [], state.color, (color) => {
     find.value = "";

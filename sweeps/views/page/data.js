@@ -1,4 +1,4 @@
-// The map: packed columns become numbers at any point, on demand.
+// The map: columns are unpacked, and give their value at any point.
 
 function decodeBase64(text) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
@@ -15,8 +15,8 @@ async function inflate(text) {
 
 const NUMBER_TYPES = { f8: Float64Array, f4: Float32Array, i1: Int8Array, i2: Int16Array, i4: Int32Array };
 
-/** Little-endian numbers from bytes that stand first bytes first. */
-function unshuffled(bytes, dtype) {
+/** Return little-endian numbers from bytes in the order: first bytes of all numbers, second bytes, … */
+function unshuffle(bytes, dtype) {
   const Type = NUMBER_TYPES[dtype];
   const size = Type.BYTES_PER_ELEMENT;
   const n = bytes.length / size;
@@ -25,7 +25,7 @@ function unshuffled(bytes, dtype) {
   return new Type(plain.buffer);
 }
 
-/** One variable of the map over all its points; what a scaling law leaves out is put back by `at`. */
+/** One variable of the map over all its points; `at` applies the scaling laws. */
 class Column {
   constructor(description, map) {
     Object.assign(this, description);
@@ -46,16 +46,16 @@ class Column {
 
   async load() {
     const holder = document.getElementById(`column-${this.id}`);
-    this.values = unshuffled(await inflate(holder.textContent), this.dtype);
+    this.values = unshuffle(await inflate(holder.textContent), this.dtype);
     holder.remove();
   }
 
-  /** Whether it has both signs anywhere in the map: its colours are the same in every plane. */
+  /** True if values of both signs occur in the map: the colours are then the same in every plane. */
   get isSigned() {
     return (this.hasBothSigns ??= this.values.some((value) => value < 0) && this.values.some((value) => value > 0));
   }
 
-  /** The value at a point, given by its place along every dimension. */
+  /** Return the value at a place, which has an index along every dimension. */
   at(place) {
     let offset = 0;
     for (let k = 0; k < place.length; k++) offset += this.strides[k] * place[k];
@@ -78,14 +78,14 @@ theMap.order = theMap.dims.map((dim) => dim.name);
 theMap.columns = Object.fromEntries(theMap.variables.map((variable) => [variable.name, new Column(variable, theMap)]));
 theMap.existence = Object.values(theMap.columns).find((column) => column.role === "existence");
 
-/** The value of a coordinate at a point, whatever dimension it stands on; one that stands on several is a column. */
+/** Return the value of a coordinate at a place; a coordinate along several dimensions is a column. */
 function coordinateAt(name, place) {
   const coordinate = theMap.coordinates[name];
   if (!coordinate) return theMap.columns[name].at(place);
   return coordinate.values[coordinate.dim === null ? 0 : place[theMap.order.indexOf(coordinate.dim)]];
 }
 
-/** Loads Plotly, which stands deflated in the page. */
+/** Loads Plotly, which the page contains deflated. */
 async function loadPlotly() {
   const holder = document.getElementById("plotly");
   const script = document.createElement("script");

@@ -1,11 +1,11 @@
-// Lecture mode: the first screen alone, large, with a guided path of steps where the system has one.
+// Lecture mode: the first screen alone, large, with a sequence of steps if the system has one.
 //
-// A system's `part.lecture()` gives the steps: {title, text, changes, three}, what to choose for each, and whether to
-// show the three axes side by side in place of the map.
+// A system's `part.lecture()` returns the steps: {title, text, changes, three}. `changes` returns changes of the state;
+// `three` shows the three axes side by side in place of the map.
 
 const lecture = { on: false, at: 0, steps: [], before: null };
 
-/** Size of text in pictures, px: large enough to be read from the back of a lecture hall. */
+/** Return the size of text in pictures, px: in a lecture, legible from the last row. */
 function textSize(usual = 13) {
   return lecture.on ? Math.max(20, Math.round(innerHeight / 46)) : usual;
 }
@@ -17,7 +17,7 @@ function setLecture(on) {
   document.getElementById("lecture").textContent = on ? "Leave" : "Lecture";
   if (on) {
     [lecture.steps, lecture.at] = [part.lecture?.() ?? [], 0];
-    document.documentElement.requestFullscreen?.().catch(() => {}); // a browser may not allow it: the window will do
+    document.documentElement.requestFullscreen?.().catch(() => {}); // if the browser forbids it, the window is used
   } else if (document.fullscreenElement) {
     document.exitFullscreen();
   }
@@ -50,7 +50,7 @@ function buildLecture() {
   document.getElementById("lecture").onclick = () => setLecture(!lecture.on);
   document.getElementById("step-back").onclick = () => showStep(lecture.at - 1);
   document.getElementById("step-next").onclick = () => showStep(lecture.at + 1);
-  const moves = { ArrowLeft: -1, PageUp: -1, ArrowRight: 1, PageDown: 1 }; // the last of each are a presenter's buttons
+  const moves = { ArrowLeft: -1, PageUp: -1, ArrowRight: 1, PageDown: 1 }; // a remote control sends PageUp and PageDown
   addEventListener("keydown", (event) => {
     if (event.target.closest?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "l" || event.key === "L" || (event.key === "Escape" && lecture.on)) setLecture(event.key !== "Escape" && !lecture.on);

@@ -1,13 +1,13 @@
-// The start: what is needed first is unpacked first, then everything draws itself.
+// The start of the page: columns and Plotly are unpacked, then everything is drawn.
 
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
   document.getElementById("theme").textContent = theme === "dark" ? "Light" : "Dark";
 }
 
-const THEME = "polhode-theme"; // where the browser keeps a reader's choice; a page from a mail may have no such place
+const THEME = "polhode-theme"; // key of the reader's choice in the browser's storage, which a page in a mail may not have
 
-function keptTheme(chosen) {
+function storedTheme(chosen) {
   try {
     if (chosen) localStorage.setItem(THEME, chosen);
     return localStorage.getItem(THEME);
@@ -22,11 +22,11 @@ function redraw() {
 
 function buildTheme() {
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  let chosen = ["light", "dark"].find((theme) => theme === keptTheme());
+  let chosen = ["light", "dark"].find((theme) => theme === storedTheme());
   setTheme(chosen ?? (dark.matches ? "dark" : "light"));
   document.getElementById("theme").onclick = () => {
     chosen = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-    keptTheme(chosen);
+    storedTheme(chosen);
     setTheme(chosen);
     redraw();
   };
@@ -36,7 +36,7 @@ function buildTheme() {
   });
 }
 
-/** A sheet is light, whatever the screen is. */
+/** Prints in the light theme, whatever the theme of the screen is. */
 function buildPrint() {
   const root = document.documentElement;
   let theme;
@@ -76,7 +76,7 @@ async function start() {
     showRow(state.place);
     say(state.place);
   });
-  // the address itself may by now be that of an earlier choice, which is written a moment late
+  // `location` may already have the link of an earlier choice, which is written with a delay
   addEventListener("hashchange", ({ newURL }) => readLink(new URL(newURL).hash) && redraw());
   let width = innerWidth;
   const resized = atRest(redraw);
@@ -91,7 +91,7 @@ async function start() {
   performance.mark("usable");
 }
 
-// what the console, and the tests, may look at
+// objects for the console and the tests
 globalThis.polhode = { map: theMap, state, choose, placeWith, link, locate, numberText, ...part.shown };
 
 await start();

@@ -1,4 +1,4 @@
-// Numbers and units as people write them.
+// Numbers and units as text.
 
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
@@ -6,13 +6,13 @@ function superscript(text) {
   return text.replace(/-/g, "⁻").replace(/\d/g, (digit) => SUPERSCRIPTS[digit]);
 }
 
-/** UDUNITS text: "rad s-1" becomes "rad s⁻¹", and "1" nothing. */
+/** Return UDUNITS text with superscripts: "rad s-1" becomes "rad s⁻¹", and "1" nothing. */
 function unitText(units) {
   if (!units || units === "1") return "";
   return units.replace(/([A-Za-z])(-?\d+)/g, (_, letter, power) => letter + superscript(power));
 }
 
-/** A number with so many significant digits: 1.5e-7 becomes 1.5 × 10⁻⁷. */
+/** Return a number with at most `digits` significant digits: 1.5e-7 becomes 1.5 × 10⁻⁷. */
 function numberText(value, digits = 6) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -24,28 +24,28 @@ function numberText(value, digits = 6) {
   return exponent === undefined ? plain : `${plain} × 10${superscript(exponent.replace("+", ""))}`;
 }
 
-const EVERYDAY = { "rad s-1": [" rpm", 30 / Math.PI], rad: ["°", 180 / Math.PI] }; // unit → the one of daily life, and how many
+const EVERYDAY = { "rad s-1": [" rpm", 30 / Math.PI], rad: ["°", 180 / Math.PI] }; // unit → everyday unit, and its number per unit
 
-/** What a unit is called in the units that the reader has chosen, with a space before it, and how many one is. */
-function inUnits(units) {
+/** Return [name, factor] of a unit in the reader's choice of units; the name begins with a space. */
+function unitAndFactor(units) {
   if (state.units === "everyday" && Object.hasOwn(EVERYDAY, units ?? "")) return EVERYDAY[units];
   const unit = unitText(units);
   return [unit ? `\u00a0${unit}` : "", 1];
 }
 
 function withUnit(value, units, digits = 6) {
-  const [unit, factor] = inUnits(units);
+  const [unit, factor] = unitAndFactor(units);
   return numberText(value === null ? value : value * factor, digits) + (Number.isNaN(value) ? "" : unit);
 }
 
-/** A time as a person says it: seconds, minutes, hours, days or years, whichever fits. */
+/** Return a time in seconds, minutes, hours, days or years, whichever fits. */
 function timeText(seconds, digits = 4) {
   if (!Number.isFinite(seconds)) return "never";
   const fits = [["years", 31557600], ["days", 86400], ["hours", 3600], ["min", 60]].find(([, unit]) => seconds >= 2 * unit);
   return fits ? `${numberText(seconds / fits[1], digits)} ${fits[0]}` : withUnit(seconds, "s", digits);
 }
 
-/** Whether values spread more evenly by ratio than by difference, over a factor of ten or more. */
+/** Return true if values are more evenly spaced by ratio than by difference, over a factor of ten or more. */
 function isLogarithmic(values) {
   const sorted = [...values].sort((a, b) => a - b);
   const n = sorted.length;
@@ -58,7 +58,7 @@ function isLogarithmic(values) {
   return spread(Math.log) < spread((x) => x);
 }
 
-/** Cell edges halfway between ascending values, by ratio where they are logarithmic: n + 1 of n. */
+/** Return n + 1 cell edges halfway between n ascending values (by ratio if these are logarithmic). */
 function cellEdges(values) {
   if (values.length === 1) return values[0] === 0 ? [-0.5, 0.5] : [values[0] * 0.95, values[0] * 1.05];
   if (isLogarithmic(values)) return cellEdges.halfway(values.map(Math.log)).map(Math.exp);

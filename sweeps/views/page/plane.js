@@ -1,6 +1,6 @@
-// The map itself: a plane of two dimensions (or a curve over one), coloured by one variable, with theory on top.
+// The picture of the map: a plane of two dimensions, coloured by one variable, with theory's lines; or a curve over one.
 
-/** Indices of a dimension in the order of its values. */
+/** Return the indices of a dimension in the order of its values. */
 function ascending(name) {
   const values = theMap.coordinates[name].values;
   return values.map((_, i) => i).sort((a, b) => values[a] - values[b]);
@@ -10,7 +10,7 @@ function chosenColumn() {
   return theMap.choices.find((choice) => choice.name === state.color);
 }
 
-/** The cells of two dimensions (or of one, or none), row by row upwards: values, and which of them can exist. */
+/** The cells of two dimensions (or one, or none), row by row upwards: values, and whether they are possible. */
 class Plane {
   constructor() {
     this.column = chosenColumn();
@@ -29,10 +29,10 @@ class Plane {
     });
     const possible = this.exists.includes(0) ? this.values.filter((_, cell) => this.exists[cell]) : this.values;
     this.impossible = this.values.length - possible.length;
-    this.possible = possible.length > 0 ? possible : this.values; // the values described: all where nothing can exist
+    this.possible = possible.length > 0 ? possible : this.values; // the values described: all if none is possible
   }
 
-  /** A cell by its numbers upwards and across: its value, whether what that is of can exist, and its place. */
+  /** Return value, possibility and place of the cell in row j and column i. */
   at(j, i) {
     const cell = j * this.across.length + i;
     const sides = { [state.x]: this.across[i], [state.y]: this.up[j] };
@@ -40,14 +40,14 @@ class Plane {
   }
 }
 
-/** As high as what stands beside it, or nearly square. */
+/** Return the height of the map: that of the pictures next to it, or nearly its width. */
 function mapHeight(target) {
   if (lecture.on) return innerHeight - 12.5 * textSize();
   const beside = document.querySelector(".explorer.turns") && innerWidth > 860;
   return beside ? Math.max(300, Math.min(520, innerHeight - 330)) : Math.min(innerWidth > 860 ? 560 : 380, Math.max(300, target.clientWidth * 0.8));
 }
 
-/** The cells' edges; on a slanted plane those of the outermost cells, which end where bodies do. */
+/** Return the cells' edges [x, y]; on a slanted plane, the outermost cells end at the limits of possible bodies. */
 function planeEdges({ x, y }, slant) {
   const [xEdges, yEdges] = [cellEdges(x), cellEdges(y)];
   if (!slant) return [xEdges, yEdges];
@@ -58,7 +58,7 @@ function planeEdges({ x, y }, slant) {
   return [closed(xEdges), closed(yEdges)];
 }
 
-/** Number of the cell that holds a value; -1 beyond the edges. */
+/** Return the number of the cell that contains a value; -1 beyond the edges. */
 function cellNumber(edges, value) {
   let [low, high] = [0, edges.length - 1];
   if (!(value >= edges[low] && value <= edges[high])) return -1;
@@ -69,21 +69,21 @@ function cellNumber(edges, value) {
   return low;
 }
 
-/** Number of the row of cells at a point of the picture; -1 beside the cells. */
+/** Return the number of the row of cells at a point of the picture; -1 outside. */
 function rowNumber(X, Y) {
   const { slant, plane } = theMap;
   if (!slant) return cellNumber(plane.yEdges, Y);
   return Y < 0 || Y > 1 ? -1 : cellNumber(plane.yEdges, slant.clip(slant.down(X, Y)));
 }
 
-/** The cell at a point of the picture: null beside the cells, and `exists: false` where no body can be. */
+/** Return the cell at a point of the picture: null outside, and `exists: false` if bodies are impossible there. */
 function locate(X, Y) {
   if (part.possible && !part.possible(X, Y)) return { exists: false, place: null };
   const [j, i] = [rowNumber(X, Y), cellNumber(theMap.plane.xEdges, X)];
   return i < 0 || j < 0 ? null : theMap.plane.at(j, i);
 }
 
-/** The colours of a scale as 256 points of the screen. */
+/** Return 256 colours of a scale as pixels. */
 function paletteOf(colorscale) {
   const context = new OffscreenCanvas(256, 1).getContext("2d", { willReadFrequently: true });
   context.fillStyle = context.createLinearGradient(0, 0, 256, 0);
@@ -123,14 +123,14 @@ function paintCells() {
   canvas.getContext("2d", { willReadFrequently: true }).putImageData(new ImageData(new Uint8ClampedArray(points.buffer), width), 0, 0);
 }
 
-/** Paints what is not Plotly's: cells, names of regions, and the chosen point. */
+/** Paints everything that Plotly does not draw: cells, names of regions, and the selected point. */
 function paintPlane() {
   paintCells();
-  placeNames();
+  drawRegionNames();
   markPoint();
 }
 
-/** Draws the map anew where something but the point in it has changed; then marks the point. */
+/** Draws the map if anything but the selected point has changed; then marks the point. */
 function drawPlane() {
   const target = document.getElementById("map");
   const others = state.place.filter((_, k) => ![state.x, state.y].includes(theMap.order[k]));
@@ -158,7 +158,7 @@ function drawPlane() {
   markPoint();
 }
 
-/** Where the chosen point is in the picture; a system may have chosen one between cells. */
+/** Return the position of the selected point in the picture; a system may have selected a point between cells. */
 function pointShown() {
   const { across: cells, values, x, column } = theMap.plane;
   if (!state.y) {
@@ -170,24 +170,24 @@ function pointShown() {
   return part.shownAt?.() ?? [across, theMap.slant ? theMap.slant.up(across, up) : up];
 }
 
-/** A pixel across the plot at which something of half a width has room. */
-function withRoom(x, half) {
+/** Return the horizontal position in the plot nearest to x (pixels) of a text with half-width `half`. */
+function clampToPlot(x, half) {
   return Math.max(half, Math.min(document.getElementById("map")._fullLayout.xaxis._length - half, x));
 }
 
-/** Puts an element of half a width on a pixel of the plot; hides it beside that. */
-function placeOver(target, x, y, half = 0) {
+/** Moves an element of half-width `half` to a pixel of the plot; hides it outside the plot. */
+function placeOnPlot(target, x, y, half = 0) {
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   target.hidden = !(x >= -1 && x <= xaxis._length + 1 && y >= -1 && y <= yaxis._length + 1);
-  target.style.translate = `${xaxis._offset + withRoom(x, half)}px ${yaxis._offset + y}px`;
+  target.style.translate = `${xaxis._offset + clampToPlot(x, half)}px ${yaxis._offset + y}px`;
 }
 
 /** Writes the regions' names over the plot: were they Plotly's, it would lay out everything whenever one moves. */
-function placeNames() {
+function drawRegionNames() {
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   const labels = theMap.plane.names.map(({ x, y, half, text }) => {
     const label = element("span", { textContent: text.replace("<br>", "\n") });
-    placeOver(label, xaxis.l2p(x), yaxis.l2p(y), half);
+    placeOnPlot(label, xaxis.l2p(x), yaxis.l2p(y), half);
     return label;
   });
   document.getElementById("names").replaceChildren(...labels);
@@ -198,7 +198,7 @@ function markPoint(at = pointShown()) {
   const ring = document.getElementById("ring");
   const { xaxis, yaxis } = document.getElementById("map")._fullLayout;
   const [x, y] = [xaxis.d2p(at[0]), yaxis.d2p(at[1])];
-  placeOver(ring, x, y);
+  placeOnPlot(ring, x, y);
   ring.dataset.name = part.pointName?.() ?? "selected";
   ring.classList.toggle("left", x > 0.75 * xaxis._length);
   ring.classList.toggle("under", y < 24);
@@ -215,7 +215,7 @@ function rangeOf(edges, type) {
   return type === "log" ? ends.map(Math.log10) : ends;
 }
 
-/** What Plotly draws about the cells: axes, hatching, boundaries and points with names. */
+/** Return traces and layout that Plotly draws over the cells: axes, hatching, boundaries and points with names. */
 function frame(plane) {
   const { slant } = theMap;
   const [x, y] = [plane.xEdges, slant ? [0, 1] : plane.yEdges];
@@ -224,26 +224,26 @@ function frame(plane) {
   layout.yaxis.range = rangeOf(y, layout.yaxis.type);
   if (slant) Object.assign(layout.yaxis, { title: { text: slant.label }, range: [0, 1.06] }); // names stand above the uppermost bodies
   const lines = part.boundaries?.(x, y) ?? [];
-  const hatched = [...(part.impossible?.(x, y) ?? []), ...cellsApart(plane)];
+  const hatched = [...(part.impossible?.(x, y) ?? []), ...impossibleOutlines(plane)];
   layout.annotations = lines.map((line) => line.label);
   return { traces: [...hatch(hatched), ...lines.flatMap((line) => line.traces), ...landmarks()], layout };
 }
 
-/** Plotly's button that saves a picture, with the cells and their regions' names in it. */
+/** Plotly's button that saves a picture, with the cells and the regions' names. */
 const SAVE = {
   name: "save",
   title: "Download plot as a PNG",
   get icon() { return Plotly.Icons.camera; },
   click: ({ data, layout, _fullLayout: { xaxis } }) => {
     const images = [{ source: document.getElementById("cells").toDataURL(), x: 0, y: 1, sizex: 1, sizey: 1, sizing: "stretch", layer: "below" }];
-    const names = theMap.plane.names.map(({ x, y, half, text }) => plainly(annotation({ x: xaxis.p2l(withRoom(xaxis.l2p(x), half)), y, text }, 0.72)));
+    const names = theMap.plane.names.map(({ x, y, half, text }) => escapeTexts(annotation({ x: xaxis.p2l(clampToPlot(xaxis.l2p(x), half)), y, text }, 0.72)));
     const annotations = [...layout.annotations, ...names];
     Plotly.downloadImage({ data, layout: { ...layout, images, annotations } }, { format: "png", filename: "map" });
   },
 };
 const WITH_CELLS = { modeBarButtonsToAdd: [SAVE], modeBarButtonsToRemove: [...PLOT_CONFIG.modeBarButtonsToRemove, "toImage"] };
 
-/** Points with names, as the system has them on this plane. */
+/** Return the trace of the system's named points on this plane. */
 function landmarks() {
   const all = part.landmarks?.() ?? [];
   const pick = (name) => all.map((one) => one[name]);
@@ -251,12 +251,12 @@ function landmarks() {
   return [{ type: "scatter", mode: "markers+text", x: pick("x"), y: pick("y"), text: pick("name"), textposition: pick("side"), textfont: { size: textSize(11), color: pageColor("ink"), shadow: `0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}, 0 0 3px ${pageColor("paper")}` }, marker: { size: 6, color: "#1a1a1a", line: { color: "#ffffff", width: 1.5 } }, hoverinfo: "skip" }];
 }
 
-const MOST_LOOKED_AT = 2500; // cells, more tell no better where a name has room
+const MAX_LABEL_CELLS = 2500; // cells from which places of regions' names are computed; more cells do not improve them
 
-/** The leading flag's meanings, each written where its region has most room. */
+/** Return the names of the leading flag's regions, each at the point farthest from its region's edge. */
 function regionNames(plane) {
   const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
-  const step = Math.ceil(Math.sqrt(plane.values.length / MOST_LOOKED_AT));
+  const step = Math.ceil(Math.sqrt(plane.values.length / MAX_LABEL_CELLS));
   const [rows, columns] = [plane.up, plane.across].map((side) => [...side.keys()].filter((k) => k % step === 0));
   if (!flag || rows.length < 6 || columns.length < 6) return [];
   const values = rows.map((j) => columns.map((i) => {
@@ -265,8 +265,8 @@ function regionNames(plane) {
   }));
   const [x, y] = [columns.map((i) => plane.x[i]), rows.map((j) => plane.y[j])];
   const best = new Map();
-  const before = regionNames.best; // a name stays where it was while it has half of the room there
-  roomOf(values).forEach((row, j) => row.forEach((room, i) => {
+  const before = regionNames.best; // a name stays if its old place has half of the greatest distance
+  distanceToEdge(values).forEach((row, j) => row.forEach((room, i) => {
     const was = before.get(values[j][i]);
     const free = was?.i === i && was.j === j ? 2 * room : room;
     if (values[j][i] !== null && free > (best.get(values[j][i])?.free ?? 0)) best.set(values[j][i], { free, i, j });
@@ -276,7 +276,7 @@ function regionNames(plane) {
   const least = 0.06 * Math.min(rows.length, columns.length);
   return [...best].sort(([a], [b]) => a - b).filter(([, at]) => at.free > least).map(([value, { i, j }]) => {
     const text = flagText(flag.meanings.get(value) ?? "").replace(", ", "<br>");
-    const half = 0.32 * textSize(12) * Math.max(...text.split("<br>").map((line) => line.length)); // of its width, about
+    const half = 0.32 * textSize(12) * Math.max(...text.split("<br>").map((line) => line.length)); // px, about half of its width
     const up = theMap.slant ? theMap.slant.up(x[i], y[j]) : log(y, y[j]);
     return { x: log(x, x[i]), y: up, half, text };
   });
@@ -284,13 +284,13 @@ function regionNames(plane) {
 
 regionNames.best = new Map();
 
-/** A text on the picture as Plotly has it. */
+/** Return Plotly's annotation for a text on the picture. */
 function annotation(at, veil) {
   return { showarrow: false, font: { size: textSize(12), color: "#1a1a1a" }, bgcolor: `rgba(255,255,255,${veil})`, ...at };
 }
 
-/** How many cells away the nearest cell of another value, or the edge, is. */
-function roomOf(values) {
+/** Return the distance of each cell, in cells, from the nearest cell with another value, or from the edge. */
+function distanceToEdge(values) {
   const [rows, columns] = [values.length, values[0].length];
   const room = values.map((row) => row.map(() => Infinity));
   const look = (j, i, steps) => {
@@ -307,7 +307,7 @@ function roomOf(values) {
   return room;
 }
 
-/** At most four values of a point: its sides, what colours it, and its leading flag. */
+/** Return at most four lines on a point: its coordinates, its value and its leading flag. */
 function tipLines(column, { value, exists, place }, at = null) {
   if (!exists && !place) return ["No rigid body has these moments."];
   const sides = [state.x, state.y].map((name, k) => {
@@ -320,7 +320,7 @@ function tipLines(column, { value, exists, place }, at = null) {
   return exists ? lines : [...lines.slice(0, 2), "physically impossible"];
 }
 
-/** Shows the small box beside the pointer, or hides it. */
+/** Shows the small box next to the pointer, or hides it. */
 function showTip(lines, { clientX, clientY } = {}) {
   const tip = document.getElementById("tip");
   tip.hidden = !lines;
@@ -332,8 +332,8 @@ function showTip(lines, { clientX, clientY } = {}) {
   tip.style.top = `${Math.max(0, y - tip.offsetHeight - 8)}px`;
 }
 
-/** Outlines of the cells that cannot exist, but for those that the system outlines: runs of cells of each row. */
-function cellsApart({ exists, across, up, x: xs, y: ys, xEdges, yEdges }) {
+/** Return outlines of impossible cells that the system does not outline itself: runs of cells of each row. */
+function impossibleOutlines({ exists, across, up, x: xs, y: ys, xEdges, yEdges }) {
   const [x, y] = [[], []];
   const n = across.length;
   for (let j = 0; j < up.length; j++) {
@@ -349,7 +349,7 @@ function cellsApart({ exists, across, up, x: xs, y: ys, xEdges, yEdges }) {
   return x.length > 0 ? [{ x, y }] : [];
 }
 
-/** Hatching over what cannot exist. */
+/** Return traces that hatch impossible regions. */
 function hatch(outlines) {
   const bgcolor = pageColor("paper");
   const fillpattern = { shape: "/", size: 8, solidity: 0.1, fgcolor: pageColor("quiet"), bgcolor };
@@ -363,7 +363,7 @@ function boundaryLine(x, y, name, at) {
   return { traces: [line("#ffffff", 4), line("#1a1a1a", 1.8)], label };
 }
 
-/** A curve where one dimension varies, one point where none does. */
+/** Return traces and layout of a curve over one dimension, or of a point if no dimension varies. */
 function curve({ values, x, column }) {
   const along = state.x ? x : [0];
   const color = pageColor("accent");
@@ -373,7 +373,7 @@ function curve({ values, x, column }) {
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// In words, and by keys
+// Text, tables, keyboard and pointer
 
 function planeSummary({ column, possible, impossible }) {
   const where = placeText(state.place, [state.x, state.y]);
@@ -401,38 +401,38 @@ function drawLegend(column, values, scale) {
   }));
 }
 
-/** The flags that occur among values: how often, in words and colour. */
+/** Return count, words and colour of each flag that occurs among values. */
 function usedFlags(column, values) {
   const counts = new Map();
   values.forEach((value) => counts.set(value, (counts.get(value) ?? 0) + 1));
   return column.flags.map(({ value, meaning }, i) => ({ count: counts.get(value), text: flagText(meaning), color: flagColor(meaning, i) })).filter(({ count }) => count);
 }
 
-/** At most so many of n numbers from 0, both ends included. */
-function fewOf(n, most) {
+/** Return at most `most` evenly spaced numbers of 0 … n - 1, both ends included. */
+function spacedIndices(n, most) {
   const kept = Math.min(n, most);
   return Array.from({ length: kept }, (_, i) => Math.round((i * (n - 1)) / Math.max(1, kept - 1)));
 }
 
-/** A table of texts, the first of each row its head. */
+/** Fills a table with texts; the first text of each row is its heading. */
 function fillTable(table, heads, rows) {
   const head = element("tr", {}, ...heads.map((text) => element("th", { scope: "col", textContent: text })));
   const lines = rows.map(([first, ...rest]) => element("tr", {}, element("th", { scope: "row", textContent: first }), ...rest.map((text) => element("td", { className: "n", textContent: text }))));
   table.replaceChildren(element("thead", {}, head), element("tbody", {}, ...lines));
 }
 
-/** Fills the table in a <details> by the heads and rows that `made` returns: now if that is open, else once it is. */
+/** Fills the table in a <details> by the headings and rows that `made` returns: now if it is open, else when it opens. */
 function showTable(id, made) {
   const details = document.getElementById(id);
   details.ontoggle = () => details.open && fillTable(details.querySelector("table"), ...made());
   details.ontoggle();
 }
 
-const MOST_TABLE = 30; // rows and columns that the table of the plane has at most
+const MAX_TABLE_LENGTH = 30; // maximum number of rows and of columns of a table of the picture
 
 function planeTable(plane) {
   const { across, up, column } = plane;
-  const [rows, columns] = [up, across].map((side) => fewOf(side.length, MOST_TABLE));
+  const [rows, columns] = [up, across].map((side) => spacedIndices(side.length, MAX_TABLE_LENGTH));
   const heading = (name, { place }) => (name ? numberText(coordinateAt(name, place), 4) : "");
   const text = ({ value }) => (column.isFlag ? column.text(value) : numberText(value, 3));
   const corner = [state.y, state.x].filter(Boolean).map(dimensionLabel).join(" ↓  ") + (state.y ? " →" : "");
@@ -440,7 +440,7 @@ function planeTable(plane) {
   return [heads, rows.reverse().map((j) => [heading(state.y, plane.at(j, 0)), ...columns.map((i) => text(plane.at(j, i)))])];
 }
 
-/** Moves the choice by cells; the sense is that of the picture. */
+/** Moves the selected point by dx cells to the right and dy upwards in the picture. */
 function moveInPlane(dx, dy) {
   const changes = {};
   for (const [name, by] of [[state.x, dx], [state.y, dy]]) {
@@ -452,7 +452,7 @@ function moveInPlane(dx, dy) {
   choose({ place: placeWith(changes) });
 }
 
-/** A place on the screen in the picture's own numbers; null beside the plot. */
+/** Return the coordinates of an event in the picture, and its pixel across; null outside the plot. */
 function dataAt({ clientX, clientY }) {
   const target = document.getElementById("map");
   const { xaxis, yaxis } = target._fullLayout;
@@ -462,7 +462,7 @@ function dataAt({ clientX, clientY }) {
   return [xaxis.p2d(across), yaxis.p2d(up), across];
 }
 
-/** The cell at a place on the screen, or nothing beside the plot; of a curve, the point above or below. */
+/** Return the cell at an event, null outside the plot; for a curve, the point above or below. */
 function cellAt(event) {
   const at = dataAt(event);
   if (!at) return null;
@@ -473,15 +473,15 @@ function cellAt(event) {
   return theMap.plane.at(0, Math.max(0, away.indexOf(Math.min(...away))));
 }
 
-const GRIP = 15; // pixels from the ring's middle within which it is dragged
+const GRIP_RADIUS = 15; // pixels from the ring's centre, within which the ring can be dragged
 
 function isOnRing({ clientX, clientY }) {
   const ring = document.getElementById("ring");
   const { left, top } = ring.getBoundingClientRect();
-  return !ring.hidden && Math.hypot(clientX - left, clientY - top) < GRIP;
+  return !ring.hidden && Math.hypot(clientX - left, clientY - top) < GRIP_RADIUS;
 }
 
-/** A click or a tap chooses the cell under it; the ring is dragged, where the system has what lies between cells. */
+/** Selects the cell under a click or a tap; the ring is dragged if the system can compute points between cells. */
 function listenForTaps(target) {
   let [down, dragged] = [null, null];
   const move = () => {
@@ -517,7 +517,7 @@ function listenForTaps(target) {
   }, true);
 }
 
-/** Scrolls to the first section of the system's part, and takes the keys there. */
+/** Scrolls to the first section of the system's part, and moves the keyboard's focus there. */
 function goToPart() {
   const section = document.querySelector(".side > section:not(.point):not([hidden])") ?? document.querySelector("#part > section:not([hidden])");
   section?.scrollIntoView();

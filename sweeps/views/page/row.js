@@ -12,29 +12,29 @@ function coordinateNames() {
   return Object.keys(theMap.coordinates);
 }
 
-const MOST_HEADLINES = 6;
+const MAX_HEADLINES = 6;
 
-/** What matters most: measured numbers that theory or the exact solution has too, then others that are measured. */
+/** Return the most important columns: the leading flag, measured numbers with a theory, then further measured numbers. */
 function headlines() {
   const columns = Object.values(theMap.columns);
-  const told = new Set(columns.flatMap((column) => [column.theory, column.exact, column.error]).filter(Boolean));
-  const own = columns.filter((column) => !told.has(column.name));
+  const references = new Set(columns.flatMap((column) => [column.theory, column.exact, column.error]).filter(Boolean));
+  const own = columns.filter((column) => !references.has(column.name));
   const weight = (column) => (column.role === "headline" ? 3 : 0) + (column.theory || column.exact ? 2 : 0) + (column.role === "measurement" ? 1 : 0);
-  return own.filter(weight).sort((a, b) => weight(b) - weight(a)).slice(0, MOST_HEADLINES);
+  return own.filter(weight).sort((a, b) => weight(b) - weight(a)).slice(0, MAX_HEADLINES);
 }
 
-/** Measured with its error, and what theory says, as texts. */
+/** Return [measured value with its error, value of theory] as texts. */
 function headlineTexts(column, place) {
   const value = column.at(place);
-  const beside = theMap.columns[column.theory] ?? theMap.columns[column.exact];
-  const theory = beside ? beside.text(beside.at(place)) : "";
+  const reference = theMap.columns[column.theory] ?? theMap.columns[column.exact];
+  const theory = reference ? reference.text(reference.at(place)) : "";
   const error = theMap.columns[column.error]?.at(place);
   if (column.isFlag || !Number.isFinite(value) || !Number.isFinite(error)) return [column.text(value), theory];
-  const [unit, factor] = inUnits(column.units);
+  const [unit, factor] = unitAndFactor(column.units);
   return [`${numberText(value * factor, 6)} ± ${numberText(error * factor, 2)}${unit}`, theory];
 }
 
-/** What matters most of the point; between the points of the map, what the system knows of it without measuring. */
+/** Shows the headlines of a point; between the points of the map, those that the system computes without measuring. */
 function showHeadlines(place) {
   const between = part.between?.() ?? null;
   const rows = between?.rows ?? headlines().map((column) => [column.longName.replace(/, measured\b/, ""), ...headlineTexts(column, place), column.comment]);
@@ -48,15 +48,15 @@ function showHeadlines(place) {
   document.querySelector("#all-values summary").textContent = between ? "More: all values of the nearest point of the map" : "More: all values of the point";
 }
 
-/** The point in one sentence: the system's own, or what the leading flag and the first number say. */
+/** Shows the point in one sentence: the system's own, or one of the leading flag and the first number. */
 function say(place) {
   document.getElementById("say").textContent = part.say?.(place) ?? sentenceOf(place);
 }
 
 function sentenceOf(place) {
-  const told = headlines();
-  const flag = told.find((column) => column.isFlag);
-  const number = told.find((column) => !column.isFlag && Math.abs(column.at(place)) > 0);
+  const columns = headlines();
+  const flag = columns.find((column) => column.isFlag);
+  const number = columns.find((column) => !column.isFlag && Math.abs(column.at(place)) > 0);
   const [measured, theory] = number ? headlineTexts(number, place) : [];
   const words = flag ? flag.text(flag.at(place)) : "";
   const what = number?.longName.replace(/, measured$/, "");
@@ -69,14 +69,14 @@ const MISSING = {
   equilibrium_undecided: "Whether there is such an equilibrium at this point is undecided.",
 };
 
-/** Why a point has no measured value, by its status. */
+/** Return the reason, by its status, why a point has no measured value. */
 function missingInWords(place) {
   const { status } = theMap.columns;
   const meaning = status?.meanings.get(status.at(place));
   return MISSING[meaning] ?? `No value is measured at this point${meaning ? `: ${flagText(meaning)}` : ""}.`;
 }
 
-/** A coordinate's value in a sentence, by its name or number: "equilibrium “upright”". */
+/** Return a coordinate's value for a sentence: "equilibrium “upright”", "mode 2". */
 function namedPlace(name, place) {
   const text = coordinateText(name, coordinateAt(name, place));
   return /^\d+$/.test(text) ? `${name} ${text}` : `${name} “${text}”`;
@@ -96,13 +96,13 @@ function showRow(place) {
   document.querySelector("#row tbody").replaceChildren(...lines);
 }
 
-/** The number of a point, with its name if it has one: "3 (Vesta)". */
+/** Return the number of a point, with its name if it has one: "3 (Vesta)". */
 function pointText(place) {
   const number = coordinateText("point", coordinateAt("point", place));
   return theMap.coordinates.name?.dim === "point" ? `${number} (${coordinateAt("name", place)})` : number;
 }
 
-/** The values of all dimensions but some at a place. */
+/** Return the coordinates of a place as text, except those of the dimensions `without`. */
 function placeText(place, without = []) {
   return theMap.dims.filter(({ name, size }) => size > 1 && !without.includes(name)).map(({ name }) => `${symbolText(name)} = ${name === "point" ? pointText(place) : coordinateText(name, coordinateAt(name, place))}`).join(", ");
 }

@@ -1,4 +1,4 @@
-// What is chosen: a place along every dimension, the plane, the colour, and what the system's part keeps besides.
+// The state of the page: an index along every dimension, the plane, the colour, and the states of the system's part.
 
 const state = { place: [], x: null, y: null, color: null, units: "si", listeners: [] };
 
@@ -6,7 +6,7 @@ function onChange(listener) {
   state.listeners.push(listener);
 }
 
-/** Changes the choice, tells everyone who draws it, and writes the link. */
+/** Changes the state, calls all listeners, and writes the link. */
 function choose(changes) {
   part.adjust?.(changes);
   Object.assign(state, changes);
@@ -14,35 +14,35 @@ function choose(changes) {
   writeLink();
 }
 
-const BESIDE = 200; // pixels beyond the window that count as seen
+const SEEN_MARGIN = 200; // pixels; elements so near to the window are drawn before a reader scrolls to them
 
-/** What draws in an element only while that is in the window, or near it: what is hidden is drawn when it comes. */
+/** Return a function that draws an element if it is in the window or near it, else as soon as it is. */
 function whenSeen(target, draw) {
   let [seen, stale] = [false, false];
-  const late = () => {
+  const drawIfStale = () => {
     if (stale) draw();
     stale = false;
   };
   const look = (entries) => {
     seen = entries.at(-1).isIntersecting;
-    if (seen) late();
+    if (seen) drawIfStale();
   };
-  new IntersectionObserver(look, { rootMargin: `${BESIDE}px` }).observe(target);
-  addEventListener("beforeprint", late);
+  new IntersectionObserver(look, { rootMargin: `${SEEN_MARGIN}px` }).observe(target);
+  addEventListener("beforeprint", drawIfStale);
   return () => {
     stale = true;
-    if (seen || document.documentElement.hasAttribute("data-printing")) late();
+    if (seen || document.documentElement.hasAttribute("data-printing")) drawIfStale();
   };
 }
 
-const REST = 80; // ms without a change, as of a slider that moves
+const REST_DELAY = 80; // ms without a change after which slow pictures are drawn; a moving slider changes faster
 
-/** What takes long to draw: once changes have come to rest. */
+/** Return a function that draws a slow picture when there has been no change for a while. */
 function atRest(draw) {
   let later;
   return () => {
     clearTimeout(later);
-    later = setTimeout(draw, REST);
+    later = setTimeout(draw, REST_DELAY);
   };
 }
 
@@ -50,47 +50,47 @@ function placeWith(changes) {
   return state.place.map((i, k) => changes[theMap.order[k]] ?? i);
 }
 
-/** Dimensions that can span the plane: numeric and longer than one, those of real numbers first. */
+/** Return the dimensions that can span the plane: numeric and longer than one; those of real numbers if there are any. */
 function planeDimensions() {
   if (theMap.cloud) return theMap.cloud; // coordinates of the points
-  const able = theMap.dims.filter((dim) => dim.size > 1 && theMap.coordinates[dim.name].numeric);
-  const real = able.filter((dim) => !theMap.coordinates[dim.name].whole);
-  return (real.length > 0 ? real : able).map((dim) => dim.name);
+  const candidates = theMap.dims.filter((dim) => dim.size > 1 && theMap.coordinates[dim.name].numeric);
+  const real = candidates.filter((dim) => !theMap.coordinates[dim.name].whole);
+  return (real.length > 0 ? real : candidates).map((dim) => dim.name);
 }
 
 function firstState() {
   state.place = theMap.dims.map((dim) => theMap.start.index[dim.name]);
-  const able = planeDimensions();
-  const longest = [...able].sort((a, b) => sizeOf(b) - sizeOf(a)).slice(0, 2);
-  const usual = theMap.start.plane.filter((name) => able.includes(name));
-  [state.x = null, state.y = null] = usual.length === 2 ? usual : able.filter((name) => longest.includes(name));
+  const candidates = planeDimensions();
+  const longest = [...candidates].sort((a, b) => sizeOf(b) - sizeOf(a)).slice(0, 2);
+  const preferred = theMap.start.plane.filter((name) => candidates.includes(name));
+  [state.x = null, state.y = null] = preferred.length === 2 ? preferred : candidates.filter((name) => longest.includes(name));
   state.color = (theMap.choices.find(({ name }) => name === part.color) ?? theMap.choices[0]).name;
-  keepOwn();
-  state.place = part.first?.() ?? tellingPlace();
+  setPartState();
+  state.place = part.first?.() ?? informativePlace();
   readLink(`#${theMap.start.link}`, false);
   part.opening?.();
 }
 
-const DULL = ["marginal", "sphere", "undetermined", "absent"]; // meanings of a leading flag that say little
-const AWAY = 0.2; // of the picture: how far from there, so as not to stand on its edge
+const UNINFORMATIVE = ["marginal", "sphere", "undetermined", "absent"]; // meanings of a leading flag without a motion to show
+const START_DISTANCE = 0.2; // fraction of the picture between the first point and an uninformative one, so that it is not on the edge
 
-/** Where the page begins; if nothing can be there, or what is says little, some way off where more is said. */
-function tellingPlace() {
+/** Return the first point of the page; if it is impossible or uninformative, an informative one at some distance. */
+function informativePlace() {
   const flag = Object.values(theMap.columns).find((column) => column.role === "headline" && column.isFlag);
   const margin = theMap.existence;
-  const tells = (place) => !(margin && margin.at(place) < 0) && !(flag && DULL.includes(flag.meanings.get(flag.at(place))));
+  const isInformative = (place) => !(margin && margin.at(place) < 0) && !(flag && UNINFORMATIVE.includes(flag.meanings.get(flag.at(place))));
   const names = theMap.cloud ? ["point"] : [state.x, state.y].filter(Boolean);
-  if (tells(state.place) || names.length === 0) return state.place;
+  if (isInformative(state.place) || names.length === 0) return state.place;
   const along = names.map((name) => theMap.order.indexOf(name));
   const away = (place) => Math.hypot(...along.map((k) => (place[k] - state.place[k]) / theMap.dims[k].size));
-  return bestPlace(names, (place) => (tells(place) ? -Math.abs(away(place) - AWAY) : NaN));
+  return bestPlace(names, (place) => (isInformative(place) ? -Math.abs(away(place) - START_DISTANCE) : NaN));
 }
 
 function sizeOf(name) {
   return theMap.dims[theMap.order.indexOf(theMap.cloud?.includes(name) ? "point" : name)].size;
 }
 
-/** Calls back with every place of some dimensions, the others as they are. */
+/** Calls `visit` with every place along some dimensions; the indices of all other dimensions stay. */
 function eachPlace(names, visit) {
   const along = names.map((name) => theMap.order.indexOf(name));
   const walk = (k, place) => {
@@ -103,7 +103,7 @@ function eachPlace(names, visit) {
   walk(0, [...state.place]);
 }
 
-/** The place of some dimensions at which a merit is greatest; the chosen one where it is a number nowhere. */
+/** Return the place along some dimensions with the greatest merit; the selected place if no merit is a number. */
 function bestPlace(names, merit) {
   let [most, best] = [-Infinity, state.place];
   eachPlace(names, (place) => {
@@ -122,7 +122,7 @@ function link() {
   return `#${pairs.map((pair) => pair.map((part) => encodeURIComponent(part)).join("=")).join("&")}`;
 }
 
-/** A value as a link has it: without the last digits that are rounding, where no neighbour is that near. */
+/** Return a value for a link, without its last digits, which are rounding, unless a neighbouring value is so near. */
 function shortValue(coordinate, i) {
   const value = coordinate.values[i];
   if (typeof value !== "number") return value;
@@ -130,7 +130,7 @@ function shortValue(coordinate, i) {
   return nearest(coordinate, String(short)) === i ? short : value;
 }
 
-/** Writes the link: a step of the browser's history, but one alone for what a slider passes through. */
+/** Writes the link into the browser's history, once for all values that a moving slider passes. */
 function writeLink(way = "pushState") {
   clearTimeout(writeLink.later);
   writeLink.later = setTimeout(() => {
@@ -143,73 +143,73 @@ function writeLink(way = "pushState") {
   }, 150);
 }
 
-/** Takes over what a link says; what is unknown changes nothing, and what is not as the link has it is said. */
-function readLink(hash = location.hash, isTold = true) {
-  const said = new URLSearchParams(hash.slice(1));
-  if ([...said].length === 0) return false;
-  state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], said.get(dim.name)) ?? state.place[k]);
-  state.place = nearestBy(said);
-  if (isTold) tellOfLink(remarks(said));
-  const able = planeDimensions();
-  const [x, y] = [said.get("_x"), said.get("_y")];
-  if (able.includes(x) && able.includes(y) && x !== y) [state.x, state.y] = [x, y];
-  if (theMap.choices.some((choice) => choice.name === said.get("_color"))) state.color = said.get("_color");
-  keepOwn(said);
+/** Sets the state from a link. Unknown names are ignored; values that the map does not have are reported. */
+function readLink(hash = location.hash, isReported = true) {
+  const parameters = new URLSearchParams(hash.slice(1));
+  if ([...parameters].length === 0) return false;
+  state.place = theMap.dims.map((dim, k) => nearest(theMap.coordinates[dim.name], parameters.get(dim.name)) ?? state.place[k]);
+  state.place = nearestBy(parameters);
+  if (isReported) showLinkRemarks(linkRemarks(parameters));
+  const candidates = planeDimensions();
+  const [x, y] = [parameters.get("_x"), parameters.get("_y")];
+  if (candidates.includes(x) && candidates.includes(y) && x !== y) [state.x, state.y] = [x, y];
+  if (theMap.choices.some((choice) => choice.name === parameters.get("_color"))) state.color = parameters.get("_color");
+  setPartState(parameters);
   return true;
 }
 
-/** Coordinates along several dimensions that a link asks for. */
-function askedBeside(said) {
-  const known = Object.values(theMap.columns).filter(({ role, name }) => role === "coordinate" && said.has(name));
-  return known.map((column) => [column, Number(said.get(column.name))]).filter(([, value]) => Number.isFinite(value));
+/** Return [column, value] of each coordinate along several dimensions that a link contains. */
+function requestedCoordinates(parameters) {
+  const known = Object.values(theMap.columns).filter(({ role, name }) => role === "coordinate" && parameters.has(name));
+  return known.map((column) => [column, Number(parameters.get(column.name))]).filter(([, value]) => Number.isFinite(value));
 }
 
-/** The place where these are nearest to what is asked, each in units of its range; other dimensions stay. */
-function nearestBy(said) {
-  const asked = askedBeside(said);
+/** Return the place nearest to these values, each in units of the column's range; further dimensions stay. */
+function nearestBy(parameters) {
+  const requests = requestedCoordinates(parameters);
   const stands = ([column], k) => column.shape[k] > 1 || column.powers[theMap.order[k]];
-  const names = theMap.order.filter((name, k) => sizeOf(name) > 1 && !said.has(name) && asked.some((one) => stands(one, k)));
-  const ranges = asked.map(() => [Infinity, -Infinity]);
-  eachPlace(names, (place) => asked.forEach(([column], i) => (ranges[i] = [Math.min(ranges[i][0], column.at(place)), Math.max(ranges[i][1], column.at(place))])));
-  const off = ([column, value], place, [low, high]) => (column.at(place) - value) / (high - low || 1);
-  return bestPlace(names, (place) => -asked.reduce((sum, one, i) => sum + off(one, place, ranges[i]) ** 2, 0));
+  const names = theMap.order.filter((name, k) => sizeOf(name) > 1 && !parameters.has(name) && requests.some((request) => stands(request, k)));
+  const ranges = requests.map(() => [Infinity, -Infinity]);
+  eachPlace(names, (place) => requests.forEach(([column], i) => (ranges[i] = [Math.min(ranges[i][0], column.at(place)), Math.max(ranges[i][1], column.at(place))])));
+  const distance = ([column, value], place, [low, high]) => (column.at(place) - value) / (high - low || 1);
+  return bestPlace(names, (place) => -requests.reduce((sum, request, i) => sum + distance(request, place, ranges[i]) ** 2, 0));
 }
 
-/** What the system's part keeps, from a link; null where that says nothing of it. */
-function keepOwn(said = new URLSearchParams()) {
-  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(said.get(`_${name}`));
+/** Sets the states of the system's part from a link; null for states that it does not contain. */
+function setPartState(parameters = new URLSearchParams()) {
+  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(parameters.get(`_${name}`));
 }
 
-/** The perturbation of a motion that a system's part keeps. */
-function nudgeOfLink(text) {
+/** Return the relative size of a perturbation, between 0 and 1, from a link's text; null for any other text. */
+function perturbationFromLink(text) {
   return Number(text) > 0 && Number(text) < 1 ? Number(text) : null;
 }
 
-/** What a link asks for and does not get, one sentence each. */
-function remarks(said) {
-  return [...said].flatMap(([name, text]) => {
+/** Return a sentence for each value of a link that the map does not have. */
+function linkRemarks(parameters) {
+  return [...parameters].flatMap(([name, text]) => {
     if (name.startsWith("_")) return [];
-    const beside = askedBeside(said).find(([column]) => column.name === name);
-    if (beside) return remarkOn(name, text, beside[0].at(state.place), beside[0].text(beside[0].at(state.place)));
+    const request = requestedCoordinates(parameters).find(([column]) => column.name === name);
+    if (request) return remarkOf(name, text, request[0].at(state.place), request[0].text(request[0].at(state.place)));
     const at = theMap.order.includes(name) ? nearest(theMap.coordinates[name], text) : null;
     if (at === null) return [`${name} = ${text} is not in this map and was ignored.`];
     const value = theMap.coordinates[name].values[at];
-    return remarkOn(name, text, value, coordinateText(name, value));
+    return remarkOf(name, text, value, coordinateText(name, value));
   });
 }
 
-function remarkOn(name, text, value, shown) {
+function remarkOf(name, text, value, shown) {
   const same = typeof value !== "number" || Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value);
   return same ? [] : [`The map has no ${symbolText(name)} = ${text}: the nearest, ${shown}, is shown.`];
 }
 
-function tellOfLink(sentences) {
+function showLinkRemarks(sentences) {
   const notice = document.getElementById("link-notice");
   notice.hidden = sentences.length === 0;
   notice.textContent = sentences.length > 0 ? `The link: ${sentences.slice(0, 5).join(" ")}` : "";
 }
 
-/** Where a coordinate comes nearest to a value of a link. */
+/** Return the index of a coordinate's value nearest to a link's text; null if there is none. */
 function nearest(coordinate, text) {
   if (text === null || text.trim() === "") return null;
   if (!coordinate.numeric) {

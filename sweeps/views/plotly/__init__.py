@@ -1,7 +1,7 @@
-"""Plotly's script for the page: its bundle of plane charts alone, deflated, beside its licence.
+"""Plotly's script for the page: its bundle of plane charts alone, deflated, with its licence.
 
 The file is `plotly-cartesian.min.js` of the package `plotly.js-cartesian-dist-min`, version and hash below, as it is
-there, through `zlib.compress(…, 9)`. The whole of Plotly is three times as long, and a page needs none of the rest.
+there, through `zlib.compress(…, 9)`. The whole of Plotly is three times as long, and pages draw no further charts.
 """
 
 import base64
@@ -11,7 +11,7 @@ from functools import cache
 from importlib.resources import files
 
 VERSION = "4.1.1"
-SHA256 = "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"  # of the script, inflated
+SHA256 = "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"  # hash of the inflated script
 
 
 @cache

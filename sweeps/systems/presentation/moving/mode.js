@@ -152,7 +152,7 @@ function drawMode() {
 function modeTable({ times, followed, theory, coordinates, curves }) {
   const beside = theMap.equations?.period ? "unperturbed" : "linear theory";
   const heads = ["time (s)", ...curves.map((k) => coordinates[k]).flatMap(({ name }) => [...(followed ? [`${symbolText(name)}, integrated`] : []), `${symbolText(name)}, ${beside}`])];
-  const rows = fewOf(times.length, 21).map((i) => [times[i], ...curves.flatMap((k) => [...(followed ? [followed[k][i]] : []), theory[k][i]])]);
+  const rows = spacedIndices(times.length, 21).map((i) => [times[i], ...curves.flatMap((k) => [...(followed ? [followed[k][i]] : []), theory[k][i]])]);
   return [heads, rows.map((row) => row.map((value) => numberText(value, 4)))];
 }
 
@@ -173,6 +173,6 @@ function buildMode() {
 
 /** What a system's `part` has of the perturbation shown. */
 const MODES = {
-  kept: { nudge: nudgeOfLink },
+  kept: { nudge: perturbationFromLink },
   opening: () => (state.nudge ??= 0.3), // large enough to be seen
 };

@@ -69,7 +69,7 @@ function drawPlaces() {
 
 function placesTable(resting, chosen) {
   const heads = [dimensionLabel(state.x), ...resting.map(({ slot }) => flagText(String(slot)))];
-  const rows = fewOf(resting[0].points.length, 30).map((i) => [numberText(resting[0].points[i].x, 4), ...resting.map(({ points }) => (Number.isFinite(points[i].rests) ? `${chosen.text(points[i].rests)}, ${flagText(points[i].measured)}` : points[i].undecided ? "undecided" : "–"))]);
+  const rows = spacedIndices(resting[0].points.length, 30).map((i) => [numberText(resting[0].points[i].x, 4), ...resting.map(({ points }) => (Number.isFinite(points[i].rests) ? `${chosen.text(points[i].rests)}, ${flagText(points[i].measured)}` : points[i].undecided ? "undecided" : "–"))]);
   return [heads, rows];
 }
 

@@ -24,7 +24,7 @@ const part = {
   ...BODIES,
   color: "regime",
   start: shakenStart,
-  kept: { nudge: nudgeOfLink },
+  kept: { nudge: perturbationFromLink },
   opening: () => (state.nudge ??= 0.05),
   grows: ({ name }) => /^(growth|exponent_real)/.test(name),
   say: shakenInWords,

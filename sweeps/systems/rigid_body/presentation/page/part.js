@@ -63,7 +63,7 @@ const part = {
   ...BODIES,
   choices: signedRate,
   start: bodyStart,
-  kept: { nudge: nudgeOfLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
+  kept: { nudge: perturbationFromLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
   shown: { ...MOTION_SHOWN, axisOutcome },
   hides: ["omega0", "epsilon"],
   nudges: {

@@ -139,7 +139,7 @@ function outlookInWords(place) {
 
 function drawnTable(found) {
   const columns = Object.values(found.columns);
-  const rows = fewOf(found.body.shown, MOST_TABLE).map((i) => [String(drawnName(found, i)), ...columns.map((column) => column.text(column.values[i]))]);
+  const rows = spacedIndices(found.body.shown, MAX_TABLE_LENGTH).map((i) => [String(drawnName(found, i)), ...columns.map((column) => column.text(column.values[i]))]);
   return [["draw", ...columns.map((column) => column.longName)], rows];
 }
 
