@@ -10,6 +10,7 @@ from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off
 FITTED_ROWS = 400  # of each fit but the last
+MAX_CHANGE = 5.0  # largest change of a parameter by one fit
 PARAMETERS = {"attitude": 3, "rates": 3, "clock": 1, "delay": 1, "ratios": 2}
 
 
@@ -41,6 +42,7 @@ class Fit:
 
     def changed(self, x: np.ndarray, names: Sequence[str]) -> "Fit":
         """Return the fit with its parameters changed by x, in rad, in units of |w|, of 1/|w| and as logarithms."""
+        x = np.clip(x, -MAX_CHANGE, MAX_CHANGE)
         parts = dict(zip(names, np.split(x, np.cumsum([PARAMETERS[name] for name in names])[:-1]), strict=True))
         q, w = self.start
         speed = float(np.linalg.norm(w))
@@ -62,24 +64,24 @@ def fit(motion: BodyMotion, guess: Fit, names: Sequence[str], last_rows: int = F
         rows = motion.select(slice(None, size)).thinned(last_rows if is_last else FITTED_ROWS)
         begin = best
 
-        def residuals(x, rows=rows, begin=begin):
-            return _residuals(rows, begin.changed(x, names))
+        def residual(x, rows=rows, begin=begin):
+            return np.concatenate(residuals(rows, begin.changed(x, names))).ravel()
 
-        solution = least_squares(residuals, np.zeros(number), method="lm", xtol=1e-15, ftol=1e-15, max_nfev=40 * number)
+        solution = least_squares(residual, np.zeros(number), method="lm", xtol=1e-15, ftol=1e-15, max_nfev=40 * number)
         best = begin.changed(solution.x, names)
         if is_last:
             return best
         size *= 2
 
 
-def _residuals(motion: BodyMotion, fitted: Fit) -> np.ndarray:
-    reference = fitted.motion(motion)
-    parts = []
+def residuals(motion: BodyMotion, fitted: Fit) -> list[np.ndarray]:
+    """Return what a fit leaves of attitudes (rotation vectors, rad) and of rates (in |w|), (n, 3) each."""
+    reference, parts = fitted.motion(motion), []
     if motion.q is not None:
         parts.append(rotation_vector(multiply(conjugate(reference.q), motion.q)))
     if motion.w is not None:
         parts.append((motion.w - reference.w) / np.linalg.norm(fitted.start[1]))
-    return np.concatenate(parts).ravel()
+    return parts
 
 
 def first_rates(motion: BodyMotion) -> np.ndarray:

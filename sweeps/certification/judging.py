@@ -18,9 +18,10 @@ from sweeps.certification.reference import (
     distance,
     errors,
     exact_motion,
-    in_inertial_space,
+    in_principal_axes,
     rotate,
 )
+from sweeps.certification.trajectory import by_blocks
 from sweeps.schema.datasets import Dataset
 from sweeps.schema.refusals import DefinitionError, display
 from sweeps.schema.variables import parse_amount
@@ -45,6 +46,23 @@ class Judgement:
     rates_errors: np.ndarray | None  #: relative to |w| at the start, (n,)
     conditioning_rad: float | None
     conditioning_rates: float
+    frame: AttitudeFrame
+    axes: np.ndarray | None  #: principal axes in the body's axes of the file
+
+    @property
+    def combined(self) -> np.ndarray:
+        """Error of attitude or rates, the larger one, of each row."""
+        return np.max([each for each in (self.attitude_errors, self.rates_errors) if each is not None], axis=0)
+
+    @property
+    def worst(self) -> float:
+        """The largest error."""
+        return float(self.combined.max())
+
+    def rebuilt(self, q: np.ndarray | None, w: np.ndarray | None, rows: np.ndarray) -> BodyMotion:
+        """Return some rows with other attitudes and rates in place of the file's."""
+        q = None if q is None else self.frame.in_space(self.rows, q, rows)
+        return in_principal_axes(q, w, self.rows.times[rows], self.motion.moments, self.axes)
 
     @property
     def is_unit(self) -> bool:
@@ -114,7 +132,8 @@ def judge(
     if not (isinstance(tolerance, int | float) and 0 < tolerance < np.inf):
         raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: a finite number > 0")
     rows = trajectory.read(run, choice)
-    motion = in_inertial_space(rows, moments, axes, frame)
+    q = None if rows.attitude is None else frame.in_space(rows, rows.quaternions())
+    motion = in_principal_axes(q, rows.rates, rows.times, moments, axes)
     start, how = begin(motion, fit_start)
     reference = exact_motion(motion, *start)
     steps = np.diag(
@@ -122,7 +141,7 @@ def judge(
     )
     steps = steps if axes is None else steps @ np.asarray(axes).T
     bounds = conditioning(motion, start, attitude_offset(rows), steps)
-    return Judgement(rows, motion, reference, how, float(tolerance), *errors(motion, reference), *bounds)
+    return Judgement(rows, motion, reference, how, float(tolerance), *errors(motion, reference), *bounds, frame, axes)
 
 
 def begin(motion: BodyMotion, fit_start: bool = False) -> tuple[tuple[np.ndarray, np.ndarray], str]:
@@ -149,7 +168,11 @@ def facts(judgement: Judgement) -> dict[str, Any]:
     """Return verdict, diagnosis, errors and conditioning as plain values; what a file does not have is left out."""
     motion, reference, verdict = judgement.motion, judgement.reference, judgement.verdict
     words = diagnosis.diagnose(judgement)
-    values = {"verdict": verdict, "diagnosis": [word for word, _ in words], "evidence": [text for _, text in words]}
+    values = {
+        "verdict": verdict,
+        "diagnosis": [each.word for each in words],
+        "evidence": [each.evidence for each in words],
+    }
     values |= {"tolerance": judgement.tolerance, "start": judgement.start, "rows": len(motion.times)}
     values |= {"duration_s": float(motion.times[-1])}
     if judgement.attitude_errors is not None:
@@ -186,16 +209,20 @@ def _of_integrals(motion: BodyMotion) -> dict[str, float]:
     """Return the largest changes of 2T, of the size and (with attitudes) the direction of L, and of the period."""
     L = motion.w * motion.moments
     twice_energy, size = np.einsum("ij,ij->i", motion.w, L), np.linalg.norm(L, axis=1)
-    first, last = (_period(motion.moments, w) for w in (motion.w[0], motion.w[-1]))
+    period, last = (_period(motion.moments, w) for w in (motion.w[0], motion.w[-1]))
     values = {
         "energy_error_relative": float(np.abs(twice_energy / twice_energy[0] - 1).max()),
         "momentum_size_error_relative": float(np.abs(size / size[0] - 1).max()),
-        "period_error_relative": abs(last / first - 1) if np.isfinite(first) and np.isfinite(last) else None,
+        "period_error_relative": abs(last / period - 1) if np.isfinite([period, last]).all() else None,
     }
     if motion.q is not None:
-        in_space = rotate(motion.q, L) / np.where(size > 0, size, 1)[:, None]
-        across = np.linalg.norm(np.cross(in_space, in_space[0]), axis=1)
-        values["momentum_direction_error_rad"] = float(np.arctan2(across, in_space @ in_space[0]).max())
+        first = rotate(motion.q[:1], L[:1])[0] / size[0]
+
+        def turned(q: np.ndarray, momentum: np.ndarray) -> np.ndarray:
+            in_space = rotate(q, momentum)
+            return np.arctan2(np.linalg.norm(np.cross(in_space, first), axis=1), in_space @ first)
+
+        values["momentum_direction_error_rad"] = float(by_blocks(turned, motion.q, L).max())
     return values
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kernels.free import exact
-from sweeps.certification.trajectory import Trajectory
+from sweeps.certification.trajectory import Trajectory, by_blocks
 from sweeps.schema.refusals import DefinitionError
 
 EARTH_RATE = 7.292115e-5  # rad/s, angular velocity of the Earth (WGS 84)
@@ -68,6 +68,10 @@ class AttitudeFrame:
     rate: float | None = None  #: rad/s; None: inertial
     axis: tuple[float, float, float] | None = None  #: in the frame; None: north-east-down at the file's places
 
+    def in_space(self, trajectory: Trajectory, q: np.ndarray, rows=slice(None)) -> np.ndarray:
+        """Return attitudes q, (n, 4), at some rows of a trajectory, in inertial space."""
+        return q if self.rate is None else multiply(self.attitudes(trajectory, rows), q)
+
     def attitudes(self, trajectory: Trajectory, rows=slice(None)) -> np.ndarray:
         """Return the attitudes of the frame in inertial space, (n, 4)."""
         times = trajectory.times[rows]
@@ -112,15 +116,6 @@ class BodyMotion:
         return self if n <= most else self.select(np.unique(np.linspace(0, n - 1, most).astype(int)))
 
 
-def in_inertial_space(trajectory: Trajectory, moments, axes, frame: AttitudeFrame) -> BodyMotion:
-    """Return the rows of a trajectory in inertial space and in principal axes, the rows of `axes`, of moments (3,)."""
-    q, w = None, trajectory.rates
-    if trajectory.attitude is not None:
-        q = trajectory.quaternions()
-        q = q if frame.rate is None else multiply(frame.attitudes(trajectory), q)
-    return in_principal_axes(q, w, trajectory.times, moments, axes)
-
-
 def in_principal_axes(q, w, times, moments, axes) -> BodyMotion:
     """Return rows whose body axes are others than the principal ones, the rows of `axes`."""
     moments = np.asarray(moments, dtype=np.float64)
@@ -135,17 +130,19 @@ def in_principal_axes(q, w, times, moments, axes) -> BodyMotion:
 def exact_motion(motion: BodyMotion, q0: np.ndarray, w0: np.ndarray, moments=None) -> BodyMotion:
     """Return the exact motion from a start at the times of `motion`, of its body or one of other moments."""
     moments = motion.moments if moments is None else moments
-    q = multiply(q0, exact.attitude(moments, w0, motion.times)) if motion.q is not None else None
+    q = None
+    if motion.q is not None:
+        q = by_blocks(lambda times: multiply(q0, exact.attitude(moments, w0, times)), motion.times)
     return BodyMotion(moments, motion.times, q, exact.rotation(moments, w0, motion.times))
 
 
 def errors(motion: BodyMotion, reference: BodyMotion) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return errors of attitudes, rad, and of rates, relative to the first |w|, (n,); None for a column not there."""
-    attitude = None if motion.q is None else distance(reference.q, motion.q)
+    attitude = None if motion.q is None else by_blocks(distance, reference.q, motion.q)
     if motion.w is None:
         return attitude, None
-    difference = motion.w - reference.w
-    return attitude, np.sqrt(np.einsum("ij,ij->i", difference, difference)) / np.linalg.norm(reference.w[0])
+    speed = np.linalg.norm(reference.w[0])
+    return attitude, by_blocks(lambda w, exact_w: np.linalg.norm(w - exact_w, axis=1) / speed, motion.w, reference.w)
 
 
 def conditioning(motion: BodyMotion, start, attitude_offset: float, rate_offsets) -> tuple[float | None, float]:

@@ -1,6 +1,6 @@
 """A trajectory: time, attitude and angular velocity of a body, in SI units, from the columns of a file."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,15 @@ from sweeps.schema.refusals import DefinitionError, MapError, UnreadableError, d
 from sweeps.schema.values import MAX_SPIN_RATE, MIN_SPIN_RATE
 
 SUFFIXES = tables.SUFFIXES | {".aem": attitude_files.AttitudeMessage}
+BLOCK_ROWS = 2**15  # rows at once, where many are compared
 SMALLEST = 1e-6  # size of a quaternion or determinant of a matrix below which the file's digits show no rotation
 RATES = "an angular velocity of 1e-150 to 1e150 rad/s in the first row"
+
+
+def by_blocks(function: Callable, *arrays: np.ndarray) -> np.ndarray:
+    """Return a function of rows, applied to blocks of them, so that what it needs on the way is small."""
+    starts = range(0, len(arrays[0]), BLOCK_ROWS)
+    return np.concatenate([function(*(array[k : k + BLOCK_ROWS] for array in arrays)) for k in starts])
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ class Trajectory:
 
     def quaternions(self, rows: Any = slice(None), step: np.ndarray | float = 0.0) -> np.ndarray:
         """Return unit quaternions, body to space, (n, 4), of some rows with `step` added to their entries."""
-        entries = self.attitude[rows] + step
+        return by_blocks(self._to_quaternions, self.attitude[rows] + step if np.any(step) else self.attitude[rows])
+
+    def _to_quaternions(self, entries: np.ndarray) -> np.ndarray:
         if entries.shape[1] == 4:
             q = entries / np.sqrt(np.einsum("ij,ij->i", entries, entries))[:, None]
         elif entries.shape[1] == 9:
@@ -132,7 +141,9 @@ def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     epsilon = np.array([np.finfo(np.float32 if k in source.single else np.float64).eps for k in used])
 
     def select(role: str) -> np.ndarray | None:
-        return table[:, [used.index(k) for k in found.places[role]]] if role in found.places else None
+        places = found.places.get(role)
+        first = used.index(places[0]) if places else 0
+        return table[:, first : first + len(places)] if places else None
 
     def resolution(role: str, size: float) -> np.ndarray:
         places = [used.index(k) for k in found.places.get(role, ())]

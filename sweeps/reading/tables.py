@@ -69,6 +69,12 @@ def sample_lines(file: FileBytes, begin: int) -> list[str]:
     return [line.decode("utf-8", "replace") for line in lines]
 
 
+def _has_truth_value(block: bytes) -> bool:
+    """Return True if a truth value is among the words of a block."""
+    low = block.lower()  # a search for letters that are not there is fast
+    return (b"true" in low or b"false" in low) and TRUTH_VALUE.search(block) is not None
+
+
 def _is_text(value: str) -> bool:
     """Return True for a value of a CSV file in which no digit is, and which is neither missing nor a truth value."""
     return value.strip().lower() not in ("", "true", "false", "nan") and not any(map(str.isdigit, value))
@@ -236,7 +242,7 @@ class _Csv(Source):
         if self.texts - {*places}:
             yield from self._numbers_beside_text(order)
             return
-        if any(map(TRUTH_VALUE.search, self._blocks())):  # pandas reads a column of true and false as 1 and 0
+        if any(map(_has_truth_value, self._blocks())):  # pandas reads a column of true and false as 1 and 0
             raise self._text(0)
         try:
             for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
