@@ -159,7 +159,7 @@ def test_a_motion_of_polhode_passes_in_all_its_formats(tmp_path):
 
     ds = sweeps.motion([1.0, 2.0, 2.5], [0.1, 1.0, 0.2], "20 s")
     for name in ("run.csv", "run.nc"):
-        motion.write(ds, tmp_path / name)
+        motion.write_motion(ds, tmp_path / name)
         assert sweeps.certify(tmp_path / name, [1.0, 2.0, 2.5]).attrs["attitude_error_max_rad"] < ROUNDING
 
 
