@@ -120,7 +120,7 @@ class _Arrays(tables.Source):
         self.single = {k for k, array in enumerate(arrays.values()) if array.dtype == np.float32}
         self._arrays = list(arrays.values())
 
-    def parts(self, places: Sequence[int]):
+    def row_blocks(self, places: Sequence[int]):
         """Return all rows; see `sweeps.reading.tables.Source`."""
         if len({len(self._arrays[k]) for k in places}) > 1:
             raise DefinitionError("columns: are of different lengths; allowed: arrays of one length")
@@ -131,7 +131,7 @@ def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     """Return the trajectory in the columns of a source, checked."""
     found = columns.find(source.headings, choice, source.texts)
     used = [k for places in found.places.values() for k in places]
-    rows = list(source.parts(used))
+    rows = list(source.row_blocks(used))
     table = np.concatenate(rows) if rows else np.empty((0, len(used)))
     del rows
     names = [source.headings[k][0] for k in used]

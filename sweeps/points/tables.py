@@ -167,7 +167,7 @@ def _write_rows(cache_file: Path, source: tables.Source, columns: Sequence[Colum
     with replace_output(cache_file, flush=False) as temporary, h5py.File(temporary, "w", libver="latest") as file:
         shape = {"shape": (0, len(names)), "maxshape": (None, len(names)), "chunks": (BLOCK_ROWS, len(names))}
         rows = file.create_dataset(ROWS, dtype="<f8", fletcher32=True, **shape)
-        for values in filter(len, source.parts([column.place for column in columns])):
+        for values in filter(len, source.row_blocks([column.place for column in columns])):
             num, by_column = len(rows), np.ascontiguousarray(values.T) * [[column.factor] for column in columns]
             for column, column_values in zip(columns, by_column, strict=True):
                 _check_column(column, column_values, num)

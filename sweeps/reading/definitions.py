@@ -20,12 +20,18 @@ MAX_CHARACTERS = 4 * MAX_FILE_BYTES  # characters of all texts and keys, aliases
 MAX_EVENTS = 100_000  # values and ends of collections in YAML: five seconds of its parser; JSON's is quick
 
 
-def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
-    """Return the value with NumPy numbers, arrays, ranges and lists as plain ones; a bounded depth ends cycles."""
-    left = [MAX_NODES, MAX_CHARACTERS] if left is None else left
-    left[0] -= 1
-    left[1] -= len(value) if isinstance(value, str) else 0
-    if min(left) < 0 or (isinstance(value, np.ndarray) and value.size > left[0]):
+def plain(value: Any, where: tuple = (), remaining_counts: list[int] | None = None) -> Any:
+    """Return a value with NumPy numbers, arrays, ranges and lists as plain ones.
+
+    Args:
+        value: the value, of bounded depth, so that cycles are refused.
+        where: keys that lead to the value.
+        remaining_counts: numbers of values and of characters that are still allowed.
+    """
+    remaining_counts = [MAX_NODES, MAX_CHARACTERS] if remaining_counts is None else remaining_counts
+    remaining_counts[0] -= 1
+    remaining_counts[1] -= len(value) if isinstance(value, str) else 0
+    if min(remaining_counts) < 0 or (isinstance(value, np.ndarray) and value.size > remaining_counts[0]):
         allowed = f"{MAX_NODES:,} values and {MAX_CHARACTERS:,} characters in all, aliases expanded"
         raise UnreadableError(where, "(too much)", "is too large", allowed)
     if len(where) > MAX_DEPTH:
@@ -33,21 +39,21 @@ def plain(value: Any, where: tuple = (), left: list[int] | None = None) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping | Pairs):
-        return _plain_mapping(value.items() if isinstance(value, Mapping) else value, where, left)
+        return _plain_mapping(value.items() if isinstance(value, Mapping) else value, where, remaining_counts)
     if isinstance(value, list | tuple | range):
-        return tuple(plain(item, (*where, number), left) for number, item in enumerate(value))
+        return tuple(plain(item, (*where, number), remaining_counts) for number, item in enumerate(value))
     return _text(value, where) if isinstance(value, str) else value
 
 
-def _plain_mapping(pairs: Iterable[tuple], where: tuple, left: list[int]) -> dict:
+def _plain_mapping(pairs: Iterable[tuple], where: tuple, remaining_counts: list[int]) -> dict:
     mapping = {}
     for key, item in pairs:
-        left[1] -= len(key) if isinstance(key, str) else 0
+        remaining_counts[1] -= len(key) if isinstance(key, str) else 0
         if not isinstance(key, str) or not key.isprintable():
             raise UnreadableError(where, display(key), "is a key that is no word", "keys that are words")
         if key in mapping:
             raise UnreadableError((*where, key), display(item), "is under a key given twice", "each key once")
-        mapping[key] = plain(item, (*where, key), left)
+        mapping[key] = plain(item, (*where, key), remaining_counts)
     return mapping
 
 

@@ -90,7 +90,7 @@ class Source:
         self.texts: set[int] = set()  #: numbers of the columns of text
         self.single: set[int] = set()  #: numbers of the columns in single precision
 
-    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+    def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield rows of some columns, `PART_ROWS` at a time, float64 of shape (rows, columns); NaN for no number."""
         raise NotImplementedError
 
@@ -113,8 +113,8 @@ class Source:
     def _names_as_answer(self, place: int) -> dict:
         """Return the first texts of a column, one more than `MAX_NAMES` at most; runs in the child."""
         texts = []
-        for part in self.read_texts(place):
-            texts += part
+        for block in self.read_texts(place):
+            texts += block
             if len(texts) > MAX_NAMES:
                 break
         return {"names": texts[: MAX_NAMES + 1]}
@@ -126,8 +126,8 @@ class Source:
     def _refuse_swollen(self, values: int) -> None:
         """Refuse a table of more values than a file of its size holds."""
         if 8 * values > max(SMALL_TABLE, MAX_SIZE_RATIO * self._file.size):
-            wrong = f"declares {values:,} values, {MAX_SIZE_RATIO} times what it holds"
-            raise refusal("", display(self.name), wrong, "a table whose numbers are in the file")
+            problem = f"declares {values:,} values, {MAX_SIZE_RATIO} times what it holds"
+            raise refusal("", display(self.name), problem, "a table whose numbers are in the file")
 
 
 # -- rows from a child process
@@ -137,28 +137,28 @@ def rows_in_child(source: Source, places: Sequence[int]) -> Iterator[np.ndarray]
     """Yield the parts of `source.read_rows`, which runs in a child process."""
     seconds = sandbox.MAX_SECONDS + source._file.size * SECONDS_PER_BYTE
     try:
-        for part in sandbox.parts_from_child(partial(_encode_answers, source, places), seconds):
-            if part[:1] == b"r":
-                where, *words = json.loads(part[1:])
+        for block in sandbox.parts_from_child(partial(_encode_answers, source, places), seconds):
+            if block[:1] == b"r":
+                where, *words = json.loads(block[1:])
                 raise UnreadableError(tuple(where), *words)
-            yield np.frombuffer(part, "<f8", offset=8).reshape(-1, len(places)).copy()
+            yield np.frombuffer(block, "<f8", offset=8).reshape(-1, len(places)).copy()
     except sandbox.ChildError:
-        wrong = "cannot be read (it is damaged, or takes too much time or memory)"
-        raise refusal("", display(source.name), wrong, "a whole table") from None
+        problem = "cannot be read (it is damaged, or takes too much time or memory)"
+        raise refusal("", display(source.name), problem, "a whole table") from None
 
 
 def _encode_answers(source: Source, places: Sequence[int]) -> Iterator[bytes]:
     """Yield rows, each part behind eight bytes, or a refusal; runs in the child."""
     try:
-        for part in source.read_rows(places):
-            yield bytes(8) + np.ascontiguousarray(part, "<f8").tobytes()
+        for block in source.read_rows(places):
+            yield bytes(8) + np.ascontiguousarray(block, "<f8").tobytes()
     except UnreadableError as refused:
         yield b"r" + json.dumps(astuple(refused.problem)).encode()
     except MemoryError:
         raise
     except Exception as error:
-        wrong = f"is damaged ({_printable(error)})"
-        yield b"r" + json.dumps([("table",), display(source.name), wrong, "a whole table"]).encode()
+        problem = f"is damaged ({_printable(error)})"
+        yield b"r" + json.dumps([("table",), display(source.name), problem, "a whole table"]).encode()
 
 
 def _printable(value: object) -> str:
@@ -215,7 +215,7 @@ class _Csv(Source):
         settings = {"sep": self._between, "names": names, "encoding": "utf-8-sig", "engine": "c"}
         return pd.read_csv(what, dtype=dtype, **settings, **options)
 
-    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+    def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Return the rows; see `Source`."""
         self._read(BytesIO(b"1\n"), "f8", header=None)  # loads here what the child, which can open no file, needs
         return rows_in_child(self, places)
@@ -245,10 +245,10 @@ class _Csv(Source):
         if any(map(_has_truth_value, self._blocks())):  # pandas reads a column of true and false as 1 and 0
             raise self._text(0)
         try:
-            for part in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
-                if not isinstance(part.index, pd.RangeIndex) or part[self._spare].notna().any(axis=None):
+            for block in self._read(self._stream(), "f8", header=0, chunksize=PART_ROWS):
+                if not isinstance(block.index, pd.RangeIndex) or block[self._spare].notna().any(axis=None):
                     raise refusal("", display(self.name), "has more values in a row than names", "as many")
-                yield part[order].to_numpy()
+                yield block[order].to_numpy()
                 number += 1
         except pd.errors.ParserError as error:
             match = re.search(r"line (\d+), saw (\d+)", str(error))
@@ -264,9 +264,9 @@ class _Csv(Source):
         import pandas as pd
 
         first = 1
-        for part in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS):
-            values = part[order]
-            if not isinstance(part.index, pd.RangeIndex) or part[self._spare].notna().any(axis=None):
+        for block in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS):
+            values = block[order]
+            if not isinstance(block.index, pd.RangeIndex) or block[self._spare].notna().any(axis=None):
                 raise refusal("", display(self.name), "has more values in a row than names", "as many")
             is_text = (values.apply(pd.to_numeric, errors="coerce").isna() & values.notna()).to_numpy()
             if is_text.any():
@@ -275,12 +275,12 @@ class _Csv(Source):
                 column = self.headings[int(order[at])][0]
                 raise refusal(column, value, "is no number", "a number in every row, with a decimal point")
             yield values.astype("f8").to_numpy()
-            first += len(part)
+            first += len(block)
 
     def read_texts(self, place: int) -> Iterator[list[str]]:
         """Yield the texts of a column, part by part, in the child."""
-        for part in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False):
-            yield part[str(place)].fillna("").tolist()
+        for block in self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False):
+            yield block[str(place)].fillna("").tolist()
 
     def _stream(self) -> FileBytes:
         self._file.seek(0)
@@ -291,15 +291,15 @@ class _Csv(Source):
         import pandas as pd
 
         text = self._read(self._stream(), "str", header=0, chunksize=PART_ROWS, keep_default_na=False)
-        for k, part in enumerate(text):
+        for k, block in enumerate(text):
             if k < number:
                 continue
-            some = [part[name] for name in part.columns[: len(self.headings)]]
+            some = [block[name] for name in block.columns[: len(self.headings)]]
             bad = np.stack([pd.to_numeric(one, errors="coerce").isna().to_numpy() for one in some])
             if not bad.any():
                 break
             row, place = map(int, np.argwhere(bad.T)[0])
-            value = f"row {number * PART_ROWS + row + 1:,} ({display(str(part.iat[row, place]))})"
+            value = f"row {number * PART_ROWS + row + 1:,} ({display(str(block.iat[row, place]))})"
             return refusal(
                 self.headings[place][0], value, "is no number", "a number in every row, with a decimal point"
             )
@@ -317,8 +317,8 @@ class _Parquet(Source):
         try:
             import pyarrow.parquet  # noqa: F401 -- here, since the child can open no file
         except ImportError:
-            wrong, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
-            raise refusal("", display(self.name), wrong, allowed) from None
+            problem, allowed = "needs pyarrow, which is not here", "pip install -e '.[table]'"
+            raise refusal("", display(self.name), problem, allowed) from None
         answer = sandbox.run_in_child(self._read_schema, file.size)
         if answer is None or "refused" in answer:
             reason = answer["refused"] if answer else "reading it failed, or took too much"
@@ -351,15 +351,15 @@ class _Parquet(Source):
         except Exception as error:
             return {"refused": _printable(error)}
 
-    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+    def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows; see `Source`."""
         self._refuse_swollen(self._rows * len(places))
         rows_left = self._rows
-        for part in rows_in_child(self, places):
-            if len(part) > rows_left:
+        for block in rows_in_child(self, places):
+            if len(block) > rows_left:
                 raise refusal("", display(self.name), "holds more rows than it declares", "a whole table")
-            rows_left -= len(part)
-            yield part
+            rows_left -= len(block)
+            yield block
 
     def read_rows(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows, in the child."""
@@ -398,9 +398,9 @@ class _Netcdf(Source):
         dims = {dim for variable in variables.values() for dim in variable.dims if not self._other_types}
         columns = {name: variable for name, variable in variables.items() if name not in dims}
         of_rows = next((variable.dims for variable in columns.values()), ())
-        wrong = [name for name, variable in columns.items() if len(variable.dims) != 1 or variable.dims != of_rows]
-        if wrong or not columns:
-            value = display(wrong[0] if wrong else self.name)
+        problem = [name for name, variable in columns.items() if len(variable.dims) != 1 or variable.dims != of_rows]
+        if problem or not columns:
+            value = display(problem[0] if problem else self.name)
             raise refusal("", value, "does not lie along the one dimension of rows", "variables along one dimension")
         self._columns = list(columns.items())
         self.headings = [(name, str(variable.attributes.get("units", ""))) for name, variable in self._columns]
@@ -411,15 +411,15 @@ class _Netcdf(Source):
             if packing := [word for word in NETCDF_PACKING if word in variable.attributes]:
                 raise refusal(name, packing[0], "is an attribute that changes its numbers", "plain numbers")
 
-    def parts(self, places: Sequence[int]) -> Iterator[np.ndarray]:
+    def row_blocks(self, places: Sequence[int]) -> Iterator[np.ndarray]:
         """Yield the rows; see `Source`."""
         variables = [self._columns[k] for k in places]
         rows = variables[0][1].shape[0]
         self._refuse_swollen(rows * len(places))
         columns = [(StoredValues(self._file, name, variable), variable.attributes) for name, variable in variables]
         for start in range(0, rows, PART_ROWS):
-            part = (slice(start, min(start + PART_ROWS, rows)),)
-            yield np.column_stack([_unpack_values(values.read(part), attributes) for values, attributes in columns])
+            block = (slice(start, min(start + PART_ROWS, rows)),)
+            yield np.column_stack([_unpack_values(values.read(block), attributes) for values, attributes in columns])
 
 
 def _is_plain(variable: hdf5.StoredVariable) -> bool:

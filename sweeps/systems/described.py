@@ -57,7 +57,7 @@ class Described(Dynamics):
     base_model: ClassVar[type[Definition]]  #: the model of definitions, except `grid`
     #: name of a variable or coordinate that only maps of this kind have; "" for the kind of maps without a marker.
     marker: ClassVar[str] = ""
-    shared_seconds: ClassVar[float]  #: approximate time for compiling what systems of this kind share, s
+    shared_seconds: ClassVar[float]  #: approximate time for compiling the common kernels of this kind, s
     several: Mapping[str, str] = {"equilibrium": "equilibria"}
     literature: ClassVar[str]  #: source of the theory, if the description names none
     map_content: ClassVar[str]  #: quantity that its map shows

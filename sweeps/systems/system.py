@@ -23,7 +23,7 @@ Point = Mapping[str, float]  # argument → value
 
 @dataclass(frozen=True)
 class Example:
-    """A call that compiles kernels: of a function on example arguments, or the import of what compiles on import."""
+    """A call that compiles kernels: of a function on example arguments, or the import of a compiling module."""
 
     module: str  #: name of a module in `kernels` (`free.exact`), or the path of a generated file
     function: str = ""  #: name of a Python function of the module; "" if its import compiles all of it
@@ -85,8 +85,8 @@ class Dynamics(ABC):
     start_seconds: float = 1.5  #: approximate time until a command has read and checked such a definition, s
     picture_seconds: float = 1.5  #: approximate time for all pictures of a map, s
     method_text: str = ""  #: method of computation of every map, see :meth:`method`
-    #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and what they import. With
-    #: none, it covers every kernel.
+    #: modules of `kernels` that :meth:`columns` imports; a map's fingerprint covers them and their imports. With none,
+    #: it covers every kernel.
     kernels: tuple[str, ...] = ()
     #: names of the arguments that decide whether a point is physically possible; () if all points are.
     existence: tuple[str, ...] = ()
@@ -110,7 +110,7 @@ class Dynamics(ABC):
         return {name: spread(getattr(definition.grid, name)) for name in self.arguments(definition)}
 
     def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
-        """Return each coordinate that is not a dimension → (the dimension it lies along, its values)."""
+        """Return each coordinate that is not a dimension → (its dimension, its values)."""
         return {}
 
     def extra_dimensions(self, definition: "Definition") -> dict[str, np.ndarray]:

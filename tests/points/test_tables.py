@@ -102,7 +102,7 @@ def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, wh
         return formats.rows_in_child(source, places)
 
     small = told(tmp_path / "small", 200)
-    monkeypatch.setattr(formats._Csv, "parts", in_turn)
+    monkeypatch.setattr(formats._Csv, "row_blocks", in_turn)
     whole = told(tmp_path / "whole", 200)
     assert small == whole if isinstance(whole, str) else np.array_equal(small, whole)
     assert isinstance(whole, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")

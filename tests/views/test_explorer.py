@@ -47,7 +47,7 @@ def second(browser, plane_path):
     """Another reader's page, to which links are sent."""
     page = ReportTab(browser, plane_path, "#axis=1&I1=0.8&_color=frequency&_nudge=0.05")
     page.first = (page.row("axis")[0], page.row("I1")[0], page.page.get_by_label("colour by").input_value())
-    page.first_nudge = page.page.evaluate("polhode.state.nudge")
+    page.first_nudge = page.page.evaluate("polhode.state.epsilon")
     yield page
     assert page.said == []
     page.context.close()
@@ -356,14 +356,14 @@ def test_bodies_have_a_table_and_nudges_a_plot(visit, breakdown_map, pages):
     assert buttons.count() == breakdown_map.sizes["body"] * 3
     where = breakdown_map.body.values.tolist().index("Earth") * 3 + 2
     buttons.nth(where).click()
-    page.evaluate("polhode.choose({ nudge: null })")
+    page.evaluate("polhode.choose({ epsilon: null })")
     assert tab.row("body")[0] == "Earth"
     assert tab.row("axis")[0] == "3"
     earth = breakdown_map.sel(body="Earth", axis=3, epsilon=float(tab.row("epsilon")[0])).squeeze()
     assert parsed(tab.row("omega_squared")[1]) == pytest.approx(float(earth.omega_squared), rel=1e-5)
     true = exact.flip_period(exact.set_up(*moments_of(breakdown_map, earth), *start_of(earth)))
     assert float(page.locator("#flip-period").get_attribute("value")) == pytest.approx(true, rel=1e-12)
-    curve = page.evaluate("[...document.getElementById('nudges-plot').data.find((t) => t.name === 'axis 3').y]")
+    curve = page.evaluate("[...document.getElementById('limit-plot').data.find((t) => t.name === 'axis 3').y]")
     every = breakdown_map.sel(body="Earth", axis=3).squeeze().sortby("epsilon")
     expected = np.abs(np.sqrt(every.omega_squared / every.omega_squared_theory).values - 1)
     values = np.array([np.nan if v is None else v for v in curve])

@@ -23,7 +23,7 @@ from sweeps.views import report
 def test_a_click_shows_the_motion_of_the_point(tab, plane):
     page = tab.page
     page.get_by_label("2", exact=True).check()
-    page.evaluate("polhode.choose({ nudge: null })")  # the map's own, in place of a visible size
+    page.evaluate("polhode.choose({ epsilon: null })")  # the map's own, in place of a visible size
     flips = set()
     for cell in ((1, 3), (8, 4), (6, 1)):
         page.mouse.click(*tab.center(*cell))
@@ -105,7 +105,7 @@ def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages
     """Two bodies that attract the third, in axes that do not turn, by DOP853: another form of the same equations."""
     ds = sweeps.survey({"system": "lagrange_points", "grid": {"mass_ratio": [0.01, 0.02]}})
     report.write_report(ds, pages / "points.html")
-    tab = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_nudge=0.01")
+    tab = visit(pages / "points.html", "#mass_ratio=0.01&equilibrium=L4&_epsilon=0.01")
     times, x, y = tab.page.evaluate("[polhode.map.mode.times, ...polhode.map.mode.followed]")
     speed = tab.page.evaluate("polhode.map.mode.motion[0].slice(2)")
 
@@ -128,7 +128,7 @@ def test_a_motion_near_l4_is_that_of_the_equations_in_space_at_rest(visit, pages
 def test_a_shaken_pendulum_moves_as_scipy_has_it(visit, pages):
     grid = {"amplitude": [0.1, 0.2], "frequency": [30.0, 60.0]}
     report.write_report(sweeps.survey({"system": "kapitza_pendulum", "grid": grid}), pages / "shaken.html")
-    tab = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_nudge=0.1")
+    tab = visit(pages / "shaken.html", "#amplitude=0.1&frequency=60&equilibrium=inverted&_epsilon=0.1")
     times, theta = tab.page.evaluate("[polhode.map.mode.times, polhode.map.mode.followed[0]]")
     slope = lambda t, y: [y[1], -(9.80665 - 0.1 * 3600 * math.cos(60 * t)) * math.sin(y[0])]  # noqa: E731
     true = solve_ivp(slope, (0, times[-1]), [math.pi + 0.1, 0.0], "DOP853", times, rtol=1e-12, atol=1e-14).y[0]
@@ -142,7 +142,7 @@ def test_a_growing_motion_starts_along_its_floquet_vector(visit, pages):
     report.write_report(
         sweeps.survey({"system": "mathieu", "grid": {"a": [1.0, 1.1], "q": [0.3, 0.5]}}), pages / "tongue.html"
     )
-    tab = visit(pages / "tongue.html", "#a=1&q=0.5&_nudge=0.001")
+    tab = visit(pages / "tongue.html", "#a=1&q=0.5&_epsilon=0.001")
     times, x, sizes = tab.page.evaluate(
         "[polhode.map.mode.times, polhode.map.mode.followed[0], polhode.map.mode.sizes]"
     )
@@ -256,7 +256,7 @@ def test_any_body_is_shown_at_once_with_the_numbers_of_the_command(visit, shapes
     spins = json.loads(capsys.readouterr().out)["axes"]
     milliseconds = page.evaluate(
         """(moments) => {
-            polhode.choose({ spin: 10, nudge: 0.01 });
+            polhode.choose({ spin: 10, epsilon: 0.01 });
             const begun = performance.now();
             moments.forEach((I, i) => (document.getElementById(`own-I${i + 1}`).value = String(I)));
             document.getElementById("own-I3").dispatchEvent(new Event("input"));
@@ -306,7 +306,7 @@ def test_the_page_words_each_spin_as_the_command_does(visit, plane_path):
             assert verdict.more in outcome["words"]
             assert bool(outcome["flips"]) == (spin.flip_period is not None)
             page.evaluate(
-                "([moments, axis, nudge]) => polhode.choose({ moments, spin: 10, nudge, named: null, "
+                "([moments, axis, epsilon]) => polhode.choose({ moments, spin: 10, epsilon, named: null, "
                 "place: polhode.state.place.map((k, i) => (polhode.map.order[i] === 'axis' ? axis - 1 : k)) })",
                 [moments, spin.axis, epsilon],
             )

@@ -1,7 +1,7 @@
-"""Variables and a part of the page of systems with a signed square of a rate Ω².
+"""Variables and a section of the page of systems with a signed square of a rate Ω².
 
-Variables are by linear theory, measured, extrapolated to zero amplitude, and errors; the part shows where linear theory
-ceases to hold.
+Variables are those of linear theory, of the measurement and its extrapolation to zero amplitude, and errors; the
+section shows the limit of linear theory.
 """
 
 from dataclasses import replace
@@ -16,8 +16,12 @@ FILES = tuple(Path(__file__).parent / name for name in ("perturbations.html", "r
 def rate_variables(reduced: str, by: str, size: str, window: str, sparse: bool = False) -> dict[str, Variable]:
     """Return name → variable, from Ω² to the slope of the logarithm.
 
-    The measurement is `reduced` to an infinitesimal perturbation, `by` says how in one word; the logarithm is taken of
-    `size`, below 0.01 of `window`. With `sparse` most points of a map do not grow.
+    Args:
+        reduced: words for the reduction of the measurement to an infinitesimal perturbation.
+        by: the same in one word.
+        size: words for the quantity of which the slope of the logarithm is measured.
+        window: words for the reference of the window's upper end, 0.01.
+        sparse: True if most points of a map do not grow.
     """
     variables = parse_rows(
         "omega_squared_theory  s-2  Ω² (negative: unstable), linear theory",
@@ -39,9 +43,11 @@ def rate_variables(reduced: str, by: str, size: str, window: str, sparse: bool =
     )
     for name, column in variables.items():
         quantity = name.removesuffix("_reduced")  # both are compared with the same theory
-        compared = f"{quantity}_theory" in variables
-        theory, none = f"{quantity}_theory" if compared else "", compared and quantity != "omega_squared"
-        variables[name] = replace(column, theory=theory, zero_is_none=none, sparse=sparse and name.startswith("growth"))
+        has_theory = f"{quantity}_theory" in variables
+        theory, zero_is_none = f"{quantity}_theory" if has_theory else "", has_theory and quantity != "omega_squared"
+        variables[name] = replace(
+            column, theory=theory, zero_is_none=zero_is_none, sparse=sparse and name.startswith("growth")
+        )
     slope = replace(variables["growth_rate_logslope"], theory="growth_rate_theory", aside=True)
     return variables | {"growth_rate_logslope": slope}
 

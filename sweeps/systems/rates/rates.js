@@ -1,7 +1,7 @@
-// For systems with a signed square of a rate: that rate, and how far it leaves theory as the perturbation grows.
+// For systems with a signed square of a rate: that rate, and its deviation from theory over the size of the perturbation.
 //
-// Their `part.nudges` says along which dimension it grows, and over which others there are curves: name → words for
-// that choice, and what a curve at one of its values is called.
+// Their `part.limit` has the dimension of the sizes, `along`, and the dimensions of the curves, `over`: name → words for
+// that choice, and the name of a curve at one of its values.
 
 /** Columns that follow from those of the map: the signed rate, above 0 oscillating, below 0 growing. */
 function signedRate() {
@@ -15,11 +15,11 @@ function signedRate() {
   return [{ name: "signed_rate", longName: "measured rate (positive: frequency, negative: growth rate)", units: "s-1", at, text, flags: [] }];
 }
 
-const LEAST_NUDGES = 6;
+const MIN_SIZES = 6;
 const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
 const SYMBOLS = ["circle", "square", "diamond", "cross", "triangle-up", "x"];
 
-/** |r/r_theory − 1| of the rate r = sign(Ω²) √|Ω²|; NaN where theory says nothing. */
+/** |r/r_theory − 1| of the rate r = sign(Ω²) √|Ω²|; NaN if the rate is 0 in theory. */
 function rateDeviation(place) {
   const { omega_squared: measured, omega_squared_theory: theory } = theMap.columns;
   const [value, expected] = [measured.at(place), theory.at(place)];
@@ -28,10 +28,10 @@ function rateDeviation(place) {
   return Math.abs(Math.sign(ratio) * Math.sqrt(Math.abs(ratio)) - 1);
 }
 
-/** One curve for each value of the chosen dimension; a single one where there is none to choose. */
-function nudgeCurves() {
-  const { along, over } = part.nudges;
-  const chosen = document.getElementById("nudges-over").value;
+/** One curve for each value of the selected dimension; a single one without such a dimension. */
+function limitCurves() {
+  const { along, over } = part.limit;
+  const chosen = document.getElementById("limit-over").value;
   const order = ascending(along);
   const names = chosen ? theMap.coordinates[chosen].values : [""];
   return names.map((name, i) => {
@@ -41,20 +41,20 @@ function nudgeCurves() {
   });
 }
 
-function drawNudges() {
-  const curves = nudgeCurves().filter((curve) => curve.y.some((value) => value !== null));
-  const sizes = theMap.coordinates[part.nudges.along].values;
+function drawLimit() {
+  const curves = limitCurves().filter((curve) => curve.y.some((value) => value !== null));
+  const sizes = theMap.coordinates[part.limit.along].values;
   const [low, high] = [Math.min(...sizes), Math.max(...sizes)];
   const law = { type: "scatter", mode: "lines", name: "ε²", x: [low, high], y: [low ** 2, high ** 2], line: { color: pageColor("quiet"), width: 1, dash: "dash" }, hoverinfo: "skip" };
-  const target = document.getElementById("nudges-plot");
+  const target = document.getElementById("limit-plot");
   const narrow = target.clientWidth < 520;
   const legend = narrow ? { orientation: "h", y: -0.3 } : {};
   const layout = { height: narrow ? 480 : 420, showlegend: true, legend, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom", xaxis: { type: "log", title: { text: "perturbation ε" }, exponentformat: "power" }, yaxis: { type: "log", title: { text: "|rate/theory − 1|" }, exponentformat: "power", range: [-16, 0.5] } };
   draw(target, [...curves, law], layout);
-  document.getElementById("nudges-summary").textContent = nudgesInWords(curves);
+  document.getElementById("limit-summary").textContent = limitInWords(curves);
 }
 
-function nudgesInWords(curves) {
+function limitInWords(curves) {
   const parts = curves.map((curve) => {
     const at = curve.y.findIndex((value) => value > 0.01);
     return at >= 0 ? `${curve.name}: deviates by 1 % from ε = ${numberText(curve.x[at], 2)}` : `${curve.name}: within 1 % everywhere`;
@@ -62,18 +62,18 @@ function nudgesInWords(curves) {
   return parts.join("; ") + ".";
 }
 
-function buildNudges() {
-  const section = document.getElementById("nudges");
+function buildLimit() {
+  const section = document.getElementById("limit");
   const { omega_squared: measured, omega_squared_theory: theory } = theMap.columns;
-  const { along, over: choices } = part.nudges;
-  if (!theMap.order.includes(along) || sizeOf(along) < LEAST_NUDGES || !measured || !theory) return;
+  const { along, over: choices } = part.limit;
+  if (!theMap.order.includes(along) || sizeOf(along) < MIN_SIZES || !measured || !theory) return;
   section.hidden = false;
-  const over = document.getElementById("nudges-over");
+  const over = document.getElementById("limit-over");
   const able = Object.keys(choices).filter((name) => theMap.order.includes(name) && sizeOf(name) > 1);
   for (const name of able) over.append(element("option", { value: name, textContent: choices[name].words }));
   over.parentElement.hidden = able.length < 2;
-  const draw = whenSeen(document.getElementById("nudges-plot"), drawNudges);
-  over.onchange = drawNudges;
+  const draw = whenSeen(document.getElementById("limit-plot"), drawLimit);
+  over.onchange = drawLimit;
   draw();
   onChange(draw);
 }

@@ -175,9 +175,11 @@ function nearestBy(parameters) {
   return bestPlace(names, (place) => -requests.reduce((sum, request, i) => sum + distance(request, place, ranges[i]) ** 2, 0));
 }
 
+const EARLIER_LINK_KEYS = { epsilon: "_nudge" }; // links of earlier versions
+
 /** Sets the states of the system's part from a link; null for states that it does not contain. */
 function setPartState(parameters = new URLSearchParams()) {
-  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(parameters.get(`_${name}`));
+  for (const [name, read] of Object.entries(part.kept ?? {})) state[name] = read(parameters.get(`_${name}`) ?? parameters.get(EARLIER_LINK_KEYS[name]));
 }
 
 /** Return the relative size of a perturbation, between 0 and 1, from a link's text; null for any other text. */

@@ -56,7 +56,7 @@ class Equations {
     this.spin = attitude ? Math.hypot(...this.omega.map((w) => w(this.at))) : 0;
   }
 
-  /** What moves takes these values, at time t. */
+  /** Set the states to these values, at time t. */
   put(t, state) {
     const { at } = this;
     at.set(state);

@@ -1,13 +1,13 @@
-// The motion of the chosen mode: followed by the full equations where the page has them, beside linear theory.
+// The motion of the selected mode by linear theory and, if the page has them, by the full equations.
 
-const MODE_NUDGES = [1e-6, 1e-3, 0.01, 0.1, 0.3];
+const MODE_EPSILONS = [1e-6, 1e-3, 0.01, 0.1, 0.3];
 const MODE_POINTS = 400;
-const FOLLOWED = 1e-9; // of the sizes: the tolerance of what is followed
-const MOST_POINTS = 3000; // of a motion of many turns
-const OUT = 40; // sizes from the equilibrium: farther is not followed
+const MODE_TOLERANCE = 1e-9; // truncation error of the integration, relative to the sizes
+const MAX_POINTS = 3000; // points of a motion of many periods
+const MAX_DISTANCE = 40; // distance from the equilibrium over the sizes at which the integration stops
 
-/** How modes with eigenvalues [growth, turning] move: how long to look, s, and what to say of them. */
-function linearMotion(rates, pace, nudge) {
+/** Duration, s, that shows modes with eigenvalues [growth, frequency], and their description. */
+function linearMotion(rates, pace, epsilon) {
   const growth = Math.max(...rates.map(([real]) => real));
   const turnings = [...new Set(rates.map(([, imaginary]) => Math.abs(imaginary)))].filter(Boolean);
   if (!(pace > 0) || (growth === 0 && turnings.length === 0)) return { end: pace > 0 ? (12 * Math.PI) / pace : 1, words: "Perturbations stay constant or grow in proportion to time." };
@@ -16,18 +16,18 @@ function linearMotion(rates, pace, nudge) {
   const [folds, changes] = [1 / Math.abs(growth), Math.abs(growth) > 1e-6 * Math.max(...turnings, Math.abs(growth))];
   const round = periods.length > 0 ? `oscillate with period${periods.length > 1 ? "s" : ""} ${periods.map((period) => timeText(period)).join(", ")}` : "";
   const change = changes ? `${growth > 0 ? "grow" : "decay"} by a factor e in ${timeText(folds)}` : "";
-  const grown = longest > 0 ? Math.log(4 / nudge) + 1 : theMap.equations ? 3 * Math.log(2 / nudge) + 4 : Math.log(1 / nudge);
-  const end = Math.max(3 * longest, changes ? Math.min(folds * (growth > 0 ? grown : 4), MOST_TURNS_SHOWN * longest || Infinity) : 0);
+  const grown = longest > 0 ? Math.log(4 / epsilon) + 1 : theMap.equations ? 3 * Math.log(2 / epsilon) + 4 : Math.log(1 / epsilon);
+  const end = Math.max(3 * longest, changes ? Math.min(folds * (growth > 0 ? grown : 4), MAX_TURNS_SHOWN * longest || Infinity) : 0);
   return { end, words: `Perturbations ${[round, change].filter(Boolean).join(" and ")}.` };
 }
-const MOST_TURNS_SHOWN = 40;
+const MAX_TURNS_SHOWN = 40;
 
-/** Times, the coordinates as they are followed (null without equations), and as linear theory has them. */
+/** Times and coordinates, by the full equations (null without them) and by linear theory. */
 function modeMotion(rates) {
-  const nudge = state.nudge ?? 0.01;
+  const epsilon = state.epsilon ?? 0.01;
   const scale = theMap.columns.rate_scale?.at(state.place);
   if (!theMap.equations) {
-    const linear = linearMotion(rates, Math.hypot(...rates[0]) || scale, nudge);
+    const linear = linearMotion(rates, Math.hypot(...rates[0]) || scale, epsilon);
     const times = evenTimes(linear.end, MODE_POINTS);
     return { ...linear, times, followed: null, theory: [times.map((t) => waved(rates[0], t))], coordinates: [{ name: "displacement / initial value", unit: "" }] };
   }
@@ -37,20 +37,20 @@ function modeMotion(rates) {
   const speeds = rates?.map((rate) => Math.hypot(...rate)) ?? [];
   const pace = Math.max(spin, ...speeds) || scale;
   const grows = !rates && theMap.columns.growth_per_period?.at(state.place) > 1e-6;
-  const linear = rates ? linearMotion(rates, pace, nudge) : { end: periodicEnd(period, nudge), words: `The perturbed motion${grows ? ", along the Floquet vector that grows most" : ""}, beside the unperturbed one.` };
-  const end = spin > 0 ? Math.min(linear.end, (MOST_TURNS_SHOWN * 2 * Math.PI) / spin) : linear.end;
+  const linear = rates ? linearMotion(rates, pace, epsilon) : { end: periodicEnd(period, epsilon), words: `The perturbed motion${grows ? ", along the Floquet vector that grows most" : ""}, beside the unperturbed one.` };
+  const end = spin > 0 ? Math.min(linear.end, (MAX_TURNS_SHOWN * 2 * Math.PI) / spin) : linear.end;
   const cycles = period === null ? (pace * end) / (2 * Math.PI) : end / period;
-  const times = evenTimes(end, Math.round(Math.max(MODE_POINTS, Math.min(MOST_POINTS, 40 * cycles))));
-  const modes = rates?.map((rate) => equations.mode(rate).map((part) => part.map((x) => (nudge * x) / rates.length)));
-  const displaced = modes ? rest.map((_, i) => modes.reduce((sum, v) => sum + v[i][0], 0)) : grows ? equations.growing().map((x) => nudge * x) : equations.sizesAt(0).map((size, i) => nudge * size * 0.6 ** i);
+  const times = evenTimes(end, Math.round(Math.max(MODE_POINTS, Math.min(MAX_POINTS, 40 * cycles))));
+  const modes = rates?.map((rate) => equations.mode(rate).map((part) => part.map((x) => (epsilon * x) / rates.length)));
+  const displaced = modes ? rest.map((_, i) => modes.reduce((sum, v) => sum + v[i][0], 0)) : grows ? equations.growing().map((x) => epsilon * x) : equations.sizesAt(0).map((size, i) => epsilon * size * 0.6 ** i);
   const whole = equations.sizesAt(Math.max(...speeds, 20 / end));
-  const out = (y) => y.some((x) => !Number.isFinite(x)) || sizes.some((size, i) => Math.abs(y[i] - rest[i]) > OUT * size);
-  const moved = (start) => integrated((t, y) => equations.slope(t, y), equations.upright(start), times, FOLLOWED * nudge, spin > 0 ? [...whole, 1, 1, 1, 1] : whole, out);
+  const out = (y) => y.some((x) => !Number.isFinite(x)) || sizes.some((size, i) => Math.abs(y[i] - rest[i]) > MAX_DISTANCE * size);
+  const moved = (start) => integrated((t, y) => equations.slope(t, y), equations.upright(start), times, MODE_TOLERANCE * epsilon, spin > 0 ? [...whole, 1, 1, 1, 1] : whole, out);
   const motion = moved(rest.map((x, i) => x + displaced[i]));
   const unmoved = modes ? null : moved(rest);
   const linearly = (i, t) => modes.reduce((sum, v, k) => sum + waved(rates[k], t, v[i]), rest[i]);
   const [followed, theory] = [sizes.map((_, i) => motion.map((y) => y[i])), sizes.map((_, i) => (modes ? times.map((t) => linearly(i, t)) : unmoved.map((y) => y[i])))];
-  return { ...linear, end, cycles, nudge, times, motion, equations, followed, theory, coordinates, rest, sizes };
+  return { ...linear, end, cycles, epsilon, times, motion, equations, followed, theory, coordinates, rest, sizes };
 }
 
 function evenTimes(end, points) {
@@ -62,10 +62,10 @@ function waved([growth, turning], t, [x, y] = [1, 0]) {
   return Math.exp(growth * t) * (x * Math.cos(turning * t) - y * Math.sin(turning * t));
 }
 
-/** How long a motion near a periodic one is shown, s: until a perturbation that grows is large, or has gone round. */
-function periodicEnd(period, nudge) {
+/** Duration, s, of a motion near a periodic one: until a growing perturbation is large, or three periods of a stable one. */
+function periodicEnd(period, epsilon) {
   const { growth_rate: growth, exponent_imag: turning } = Object.fromEntries(["growth_rate", "exponent_imag"].map((name) => [name, theMap.columns[name]?.at(state.place)]));
-  const long = growth * period > 1e-6 ? Math.log(4 / nudge) / growth : 0;
+  const long = growth * period > 1e-6 ? Math.log(4 / epsilon) / growth : 0;
   const round = Math.abs(turning) * period > 1e-6 ? (6 * Math.PI) / Math.abs(turning) : 0;
   return period * Math.ceil(Math.max(8, Math.min(60, Math.max(long, round) / period)));
 }
@@ -80,7 +80,7 @@ function followedInWords({ followed, times, rest, coordinates, end, unstable }) 
   return ` With the full equations it moves, within ${timeText(end)}, at most ${withUnit(far[k], coordinates[k].unit, 3)} away.`;
 }
 
-/** What is said of the chosen mode, after the name of its equilibrium where a map has several. */
+/** Description of the selected mode, with the name of its equilibrium if a map has several. */
 function sentenceOfMode() {
   const rates = part.rates();
   if (!rates.flat().every(Number.isFinite)) return missingInWords(state.place);
@@ -89,14 +89,14 @@ function sentenceOfMode() {
   return `Near the ${namedPlace("equilibrium", state.place)} ${words[0].toLowerCase()}${words.slice(1)}`;
 }
 
-const MOST_CURVES = 4;
+const MAX_CURVES = 4;
 
-/** Coordinates or states that are drawn over time: those that move most, in one unit. */
+/** Coordinates or states with the largest motion, of one unit, which are drawn over time. */
 function movingMost({ followed, coordinates, sizes, rest }) {
   if (!followed) return [0];
   const far = followed.map((x, i) => x.reduce((most, q) => Math.max(most, Math.abs(q - rest[i]) / sizes[i]), 0));
   const order = far.map((_, i) => i).sort((i, k) => far[k] - far[i]);
-  return order.filter((i) => coordinates[i].unit === coordinates[order[0]].unit && !(far[i] < 1e-3 * far[order[0]])).slice(0, MOST_CURVES).sort((i, k) => i - k);
+  return order.filter((i) => coordinates[i].unit === coordinates[order[0]].unit && !(far[i] < 1e-3 * far[order[0]])).slice(0, MAX_CURVES).sort((i, k) => i - k);
 }
 
 function modeTraces({ times, followed, theory, coordinates, curves, equations }) {
@@ -112,7 +112,7 @@ function modeTraces({ times, followed, theory, coordinates, curves, equations })
   });
 }
 
-/** Room for what is followed; linear theory leaves the picture where it runs away. */
+/** Range of the integrated motion, which linear theory may leave. */
 function modeRange({ followed, theory, curves }) {
   if (!followed) return undefined;
   const values = curves.flatMap((i) => followed[i]);
@@ -121,7 +121,7 @@ function modeRange({ followed, theory, curves }) {
   return [low - room, high + room];
 }
 
-/** Whether the map knows where the periodic motion starts. */
+/** Whether the map has the start of the periodic motion. */
 function startIsKnown() {
   return theMap.equations.coordinates.every(({ name }) => Number.isFinite(theMap.columns[`${name}_start`].at(state.place)));
 }
@@ -159,20 +159,20 @@ function modeTable({ times, followed, theory, coordinates, curves }) {
 function buildMode() {
   if (theMap.columns.omega_squared === undefined && !theMap.equations) return;
   document.getElementById("mode").hidden = false;
-  const nudge = document.getElementById("mode-nudge");
-  for (const one of MODE_NUDGES) nudge.append(element("option", { value: String(one), textContent: `ε = ${numberText(one, 3)}` }));
-  nudge.onchange = () => choose({ nudge: Number(nudge.value) });
+  const select = document.getElementById("mode-epsilon");
+  for (const one of MODE_EPSILONS) select.append(element("option", { value: String(one), textContent: `ε = ${numberText(one, 3)}` }));
+  select.onchange = () => choose({ epsilon: Number(select.value) });
   const draw = () => {
-    const value = String(state.nudge ?? 0.01);
-    if (![...nudge.options].some((option) => option.value === value)) nudge.append(element("option", { value, textContent: `ε = ${numberText(Number(value), 3)}` }));
-    nudge.value = value;
+    const value = String(state.epsilon ?? 0.01);
+    if (![...select.options].some((option) => option.value === value)) select.append(element("option", { value, textContent: `ε = ${numberText(Number(value), 3)}` }));
+    select.value = value;
     drawMode();
   };
   buildMechanism(draw);
 }
 
-/** What a system's `part` has of the perturbation shown. */
+/** Members of a system's `part` for the perturbation shown. */
 const MODES = {
-  kept: { nudge: perturbationFromLink },
-  opening: () => (state.nudge ??= 0.3), // large enough to be seen
+  kept: { epsilon: perturbationFromLink },
+  opening: () => (state.epsilon ??= 0.3), // large enough to be seen
 };

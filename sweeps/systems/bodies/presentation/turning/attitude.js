@@ -1,6 +1,6 @@
 // The attitude: quaternions [w, x, y, z] that turn body vectors into space, at any time by one step.
 //
-// With d the axis that the polhode goes round and m the direction of the angular momentum in the body, the attitude is
+// With d the axis that the polhode encircles and m the direction of the angular momentum in the body, the attitude is
 // the shortest arc from m to d, a turn by ψ about d, and the shortest arc back from where m was. ψ is an integral over
 // one period of the closed form.
 

@@ -1,7 +1,7 @@
 // The motion of the chosen point: the body turning, its polhode and ω(t), from the exact solution.
 //
 // A system whose motion it is says in its `part`:
-//   start(place)   moments, axis, omega0, epsilon and phase; `nudged` in words, where epsilon alone tells little; or
+//   start(place)   moments, axis, omega0, epsilon and phase; `sizeInWords`, if epsilon alone is not clear; or
 //                  moments, omega0 and `omega`, the angular velocity at time 0, where it is no perturbed spin
 //   spoken(shown)  the motion in a sentence, where that is not the stability of a spin
 //   marks(shown)   periods to be marked over time: [name, s]
@@ -15,7 +15,7 @@ const motion = { t: 0, ticks: [] };
 /** What of it the console may look at. */
 const MOTION_SHOWN = { jacobi, completeK, Trajectory, perturbedSpin, Attitude, rotated, motion };
 
-/** Moments, spin and nudge of the chosen point; the nudge may be another for the drawing. */
+/** Moments, spin and perturbation of the chosen point; the drawing may show another perturbation than the map's. */
 function motionOf(place) {
   const given = part.start(place);
   const rotation = (2 * Math.PI) / Math.abs(given.omega0);
@@ -75,11 +75,11 @@ function motionInWords(shown) {
   const verdict = capitalized(words.split(",")[0]);
   if (trajectory.isStationary) return `${verdict}. ${spun} keeps its steady rotation.`;
   if (!Number.isFinite(period)) return `${verdict}. ${spun} flips once and never again: it is on the separatrix.`;
-  const nudged = shown.nudged ?? `ε = ${numberText(shown.epsilon, 2)}`;
-  const flipping = `flips every ${timeText(period)} (${turns(period)}; ${nudged})`;
+  const sizeInWords = shown.sizeInWords ?? `ε = ${numberText(shown.epsilon, 2)}`;
+  const flipping = `flips every ${timeText(period)} (${turns(period)}; ${sizeInWords})`;
   if (regime === "marginal") return `${verdict}. ${spun} is neither stable nor unstable: ${more}; it ${flipping}.`;
   const too = flips && regime !== "unstable" ? `${verdict}, but this perturbation is too large` : verdict;
-  const outcome = flips ? flipping : `keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${nudged})`;
+  const outcome = flips ? flipping : `keeps its axis and wobbles with period ${timeText(2 * period)} (${turns(2 * period)}; ${sizeInWords})`;
   return `${too}. ${spun} ${outcome}.${more && ` ${capitalized(more)}.`}`;
 }
 

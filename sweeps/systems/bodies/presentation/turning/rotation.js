@@ -1,6 +1,6 @@
 // The free rotation of a rigid body in closed form: Euler's equations by Jacobi's elliptic functions.
 //
-// Roles: sn runs on the axis of middle moment, dn on the axis that the polhode goes round, cn on the third. The
+// Roles: sn runs on the axis of middle moment, dn on the axis that the polhode encircles, cn on the third. The
 // angular velocity at any time comes from the addition theorems, so a perturbation keeps its relative digits.
 
 /** The power of two next above the largest of some magnitudes; 1 where all are zero. */

@@ -10,13 +10,13 @@ function ratesOfSquare() {
 
 const part = {
   choices: signedRate,
-  nudges: { along: "epsilon", over: {} },
+  limit: { along: "epsilon", over: {} },
   ...MODES,
   rates: ratesOfSquare,
   say: (place) => (theMap.columns.omega_squared ? sentenceOfMode() : sentenceOf(place)),
   build() {
     buildMode();
     buildPlaces();
-    buildNudges();
+    buildLimit();
   },
 };

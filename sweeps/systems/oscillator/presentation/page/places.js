@@ -18,7 +18,7 @@ function regimeOfAll(column, place) {
   return ["undetermined", "unstable", "marginal", "stable"].find((word) => words.includes(word));
 }
 
-/** The equilibria along a parameter: slot, place in the map, value, where it rests, regimes by theory and as measured, and whether it is undecided. */
+/** The equilibria along a parameter: slot, place in the map, value, coordinate, regimes by theory and as measured, and whether it is undecided. */
 function restingPlaces(name, column) {
   const { regime_theory: theory, regime, status } = theMap.columns;
   return theMap.coordinates.equilibrium.values.map((slot, s) => ({

@@ -5,7 +5,7 @@ const MOST_TURNS = 150; // of the body, that are followed
 function shakenStart(place) {
   const value = (name) => coordinateAt(name, place);
   const [depths, lags] = ["depth", "lag"].map((kind) => [1, 2, 3].map((i) => value(`${kind}${i}`)));
-  const start = { moments: MOMENTS.map(value), axis: value("axis"), omega0: value("omega0"), epsilon: state.nudge ?? value("epsilon"), phase: value("phase") };
+  const start = { moments: MOMENTS.map(value), axis: value("axis"), omega0: value("omega0"), epsilon: state.epsilon ?? value("epsilon"), phase: value("phase") };
   const turn = (2 * Math.PI) / Math.abs(start.omega0);
   const rate = theMap.columns.growth_rate?.at(place);
   const length = Math.max(20 * turn, Math.min(MOST_TURNS * turn, rate > 0 ? (2 * Math.log(2 / start.epsilon)) / rate : 0));
@@ -24,8 +24,8 @@ const part = {
   ...BODIES,
   color: "regime",
   start: shakenStart,
-  kept: { nudge: perturbationFromLink },
-  opening: () => (state.nudge ??= 0.05),
+  kept: { epsilon: perturbationFromLink },
+  opening: () => (state.epsilon ??= 0.05),
   grows: ({ name }) => /^(growth|exponent_real)/.test(name),
   say: shakenInWords,
   spoken: () => shakenInWords(state.place),

@@ -12,7 +12,7 @@ const part = {
   color: "regime",
   grows: ({ name }) => /^(growth_rate|eigenvalue_real)/.test(name),
   ...MODES,
-  opening: () => (state.nudge ??= 0.1),
+  opening: () => (state.epsilon ??= 0.1),
   rates: ratesShown,
   say: (place) => (PARTS.every((name) => theMap.columns[name]) ? spectrumInWords(spectrum()) : sentenceOf(place)),
   build() {

@@ -93,14 +93,14 @@ function buildOwn() {
   const chips = theMap.presets.map((preset) => element("button", { type: "button", textContent: preset.name, onclick: () => choosePreset(preset) }));
   document.getElementById("presets").append(...chips);
   for (const name of MOMENTS) document.getElementById(`own-${name}`).oninput = typedMoments;
-  const [spin, nudge] = ["spin", "nudge"].map((id) => document.getElementById(id));
+  const [spin, epsilonSlider] = ["spin", "epsilon-shown"].map((id) => document.getElementById(id));
   spin.oninput = () => {
     const [value, place] = snapped("omega0", 10 ** Number(spin.value));
     choose(place ? { spin: null, place } : { spin: value });
   };
-  nudge.oninput = () => {
-    const [value, place] = snapped("epsilon", 10 ** Number(nudge.value));
-    choose({ nudge: value, place: place ?? state.place });
+  epsilonSlider.oninput = () => {
+    const [value, place] = snapped("epsilon", 10 ** Number(epsilonSlider.value));
+    choose({ epsilon: value, place: place ?? state.place });
   };
   const show = () => {
     const { moments, omega0, epsilon } = bodyStart(state.place);
@@ -110,9 +110,9 @@ function buildOwn() {
     });
     if (!MOMENTS.includes(document.activeElement?.id.slice(4))) document.getElementById("own-notice").hidden = true;
     spin.value = String(Math.log10(Math.abs(omega0)));
-    nudge.value = String(Math.log10(epsilon));
+    epsilonSlider.value = String(Math.log10(epsilon));
     document.getElementById("spin-text").textContent = `ω₀ = ${withUnit(omega0, "rad s-1", 4)}`;
-    document.getElementById("nudge-text").textContent = `ε = ${numberText(epsilon, 2)}`;
+    document.getElementById("epsilon-text").textContent = `ε = ${numberText(epsilon, 2)}`;
     chips.forEach((chip, i) => chip.setAttribute("aria-pressed", String(theMap.presets[i].name === state.named)));
   };
   onChange(show);
@@ -165,12 +165,12 @@ function lectureOfBodies() {
   const body = theMap.presets[0];
   const [I1, I2, I3] = body.moments;
   const at = (axis) => (theMap.order.includes("axis") ? placeWith({ axis: Math.max(0, theMap.coordinates.axis.values.indexOf(axis)) }) : state.place);
-  const own = { moments: body.moments, named: body.name, spin: body.omega0, nudge: 0.01, shaken: null };
+  const own = { moments: body.moments, named: body.name, spin: body.omega0, epsilon: 0.01, shaken: null };
   return [
     { title: "1. Throw it", text: "A racket spun about the axis across its handle, in the plane of the face: it turns over, and over again.", changes: () => ({ ...own, place: at(2) }) },
-    { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, nudge: 0.3, place: at(2) }) },
+    { title: "2. A larger perturbation", text: "Thirty times the perturbation: it flips sooner, as the time goes with the logarithm of ε alone.", changes: () => ({ ...own, epsilon: 0.3, place: at(2) }) },
     { title: "3. Towards I₁ = I₂", text: "As the two lesser moments become equal, growth ceases: the flip takes for ever.", changes: () => ({ ...own, moments: [0.97 * I2, I2, I3], named: null, place: at(2) }) },
-    { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, nudge: 0.1, place: at(2) }) },
-    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, nudge: 0.05, place: at(3), shaken: true }) },
+    { title: "4. Change the axis", text: "About the axes of least and of greatest inertia the same throw only wobbles: the intermediate axis theorem.", three: true, changes: () => ({ ...own, epsilon: 0.1, place: at(2) }) },
+    { title: "5. Shake the moments", text: "Spun about the axis of greatest inertia, which is stable; but one moment is changed at twice the wobble’s rate: parametric resonance makes the wobble grow, again and again.", changes: () => ({ ...own, epsilon: 0.05, place: at(3), shaken: true }) },
   ];
 }

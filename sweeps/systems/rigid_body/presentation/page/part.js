@@ -2,7 +2,7 @@
 
 function bodyStart(place) {
   const value = (name) => coordinateAt(name, place);
-  const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.nudge ?? value("epsilon"), phase: value("phase") };
+  const start = { moments: state.moments ?? MOMENTS.map(value), axis: value("axis"), omega0: state.spin ?? value("omega0"), epsilon: state.epsilon ?? value("epsilon"), phase: value("phase") };
   return state.shaken ? { ...start, shaken: shaking(start) } : start;
 }
 
@@ -63,10 +63,10 @@ const part = {
   ...BODIES,
   choices: signedRate,
   start: bodyStart,
-  kept: { nudge: perturbationFromLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
+  kept: { epsilon: perturbationFromLink, moments: momentsOfLink, spin: spinOfLink, named: (text) => text },
   shown: { ...MOTION_SHOWN, axisOutcome },
   hides: ["omega0", "epsilon"],
-  nudges: {
+  limit: {
     along: "epsilon",
     over: {
       axis: { words: "the axes of the chosen body", curve: (axis) => `axis ${axis}` },
@@ -79,17 +79,17 @@ const part = {
   drag: dragBody,
   adjust: backToTheMap,
   between,
-  aside: (place) => (state.nudge ? `; measured at ε = ${numberText(coordinateAt("epsilon", place), 2)}, the motion is drawn at ε = ${numberText(state.nudge, 2)}` : ""),
+  aside: (place) => (state.epsilon ? `; measured at ε = ${numberText(coordinateAt("epsilon", place), 2)}, the motion is drawn at ε = ${numberText(state.epsilon, 2)}` : ""),
   landmarks: namedBodies,
   lecture: lectureOfBodies,
   leave: () => ({ shaken: null }),
   begin: () => motion.end && (seek(0), motion.player.set(true)),
   first: () => (theMap.start.whole ? state.place : mostUnstable()),
-  opening: () => (state.nudge ??= LARGE_ENOUGH),
+  opening: () => (state.epsilon ??= LARGE_ENOUGH),
   say: () => motion.words,
   buildTable: buildBodies,
   build() {
-    buildNudges();
+    buildLimit();
     buildMotion();
     buildOwn();
     buildThree();
