@@ -114,11 +114,11 @@ def follow_branches(path: ParameterPath, max_slots: int) -> tuple[np.ndarray, np
 
 def _fill_free_slots(slots, max_slots):
     """Return the first slots, the free ones filled from the spare slots."""
-    filled = slots[:, :max_slots].copy()
+    new_slots = slots[:, :max_slots].copy()
     for spare in slots[:, max_slots:].T:
-        can_fill = (spare >= 0) & (filled < 0).any(axis=1)
-        filled[can_fill, (filled[can_fill] < 0).argmax(axis=1)] = spare[can_fill]
-    return filled
+        can_fill = (spare >= 0) & (new_slots < 0).any(axis=1)
+        new_slots[can_fill, (new_slots[can_fill] < 0).argmax(axis=1)] = spare[can_fill]
+    return new_slots
 
 
 def assign_new_roots(slots, new, free_from) -> None:
@@ -167,10 +167,10 @@ def _continue_step(path, old, new, slots, begin, end):
         is_decided[k] &= is_certain
         for i, j in pairs:
             result[k, slot[old_rows[i]]] = number[new_rows[j]]
-        unpaired = [j for j in range(new_rows.size) if j not in {pair[1] for pair in pairs}]
+        unpaired_rows = [j for j in range(new_rows.size) if j not in {pair[1] for pair in pairs}]
         assign_new_roots(
             result[k],
-            [(number[new_rows[j]], backward.share[new_rows[j]]) for j in unpaired],
+            [(number[new_rows[j]], backward.share[new_rows[j]]) for j in unpaired_rows],
             dict(zip(slot[old_rows], free_from[old_rows], strict=True)),
         )
     return result, is_decided
@@ -204,10 +204,10 @@ def _pair_stopped_roots(path, old_places, forward_roots, backward_roots, bounds,
     )
     width = bounds[:, 1] - bounds[:, 0]
     gap = (backward.share[new_rows] - forward.share[old_rows, None]) * (not is_at_rest)
-    predicted_end = forward.place[old_rows, None] + forward.speed[old_rows, None] * gap[..., None]
+    end_prediction = forward.place[old_rows, None] + forward.speed[old_rows, None] * gap[..., None]
     predicted_start = backward.place[new_rows] - backward.speed[new_rows] * gap[..., None]
     cost = np.maximum(
-        path.distance(predicted_end, backward.place[new_rows], width),
+        path.distance(end_prediction, backward.place[new_rows], width),
         path.distance(predicted_start, forward.place[old_rows, None], width),
     )
     cost = np.where(is_stopped[:, None] & is_new & (np.abs(gap) <= MAX_GAP), cost, np.inf)
@@ -256,9 +256,9 @@ def continue_roots(slopes: Callable, path: Callable, owner, place, begin: float,
             guess = x[active] + speed[active] * (next_share - s[active])[:, None]
             next_places = _advance_roots(slopes, x[active], guess, *end_parameters, width[active])
             is_passed = np.isfinite(next_places).all(axis=1)
-            advanced = active[is_passed]
-            speed[advanced] = (next_places[is_passed] - x[advanced]) / (next_share[is_passed] - s[advanced])[:, None]
-            x[advanced], s[advanced] = next_places[is_passed], next_share[is_passed]
+            step_rows = active[is_passed]
+            speed[step_rows] = (next_places[is_passed] - x[step_rows]) / (next_share[is_passed] - s[step_rows])[:, None]
+            x[step_rows], s[step_rows] = next_places[is_passed], next_share[is_passed]
             step[active] *= np.where(is_passed, np.where(is_careful[active], 1.0, 2.0), 0.5)
             is_careful[active] = ~is_passed  # one more piece of this length before longer ones
             active = active[(s[active] != end) & (np.abs(step[active]) >= shortest)]
@@ -297,12 +297,12 @@ def _is_unique_along(slopes, begin, end, width):
         if not boxes.size:
             break
         start_size, share = _krawczyk_terms(slopes, F[boxes], Y, begin[boxes], end[boxes], r)
-        required = SLACK * (start_size + np.einsum("bij,bj->bi", share, r))
-        is_inside = (required < r).all(axis=1)
+        min_radius = SLACK * (start_size + np.einsum("bij,bj->bi", share, r))
+        is_inside = (min_radius < r).all(axis=1)
         is_proved[boxes[is_inside]] = True
-        growing = np.flatnonzero(~is_inside & ((share @ r[:, :, None])[..., 0] < r).all(axis=1))  # no NaN
-        larger = np.linalg.solve(np.eye(n) - share[growing], BOX_GROWTH * start_size[growing][:, :, None])[..., 0]
-        boxes, Y, r = boxes[growing], Y[growing], np.maximum(r[growing], larger)
+        open_rows = np.flatnonzero(~is_inside & ((share @ r[:, :, None])[..., 0] < r).all(axis=1))  # no NaN
+        larger = np.linalg.solve(np.eye(n) - share[open_rows], BOX_GROWTH * start_size[open_rows][:, :, None])[..., 0]
+        boxes, Y, r = boxes[open_rows], Y[open_rows], np.maximum(r[open_rows], larger)
         is_small = (r < MAX_STEP_DISTANCE * width[boxes]).all(axis=1)
         boxes, Y, r = boxes[is_small], Y[is_small], r[is_small]
     return is_proved

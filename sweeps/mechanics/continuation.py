@@ -147,7 +147,7 @@ def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.nd
     n, m, has_jumps = sizes.shape[1], variation.m, variation.has_jumps
     states = [np.full((n, 1), np.nan)] * period.size
     for count in PHASE_COUNTS:
-        chunk_size, remaining = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []
+        chunk_size, unresolved_chunks = max(1, MAX_DERIVATIVE_ENTRIES // (m * count) ** 2), []
         for chunk in np.split(open_points, range(chunk_size, open_points.size, chunk_size)):
 
             def rates_of_part(which, x, phases, chunk=chunk):
@@ -162,8 +162,8 @@ def follow(variation, rates, period, sizes, curves, branch) -> tuple[list, np.nd
             x = collocation.states(y, np.arange(chunk.size))
             for k in np.flatnonzero(is_resolved & (chunk_status == statuses.OK)):
                 states[chunk[k]] = x[:, :, k]
-            remaining.append(chunk[~is_resolved])
-        open_points = np.concatenate(remaining)
+            unresolved_chunks.append(chunk[~is_resolved])
+        open_points = np.concatenate(unresolved_chunks)
         if not open_points.size:
             break
     return states, status
@@ -186,10 +186,10 @@ def _follow(collocation, start, branch):
         if not active.size:
             break
         h, t = step[active, None], tangent[active]
-        v, A, first_change, converged = _correct(collocation, u[active] + h * t, t * weight, G0[active], active)
+        v, A, first_change, has_solution = _correct(collocation, u[active] + h * t, t * weight, G0[active], active)
         new = _tangent(A, G0[active], t, weight)
         share = first_change / step[active]
-        is_accepted = converged & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_TANGENT_COSINE)
+        is_accepted = has_solution & (share <= MAX_CORRECTION) & ((new * t * weight).sum(axis=1) >= MIN_TANGENT_COSINE)
         is_fold = t[:, -1] * new[:, -1] <= 0.0
         has_hidden_fold = _has_hidden_fold(u[active, -1], v[:, -1], h[:, 0] * t[:, -1], h[:, 0] * new[:, -1]) & ~is_fold
         is_accepted &= ~(is_fold | has_hidden_fold) | (step[active] <= MAX_FOLD_STEP)
@@ -203,10 +203,10 @@ def _follow(collocation, start, branch):
             is_converged &= change <= MAX_CORRECTION * step[which]
             y[which[is_converged]], status[which[is_converged]] = ends[is_converged, :-1], statuses.OK
             is_accepted[crossings[~is_converged]] = False
-        advanced = active[is_accepted]
-        u[advanced], tangent[advanced] = v[is_accepted], new[is_accepted]
-        folds[advanced] += is_fold[is_accepted]
-        tail[advanced] = np.maximum(tail[advanced], _tail(v[is_accepted, :-1].reshape(-1, m, count)))
+        step_rows = active[is_accepted]
+        u[step_rows], tangent[step_rows] = v[is_accepted], new[is_accepted]
+        folds[step_rows] += is_fold[is_accepted]
+        tail[step_rows] = np.maximum(tail[step_rows], _tail(v[is_accepted, :-1].reshape(-1, m, count)))
         longer = np.where(share < EASY_CORRECTION, 2.0, np.where(share < MAX_CORRECTION / 2.0, 1.0, 0.7))
         step[active] = np.minimum(np.where(is_accepted, longer, 0.5) * step[active], MAX_STEP)
         status[active[(folds[active] >= branch[active])]] = statuses.NO_PERIODIC_MOTION

@@ -28,7 +28,7 @@ import math
 import numpy as np
 
 from sweeps.mechanics.equations import Equations
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 
 CONFINING_ORDERS = (4, 6, 8, 10)  # orders of terms that can confine a motion
 ORDERS = range(2, 13)
@@ -49,8 +49,8 @@ class Degenerate:
         for k in ORDERS:
             terms.append(e / math.factorial(k))
             e = e.diff(q)
-        self._series = lambdified(arguments, terms)
-        self._a = lambdified(arguments, [a, a.diff(q), a.diff(q, 2)])
+        self._series = compile_expression(arguments, terms)
+        self._a = compile_expression(arguments, [a, a.diff(q), a.diff(q, 2)])
 
     def oscillations(self, parameters, place, x, v) -> dict[str, np.ndarray]:
         """Return the frequencies of motions that start at a distance from equilibria, with a velocity.

@@ -116,9 +116,9 @@ def reduce_energies(system: System) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
 def _kinetic_energy(system):
     T = sum(system.kinetic_terms, sp.Integer(0))
     for mass, place in system.particles:
-        for part in place:
-            speed = part.diff(system.time)
-            speed += sum(part.diff(c.symbol) * c.velocity for c in system.coordinates.values())
+        for position in place:
+            speed = position.diff(system.time)
+            speed += sum(position.diff(c.symbol) * c.velocity for c in system.coordinates.values())
             T += mass * speed**2 / 2
     return T
 
@@ -185,7 +185,7 @@ def _combine_angles(e):
 def _angle_product(term):
     """Return (remaining factor, "cos" or "sin", both angles) of a term with two of one kind, or (the term, "", ())."""
     for name, f in (("cos", sp.cos), ("sin", sp.sin)):
-        factors = [x for part in sp.Mul.make_args(term) for x in _split_power(part)]
+        factors = [x for base in sp.Mul.make_args(term) for x in _split_power(base)]
         waves = [x for x in factors if x.func is f]
         if len(waves) == 2 and len({x.func for x in factors} & {sp.cos, sp.sin}) == 1:
             angles = tuple(sorted((x.args[0] for x in waves), key=sp.default_sort_key))
@@ -193,22 +193,22 @@ def _angle_product(term):
     return term, "", ()
 
 
-def _split_power(part):
-    base, exponent = part.as_base_exp()
-    return [base] * int(exponent) if exponent in (1, 2) else [part]
+def _split_power(factor):
+    base, exponent = factor.as_base_exp()
+    return [base] * int(exponent) if exponent in (1, 2) else [factor]
 
 
-def _eliminate_cyclic(system, a, b, V, remaining, cyclic):
+def _eliminate_cyclic(system, a, b, V, kept_rows, cyclic):
     coordinates = list(system.coordinates.values())
     for i in cyclic:
         if coordinates[i].symbol in a.free_symbols | b.free_symbols | V.free_symbols:
             name = coordinates[i].name
             raise DescriptionError(f"coordinate {name}: has a momentum, but T or V contains it; allowed: neither does")
     p = sp.Matrix([coordinates[i].momentum for i in cyclic]) - sp.Matrix([b[i] for i in cyclic])
-    a_nn, a_nc, a_cc = a.extract(remaining, remaining), a.extract(remaining, cyclic), a.extract(cyclic, cyclic)
+    a_nn, a_nc, a_cc = a.extract(kept_rows, kept_rows), a.extract(kept_rows, cyclic), a.extract(cyclic, cyclic)
     inverse = a_cc.inv()
     reduce_energies = (a_nn - a_nc * inverse * a_nc.T).applyfunc(simplify)
-    linear = (sp.Matrix([b[i] for i in remaining]) + a_nc * inverse * p).applyfunc(simplify)
+    linear = (sp.Matrix([b[i] for i in kept_rows]) + a_nc * inverse * p).applyfunc(simplify)
     return reduce_energies, linear, V + simplify((p.T * inverse * p)[0] / 2)
 
 

@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from sweeps.mechanics.switches import Rewriting, Switch, deciding
+from sweeps.mechanics.switches import Rewriting, Switch, deciding_symbols
 from sweeps.schema.refusals import DescriptionError
 
 RESERVED = ("equilibrium", "mode", "eigenvalue", "epsilon", "phase", "t", "title", "system", "grid")
@@ -144,7 +144,7 @@ class System:
         if most is not None and not (type(most) is int and 1 <= most <= MAX_EQUILIBRIA):
             raise DescriptionError(f"most {most!r}: allowed: a whole number from 1 to {MAX_EQUILIBRIA}")
         self.title, self.references = title, references
-        self.given_most, self.follow = most, follow
+        self.max_equilibria, self.follow = most, follow
         self.time = sp.Symbol("t", real=True)
         self.given_period: sp.Expr | None = None
         self.switches: list[Switch] = []  #: discontinuous functions of the time
@@ -220,7 +220,7 @@ class System:
 
     def particle(self, mass, position) -> None:
         """Add a mass at a place r(q), Cartesian; r may contain `system.time` (a rotating hoop)."""
-        place = tuple(self._expression("position", part, self._moving()) for part in position)
+        place = tuple(self._expression("position", component, self._moving()) for component in position)
         self.particles.append((self._expression("mass", mass), place))
 
     def kinetic_energy(self, T) -> None:
@@ -333,7 +333,7 @@ class System:
     @property
     def most(self) -> int:
         """The most equilibria a point can have: the length of the dimension `equilibrium`."""
-        return self.given_most or max(1, len(self.labels))
+        return self.max_equilibria or max(1, len(self.labels))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -374,12 +374,13 @@ class System:
         if unknown := sorted(map(str, e.free_symbols - allowed_symbols)):
             names = ", ".join(sorted(map(str, allowed_symbols))) or "numbers"
             raise DescriptionError(f"{context}: unbound symbol {', '.join(unknown)}; allowed: {names}")
-        rewrite = Rewriting(self.time, self.switches, moving)
-        for part in sorted(e.atoms(*KINKED), key=str):
-            if deciding(part) & (moving - {self.time} if may_jump and type(part) in rewrite.written else moving):
-                fault, allowed = KINKED[type(part)]
-                raise DescriptionError(f"{context}: {part} {fault}; allowed: {allowed}")
-        return rewrite(e)
+        rewriting = Rewriting(self.time, self.switches, moving)
+        for atom in sorted(e.atoms(*KINKED), key=str):
+            smooth_in = moving - {self.time} if may_jump and type(atom) in rewriting.rewriters else moving
+            if deciding_symbols(atom) & smooth_in:
+                fault, allowed = KINKED[type(atom)]
+                raise DescriptionError(f"{context}: {atom} {fault}; allowed: {allowed}")
+        return rewriting(e)
 
     def _check_name(self, name, unit="1"):
         is_used = name in (*self.parameters, *self.coordinates, *self.states, *RESERVED)

@@ -65,9 +65,9 @@ class Equations:
         self.still = dict.fromkeys(self.v, sp.Integer(0))  #: the velocities, all zero
         self.forces = self.f[len(self.v) :]  #: forces, or rates of states; at rest they vanish at an equilibrium
         #: True if the equations contain the time
-        self.timed = any(e.has(self.system.time, *self.switches) for e in (*self.f, self.V, *(self.a or ())))
+        self.depends_on_time = any(e.has(self.system.time, *self.switches) for e in (*self.f, self.V, *(self.a or ())))
         #: True if the energy ½ a_ij q̇_i q̇_j + V of coordinates is conserved
-        self.conservative = self.hamiltonian and not self.timed
+        self.conservative = self.hamiltonian and not self.depends_on_time
 
     @cached_property
     def pulls(self) -> tuple[sp.Expr, ...]:

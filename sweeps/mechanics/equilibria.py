@@ -220,7 +220,7 @@ def _replace_by_names(problem, parameters, slots):
         is_near = (np.abs(names[:, slot] - slots[:, slot]) <= width).all(axis=1)
         rows = np.flatnonzero(is_near & (names[:, slot] != slots[:, slot]).any(axis=1))
         values = [p[rows] for p in parameters]
-        at_name, residual = (problem.enclosed(values, x[rows, slot], x[rows, slot])[0][:, :, 0] for x in (names, slots))
+        at_name, residual = (problem.enclose(values, x[rows, slot], x[rows, slot])[0][:, :, 0] for x in (names, slots))
         may_vanish = (at_name[..., 0] <= 0.0) & (at_name[..., 1] >= 0.0)
         rows = rows[(may_vanish | (np.abs(at_name).max(axis=-1) <= np.abs(residual).max(axis=-1))).all(axis=1)]
         slots[rows, slot] = names[rows, slot]
@@ -407,8 +407,8 @@ class EquilibriumSearch:
         """Return (owner, place) of the places that the description names, within the searched period."""
         labels = self.problem.labels([p[points] for p in self.parameters])[:, :, self.problem.free]
         owner, place = np.repeat(points, labels.shape[1]), labels.reshape(-1, self.n).copy()
-        shifted = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
-        place = np.where(self.periodic, shifted, place)
+        reduced_place = self.low[owner] + np.mod(place - self.low[owner], self.width[owner])
+        place = np.where(self.periodic, reduced_place, place)
         is_finite = np.isfinite(place).all(axis=1)
         return owner[is_finite], place[is_finite]
 
@@ -439,9 +439,9 @@ class EquilibriumSearch:
         owner, is_root = points[box_point], kind == codes.UNIQUE_ZERO
         root, half_width = boxes[:, 1].mean(axis=1), 0.5 * (boxes[:, 1, 1] - boxes[:, 1, 0])
         wide_rows = np.flatnonzero(is_root & (half_width > BOUND_SLACK * self.width[owner]).any(axis=1))
-        refined = self.apply_newton(owner[wide_rows], root[wide_rows])
-        is_in_box = (np.abs(refined - root[wide_rows]) <= half_width[wide_rows]).all(axis=1)
-        root[wide_rows[is_in_box]] = refined[is_in_box]
+        newton_root = self.apply_newton(owner[wide_rows], root[wide_rows])
+        is_in_box = (np.abs(newton_root - root[wide_rows]) <= half_width[wide_rows]).all(axis=1)
+        root[wide_rows[is_in_box]] = newton_root[is_in_box]
         self._add_zeros(owner[is_root], root[is_root], half_width=half_width[is_root])
         low, high = boxes[:, 0, 0], boxes[:, 0, 1]
         is_undecided = ~is_root & ((high >= self.low[owner]) & (low <= self.high[owner])).all(axis=1)
@@ -518,25 +518,25 @@ class EquilibriumSearch:
         zeros = np.flatnonzero(is_unique | self.is_zero(start_owner, place, 2.0 * self.narrowest))
         zeros = zeros[np.lexsort((~is_unique[zeros], start_owner[zeros]))]
         dimension, direction = np.zeros(start_owner.size, dtype=np.int64), np.full(place.shape, np.nan)
-        unproved = zeros[~is_unique[zeros]]
-        dimension[unproved], direction[unproved] = self.family_dimension(start_owner[unproved], place[unproved])
+        open_zeros = zeros[~is_unique[zeros]]
+        dimension[open_zeros], direction[open_zeros] = self.family_dimension(start_owner[open_zeros], place[open_zeros])
         owner_order, new_zeros = np.argsort(self.owner, kind="stable"), []
         owners_in_order = self.owner[owner_order]
         for point in np.unique(owner):
-            here = slice(*np.searchsorted(owner, [point, point + 1]))
+            point_rows = slice(*np.searchsorted(owner, [point, point + 1]))
             point_zeros = zeros[slice(*np.searchsorted(start_owner[zeros], [point, point + 1]))]
             zero_index = owner_order[slice(*np.searchsorted(owners_in_order, [point, point + 1]))]
-            boxes, width = ((low[here], high[here], kind[here]), MERGE_DISTANCE * self.width[point])
-            unique_rows, unresolved = point_zeros[is_unique[point_zeros]], point_zeros[~is_unique[point_zeros]]
-            if dimension[unresolved].any():
+            boxes, width = ((low[point_rows], high[point_rows], kind[point_rows]), MERGE_DISTANCE * self.width[point])
+            unique_rows, open_rows = point_zeros[is_unique[point_zeros]], point_zeros[~is_unique[point_zeros]]
+            if dimension[open_rows].any():
                 self.certified[point] = FAMILY
                 if not (self.problem.takes_members and self.problem.system.labels):
-                    tangent = direction[unresolved[dimension[unresolved].argmax()]]
+                    tangent = direction[open_rows[dimension[open_rows].argmax()]]
                     self.is_flat[point], self.direction[point, self.problem.free] = (
                         True,
                         tangent / np.abs(tangent).max(),
                     )
-                unresolved = unresolved[dimension[unresolved] == 0]
+                open_rows = open_rows[dimension[open_rows] == 0]
             roots = list(zip(self.place[zero_index], self.half_width[zero_index], strict=True))
             for j in unique_rows:
                 if not any((np.abs(c - place[j]) <= r + half_width[j]).all() for c, r in roots):
@@ -546,7 +546,7 @@ class EquilibriumSearch:
             for j in unique_rows:
                 is_covered |= ((boxes[0] >= lows[0][j]) & (boxes[1] <= highs[0][j])).all(axis=1)
             boxes = tuple(x[~is_covered] for x in boxes)
-            new_zeros += [(point, *c) for c in self._cluster_roots(point, place[unresolved], boxes, roots, width)]
+            new_zeros += [(point, *c) for c in self._cluster_roots(point, place[open_rows], boxes, roots, width)]
             if boxes[2].size:
                 reason = TOO_LARGE if (boxes[2] == codes.NOT_EXAMINED).any() else ROUNDING
                 self.certified[point] = max(self.certified[point], reason)
@@ -580,17 +580,17 @@ class EquilibriumSearch:
         """
         is_unique, lows, highs = (np.zeros(owner.size, dtype=bool), np.stack([place] * 2), np.stack([place] * 2))
         for half_width_fraction in ISOLATION_HALF_WIDTHS:
-            remaining = np.flatnonzero(~is_unique)
-            if not remaining.size:
+            open_rows = np.flatnonzero(~is_unique)
+            if not open_rows.size:
                 break
-            half_widths = half_width_fraction * self.width[owner[remaining]]
+            half_widths = half_width_fraction * self.width[owner[open_rows]]
             box_row, kind, boxes = self.search_boxes(
-                self.constants[owner[remaining]],
-                np.stack([place[remaining] - half_widths, place[remaining] + half_widths], axis=1),
+                self.constants[owner[open_rows]],
+                np.stack([place[open_rows] - half_widths, place[open_rows] + half_widths], axis=1),
                 (self.narrowest, 1, MAX_NARROW, 0.0, False),
             )
             is_root = kind == codes.UNIQUE_ZERO
-            rows = remaining[box_row[is_root]]
+            rows = open_rows[box_row[is_root]]
             is_unique[rows] = True
             lows[:, rows], highs[:, rows] = (boxes[is_root, :, 0].swapaxes(0, 1), boxes[is_root, :, 1].swapaxes(0, 1))
         return is_unique, lows, highs, 0.5 * (highs[1] - lows[1])
@@ -616,7 +616,7 @@ class EquilibriumSearch:
             lower, upper = low[in_cluster].min(axis=0), high[in_cluster].max(axis=0)
             middle = np.where((lower <= 0.0) & (upper >= 0.0), 0.0, 0.5 * (lower + upper))
             if (kind[in_cluster] == codes.NOT_EXAMINED).any():  # a cluster that was cut off may contain several roots
-                if not any((np.abs(other - root) <= width).all() for other, _, _ in roots.values()):
+                if not any((np.abs(root_place - root) <= width).all() for root_place, _, _ in roots.values()):
                     roots[len(cluster) + len(roots)] = root, 0.0 * root, 0.0 * root
             elif cluster[box_index[0]] not in roots:
                 owner = np.array([point])
@@ -641,7 +641,7 @@ class EquilibriumSearch:
         place = np.where(at_low, high - np.maximum(low - place, 0.0), place)
         fixed = [i for i in range(problem.m) if i not in problem.free]
         if fixed:
-            F = problem.enclosed([p[owner] for p in self.parameters], place - half_width, place + half_width)[0][
+            F = problem.enclose([p[owner] for p in self.parameters], place - half_width, place + half_width)[0][
                 :, fixed, 0
             ]
             is_zero = ((F[..., 0] <= 0.0) & (F[..., 1] >= 0.0)).all(axis=1)
@@ -653,17 +653,17 @@ class EquilibriumSearch:
         counts = np.bincount(owner[order], minlength=self.size)
         position = np.arange(order.size) - np.repeat(np.cumsum(counts) - counts, counts)
         places = np.full((self.size, max(counts.max(initial=0), 1), problem.m), np.nan)
-        dimension, hidden = np.zeros(places.shape[:2], dtype=np.int64), np.zeros(places.shape)
+        dimension, place_errors = np.zeros(places.shape[:2], dtype=np.int64), np.zeros(places.shape)
         places[owner[order], position], dimension[owner[order], position] = place[order], self.dimension[order]
-        hidden[owner[order, None], position[:, None], problem.free] = self.uncertainty[order]
-        return places, hidden, dimension
+        place_errors[owner[order, None], position[:, None], problem.free] = self.uncertainty[order]
+        return places, place_errors, dimension
 
 
 def _replace_records(records, is_removed, new_records):
     """Return records without the removed ones and with the new ones, in the order of their points."""
     columns = [np.concatenate([a[~is_removed], b]) for a, b in zip(records, new_records, strict=True)]
     order = np.argsort(columns[0], kind="stable")
-    return tuple(part[order] for part in columns)
+    return tuple(column[order] for column in columns)
 
 
 # -- slots
@@ -735,18 +735,18 @@ def _assign_slots(problem, parameters, places):
     rows = np.arange(points)
     for _ in range(labels.shape[1]):
         label, place_index = np.divmod(cost.reshape(points, -1).argmin(axis=1), count)
-        assigned = np.isfinite(cost[rows, label, place_index])
-        slots[rows[assigned], label[assigned]] = place_index[assigned]
-        is_unassigned[rows[assigned], place_index[assigned]] = False
-        cost[rows[assigned], label[assigned], :] = np.inf
-        cost[rows[assigned], :, place_index[assigned]] = np.inf
+        new_rows = np.isfinite(cost[rows, label, place_index])
+        slots[rows[new_rows], label[new_rows]] = place_index[new_rows]
+        is_unassigned[rows[new_rows], place_index[new_rows]] = False
+        cost[rows[new_rows], label[new_rows], :] = np.inf
+        cost[rows[new_rows], :, place_index[new_rows]] = np.inf
     if problem.takes_members and system.labels:
         is_unassigned[:] &= system.most > labels.shape[1]
     is_free = (slots < 0) & (np.arange(system.most) >= labels.shape[1])
     num_free, rank = (is_free.cumsum(axis=1), is_unassigned.cumsum(axis=1))  # the k-th place goes to the k-th slot
     fits = is_unassigned & (rank <= num_free[:, -1:])
     for place_index in np.flatnonzero(fits.any(axis=0)):
-        assigned = np.flatnonzero(fits[:, place_index])
-        slot = (num_free[assigned] == rank[assigned, place_index, None]).argmax(axis=1)
-        slots[assigned, slot] = place_index
+        new_rows = np.flatnonzero(fits[:, place_index])
+        slot = (num_free[new_rows] == rank[new_rows, place_index, None]).argmax(axis=1)
+        slots[new_rows, slot] = place_index
     return slots, (is_unassigned & ~fits).any(axis=1)

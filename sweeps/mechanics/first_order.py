@@ -20,9 +20,9 @@ def graph(equations: Equations, near: bool = True) -> Graph:
     """Return the graph of a system's equations, of deviations from an equilibrium or from any place."""
     if not equations.v:
         g = Graph(equations, near)
-        g.rates = tuple(g.vanishing(e) for e in equations.f)
+        g.rates = tuple(g.build_zero(e) for e in equations.f)
         quantities = zip(equations.system.conserved_quantities.values(), equations.second, strict=True) if near else ()
-        g.watched = tuple((SECOND if curved else FIRST, (g.build(e),)) for e, curved in quantities)
+        g.drift_terms = tuple((SECOND if is_quadratic else FIRST, (g.build(e),)) for e, is_quadratic in quantities)
         return _with_time(g)
     return (_multiply_by_inverse if _is_shorter_by_inverse(equations) else _solve_by_order)(equations, near)
 
@@ -39,13 +39,13 @@ def _is_shorter_by_inverse(equations):
 
 def _solve_by_order(equations, near=True):
     g = Graph(equations, near)
-    return _with_energy(g, g.solved(equations.a, [g.vanishing(e) for e in equations.forces]))
+    return _with_energy(g, g.solve_nodes(equations.a, [g.build_zero(e) for e in equations.forces]))
 
 
 def _multiply_by_inverse(equations, near=True):
     g, m = Graph(equations, near), equations.m
     inverse = equations.a.inv().applyfunc(simplify)
-    forces = [g.vanishing(gather_terms(e, equations)) for e in equations.forces]
+    forces = [g.build_zero(gather_terms(e, equations)) for e in equations.forces]
     rates = []
     for i in range(m):
         pairs = [(g.build(e), force) for e, force in zip(inverse.row(i), forces, strict=True) if e != 0]
@@ -65,7 +65,7 @@ def _with_energy(g, accelerations):
     if equations.conservative and g.near:
         v = sp.Matrix(equations.v)
         terms = tuple(map(g.build, ((v.T * equations.a * v)[0] / 2, *sp.Add.make_args(expand_short(equations.V)))))
-        g.watched = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural])
+        g.drift_terms = tuple((kind, terms) for kind in (SECOND, ABSOLUTE)[: 1 + equations.natural])
     return _with_time(g)
 
 

@@ -75,13 +75,13 @@ class Graph:
         self.rates: tuple[int, ...] = ()  #: nodes of ẋ_i
         #: (FIRST, SECOND or ABSOLUTE, nodes) of each quantity that a run watches: the deviation of their sum in units
         #: of ε, or of ε², or the sum of the absolute values of the latter
-        self.watched: tuple[tuple[int, tuple[int, ...]], ...] = ()
+        self.drift_terms: tuple[tuple[int, tuple[int, ...]], ...] = ()
         self._numbers: dict[Node, int] = {}
         self._expressions: dict[sp.Expr, int] = {}
         self._moving, quantities = {*self.states}, equations.system.conserved_quantities.values()
-        spelled = sp.Tuple(*equations.f, equations.V, *quantities)  # all that a run needs
-        self._roots = {p.base for p in spelled.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
-        self._turns = {e.args[0] for e in spelled.atoms(sp.sin, sp.cos)}
+        all_terms = sp.Tuple(*equations.f, equations.V, *quantities)
+        self._roots = {p.base for p in all_terms.atoms(sp.Pow) if p.exp.is_Rational and p.exp.q == 2 and p.exp < 0}
+        self._turns = {e.args[0] for e in all_terms.atoms(sp.sin, sp.cos)}
 
     def add(self, node: Node) -> int:
         """Add a node unless it is there already, and return its number."""
@@ -157,9 +157,9 @@ class Graph:
         if not (self.moves(first) or self.moves(second)):
             return self.build(self.nodes[first].weights[0] * self.nodes[second].weights[0])
         zero = self.nodes[first].zero or self.nodes[second].zero
-        for factor, other in ((first, second), (second, first)):
+        for factor, cofactor in ((first, second), (second, first)):
             if not self.moves(factor) and self.nodes[factor].weights[0].is_number:
-                return self.sum((other,), (float(self.nodes[factor].weights[0]),), zero)
+                return self.sum((cofactor,), (float(self.nodes[factor].weights[0]),), zero)
         return self.add(Node(MUL, tuple(sorted((first, second))), (), zero))
 
     def quotient(self, first: int, second: int) -> int:
@@ -168,7 +168,7 @@ class Graph:
             return self.product(first, self.build(1 / self.nodes[second].weights[0]))
         return self.add(Node(DIV, (first, second), (), self.nodes[first].zero))
 
-    def solved(self, a: sp.Matrix, forces: list[int]) -> list[int]:
+    def solve_nodes(self, a: sp.Matrix, forces: list[int]) -> list[int]:
         """Return the nodes of a⁻¹ f, a symmetric and positive definite; coupled rows are solved together."""
         solution = {}
         count, block = connected_components(np.array(a.tolist()) != 0, directed=False)
@@ -187,9 +187,9 @@ class Graph:
         node = self.nodes[number]
         row, m = node.weights
         a = dict(zip(((i, j) for i in range(m) for j in range(i, m)), node.parts, strict=False))
-        return number - row, a | {(j, i): part for (i, j), part in a.items()}, node.parts[-m:]
+        return number - row, a | {(j, i): entry for (i, j), entry in a.items()}, node.parts[-m:]
 
-    def vanishing(self, expression) -> int:
+    def build_zero(self, expression) -> int:
         """Return the node of a value that vanishes at an equilibrium: its base is exactly 0 there, without rounding."""
         number = self.build(expression)
         return self.sum((number,), zero=True) if self.near else number
@@ -202,12 +202,13 @@ class Graph:
         for term in e.args:
             factor, moving_term = term.as_independent(*self._moving, as_Add=False)
             factors[moving_term] = factors.get(moving_term, 0) + factor
-        parts = [(factor * moving_term).as_coeff_Mul() for moving_term, factor in factors.items()]
-        return self.sum([self.build(part) for _, part in parts], [float(weight) for weight, _ in parts])
+        weighted_terms = [(factor * moving_term).as_coeff_Mul() for moving_term, factor in factors.items()]
+        weights = [float(weight) for weight, _ in weighted_terms]
+        return self.sum([self.build(term) for _, term in weighted_terms], weights)
 
     def _product(self, e):
         tangents = {sp.tan(u): sp.sin(u) / sp.cos(u) for u in self._turns}
-        factors = [part for f in e.args for part in sp.Mul.make_args(tangents.get(f, f))]
+        factors = [subfactor for f in e.args for subfactor in sp.Mul.make_args(tangents.get(f, f))]
         constants = [f for f in factors if not f.free_symbols & self._moving]
         moving_factors = [f for f in factors if f.free_symbols & self._moving]
         above, below = [], []
@@ -324,7 +325,7 @@ _INTEGRATED = (
 # -- values in NumPy: one array element a point
 
 
-def lambdified(arguments, expressions, broadcast=True):
+def compile_expression(arguments, expressions, broadcast=True):
     """Return a NumPy function of arrays for the arguments that returns each expression as a float64 array.
 
     Args:
@@ -360,22 +361,22 @@ class Values:
         self.graph = graph
         self._parameters = graph.equations.parameters
         constants = [node.weights[0] if node.kind == CONSTANT else sp.Integer(0) for node in graph.nodes]
-        self._constants = lambdified(self._parameters, constants, broadcast=False)
+        self._constants = compile_expression(self._parameters, constants, broadcast=False)
         self._functions, self._second = {}, {}
         self._behind = graph.behind(graph.slopes, slopes=False)
-        self._based = graph.behind(range(len(graph.nodes)) if graph.near else graph.slopes)
+        self._base_nodes = graph.behind(range(len(graph.nodes)) if graph.near else graph.slopes)
         nodes, weights = special.roots_jacobi(nodes, 1, 0)  # for the weight 1 − s
         self._quadrature = 0.5 * (nodes + 1.0), 0.25 * weights
         for number in graph.slopes:
             lam = graph.nodes[number].weights[0]
             (u,) = lam.variables
-            self._functions[number] = lambdified((u, *self._parameters), [lam.expr], broadcast=False)
-            self._second[number] = lambdified((u, *self._parameters), [lam.expr.diff(u, 2)], broadcast=False)
+            self._functions[number] = compile_expression((u, *self._parameters), [lam.expr], broadcast=False)
+            self._second[number] = compile_expression((u, *self._parameters), [lam.expr.diff(u, 2)], broadcast=False)
 
     def bases(self, parameters, q0):
         """Return U of nodes, arrays of up to (n,), from tuples of parameters and places; slopes f′(U) by function."""
         U, nothing = self._constants(*parameters), np.zeros(np.shape(q0[0]))
-        for number in self._based:
+        for number in self._base_nodes:
             node = self.graph.nodes[number]
             if node.zero:
                 U[number] = nothing

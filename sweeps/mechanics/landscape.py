@@ -7,7 +7,7 @@ import sympy as sp
 
 from kernels.search.codes import SOUND
 from sweeps.mechanics.equations import Equations
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.tape import Tape
 from sweeps.schema.refusals import DescriptionError
 
@@ -40,14 +40,14 @@ class Landscape:
         #: True for periodic coordinates
         self.periodic = np.array([place.periodic for place in places])
         bounds = [bound for place in places for bound in place.bounds]
-        self._bounds = lambdified(self.parameters, bounds)
+        self._bounds = compile_expression(self.parameters, bounds)
         #: True if bounds and held coordinates do not depend on parameters
         self.is_steady = not any(sp.sympify(e).free_symbols for e in (*bounds, *self.held_values))
-        self._holds = lambdified(self.parameters, self.held_values)
+        self._holds = compile_expression(self.parameters, self.held_values)
         # coordinates without a value in a name begin in the middle of the bounds, or anywhere
-        unnamed = {place.symbol: sum(place.bounds) / 2 if self.takes_members else sp.nan for place in places}
-        names = [(unnamed | label)[x] for label in system.labels.values() for x in self.symbols]
-        self._labels = lambdified(self.parameters, [sp.sympify(name) for name in names])
+        default_place = {place.symbol: sum(place.bounds) / 2 if self.takes_members else sp.nan for place in places}
+        names = [(default_place | label)[x] for label in system.labels.values() for x in self.symbols]
+        self._labels = compile_expression(self.parameters, [sp.sympify(name) for name in names])
         #: True for coordinates to which a name gives a value, shape (names, m)
         is_given = [x in label for label in system.labels.values() for x in self.symbols]
         self.is_given = np.array(is_given, dtype=bool).reshape(-1, self.m)
@@ -57,7 +57,7 @@ class Landscape:
         self._slopes, self._terms = self._lambdify(slopes), self._lambdify([magnitude(e) for e in slopes])
         self._a = self._lambdify(equations.a.subs(equations.still)) if equations.v else None
         #: third derivatives of V and first ones of a, a list of arrays
-        self.third = lambdified(self._arguments, equations.third) if equations.natural else None
+        self.third = compile_expression(self._arguments, equations.third) if equations.natural else None
         quantities, gradients = system.conserved_quantities.values(), list(equations.gradients)
         hessians = [e for quantity in quantities for e in sp.hessian(quantity, equations.states)]
         self._gradients = [self._lambdify(es) for es in (gradients, map(magnitude, gradients))]
@@ -105,11 +105,11 @@ class Landscape:
             high: upper ends of the parameters' ranges, if `parameters` are the lower ends.
             tape: by default `self.tape`.
         """
-        held = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
-        constants = (tape or self.tape).constants([*parameters, *held], None if high is None else [*high, *held])
+        fixed = [h for i, h in enumerate(self.holds(parameters).T) if i not in self.free]
+        constants = (tape or self.tape).constants([*parameters, *fixed], None if high is None else [*high, *fixed])
         return np.array(np.broadcast_to(constants, (parameters[0].size, *constants.shape[1:])))
 
-    def enclosed(self, parameters, low, high):
+    def enclose(self, parameters, low, high):
         """Return enclosures of F and its slopes in boxes, shape (points, m, 1 + m, 2), and state codes, (points,).
 
         Args:
@@ -130,7 +130,7 @@ class Landscape:
             place: equilibria, shape (points, m).
             uncertainty: the errors are at least these, shape (points, m); see `equilibria.Equilibria`.
         """
-        values, width = self.enclosed(parameters, place, place)[0], np.ptp(self.bounds(parameters), axis=-1)
+        values, width = self.enclose(parameters, place, place)[0], np.ptp(self.bounds(parameters), axis=-1)
         F, J = np.abs(values[:, :, 0]).max(axis=-1), values[:, :, 1:].mean(axis=-1) * width[:, None, :]
         size = np.abs(J).max(axis=2)
         size[size == 0.0] = 1.0
@@ -185,8 +185,8 @@ class Landscape:
         owner, full_width, is_possible = np.arange(len(place)), np.ptp(boxes, axis=-1), np.zeros(len(place), dtype=bool)
         for _ in range(MAX_BOX_CUTS):
             values_of_boxes, middle = [p[owner] for p in parameters], boxes.mean(axis=-1)
-            values, states = self.enclosed(values_of_boxes, boxes[..., 0], boxes[..., 1])
-            F = self.enclosed(values_of_boxes, middle, middle)[0][:, :, 0]
+            values, states = self.enclose(values_of_boxes, boxes[..., 0], boxes[..., 1])
+            F = self.enclose(values_of_boxes, middle, middle)[0][:, :, 0]
             change = (
                 np.abs(values[:, :, 1:]).max(axis=-1) @ np.ptp(boxes, axis=-1)[..., None] * (0.5 + MEAN_VALUE_ROUNDING)
             )
@@ -205,7 +205,7 @@ class Landscape:
         return ~is_possible
 
     def _lambdify(self, expressions):
-        return lambdified(self._arguments, expressions, broadcast=False)
+        return compile_expression(self._arguments, expressions, broadcast=False)
 
     def _size(self, place):
         """Return the perturbation of relative size one; by default a quarter of the bounds, or NaN (see `modes`)."""

@@ -123,8 +123,8 @@ class Model:
         parameters = self.with_switches(parameters)
         with np.errstate(all="ignore"):
             (places,) = self.landscape.starts(parameters) if self.system.labels else self.equilibria(parameters).places
-            repeated, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
-            slopes, _ = self.landscape.conserved_slopes(repeated, x, self.landscape.sizes(repeated, x))
+            point_parameters, x = [np.repeat(p, len(places)) for p in parameters], list(places.T)
+            slopes, _ = self.landscape.conserved_slopes(point_parameters, x, self.landscape.sizes(point_parameters, x))
         finite = slopes[np.isfinite(slopes).all((1, 2))]
         if not finite.size:
             raise DescriptionError("conserved: infinite at every place that is named; allowed: finite quantities")
@@ -169,7 +169,7 @@ class Model:
             **{f"{p.name}_equilibrium": theory["place"][:, i] for i, p in enumerate(self.equations.places)},
         }
 
-    def located(self, parameters: list[np.ndarray], slot: np.ndarray) -> dict[str, np.ndarray]:
+    def place_columns(self, parameters: list[np.ndarray], slot: np.ndarray) -> dict[str, np.ndarray]:
         """Return the equilibrium in a slot of each point.
 
         Returns:
@@ -194,7 +194,7 @@ class Model:
         uses = self._of_equilibria if self.system.given_period is None else self._of_a_period
         of = "{} (at {:,} of {:,} looked at)"
         pairs = ((words, holds.sum(), holds.size) for words, holds in uses(parameters))
-        return tuple(words if some == all_ else of.format(words, some, all_) for words, some, all_ in pairs if some)
+        return tuple(words if count == all_ else of.format(words, count, all_) for words, count, all_ in pairs if count)
 
     def _of_equilibria(self, parameters):
         from sweeps.mechanics import relative
@@ -205,18 +205,18 @@ class Model:
         else:
             point, slot = np.nonzero(~np.isnan(self.equilibria(parameters).places).any(axis=-1))
             at = [p[point] for p in parameters]
-            there = self.located(at, slot)
-            place, slopes = there["place"], self.landscape.slopes(at, list(there["place"].T))
-            paired = relative.has_paired_jacobian(self, *slopes) & self.symmetries.has_pairs(at, place, slopes[1])
-            yield "time reversal: eigenvalues come in pairs ±μ", paired
+            base = self.place_columns(at, slot)
+            place, slopes = base["place"], self.landscape.slopes(at, list(base["place"].T))
+            has_pairs = relative.has_paired_jacobian(self, *slopes) & self.symmetries.has_pairs(at, place, slopes[1])
+            yield "time reversal: eigenvalues come in pairs ±μ", has_pairs
             yield (
                 "stable by a definite conserved quantity",
-                relative.is_proved_stable(self, at, place, there["place_uncertainty"]),
+                relative.is_proved_stable(self, at, place, base["place_uncertainty"]),
             )
         if self.quantities:
             zeros = self.equations.n - self.n
-            left_out = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""
-            yield f"conserved: {', '.join(self.quantities)}, whose drift is watched{left_out}", always
+            note = f"; {zeros} of {self.equations.n} eigenvalues, which are zero, are left out" if zeros else ""
+            yield f"conserved: {', '.join(self.quantities)}, whose drift is watched{note}", always
 
     def _of_a_period(self, parameters):
         variation, parameters = self.variation, self.with_switches(parameters)

@@ -50,9 +50,9 @@ def normal_modes(hessian, a):
     inverse = apply_by_matrix(lambda a: np.linalg.inv(np.linalg.cholesky(a)), a[rows] * pair)
     is_regular = np.isfinite(inverse).all(axis=(1, 2))
     rows, unit, inverse = rows[is_regular], unit[is_regular], inverse[is_regular]
-    transposed = np.swapaxes(inverse, 1, 2)
-    squares[rows], directions = np.linalg.eigh(inverse @ (hessian[rows] * pair[is_regular]) @ transposed)
-    vectors[rows] = unit[:, :, None] * (transposed @ directions)
+    inverse_transpose = np.swapaxes(inverse, 1, 2)
+    squares[rows], directions = np.linalg.eigh(inverse @ (hessian[rows] * pair[is_regular]) @ inverse_transpose)
+    vectors[rows] = unit[:, :, None] * (inverse_transpose @ directions)
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None, :], axis=1)
     return squares, vectors * np.where(largest < 0.0, -1.0, 1.0)
 
@@ -94,7 +94,7 @@ def largest_curvature(landscape, parameters, place, distance):
         place: shape (points, n).
         distance: of each coordinate, shape (points, n).
     """
-    values, states = landscape.enclosed(parameters, place - distance, place + distance)
+    values, states = landscape.enclose(parameters, place - distance, place + distance)
     size = np.abs(values[:, :, 1:]).max(axis=-1)
     size[(states > 0) | ~np.isfinite(size).all(axis=(1, 2))] = np.inf
     return size

@@ -68,14 +68,9 @@ def follow(code: Moving, parameters, start, times, tolerance: float) -> tuple[np
             is_stiff = ~is_over & (change.max(axis=1) < STIFF_CHANGE) & (progress < segment / MAX_SEGMENTS)
             status[due[0, is_stiff]] = STIFF
             is_over |= is_stiff | (progress < segment / (MAX_ACCELERATION * MAX_SEGMENTS))
-        remaining = ~is_over
-        x, low, size, step = (
-            table[remaining, : code.n],
-            low[remaining],
-            size[remaining],
-            table[remaining, code.step_row],
-        )
-        due = np.ascontiguousarray(due[:, remaining])
+        running = ~is_over
+        x, low, size, step = (table[running, : code.n], low[running], size[running], table[running, code.step_row])
+        due = np.ascontiguousarray(due[:, running])
     states[status != OK] = np.nan
     return states[..., :count].swapaxes(1, 2), status
 
@@ -100,7 +95,7 @@ def solve(
     status = np.full(len(start), OK, np.int8)
     signs = np.resize([1.0, -1.0], start.shape[1])
     shifted_start = start * (1.0 + 2.0 * signs * EPSILON) + signs * uncertainty
-    shifted_times = times + STATE_ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.timed
+    end_times = times + STATE_ROUNDING * np.abs(times).max(axis=1, keepdims=True) * code.graph.equations.depends_on_time
 
     def integrate(runs, begin, at, halvings):
         finer = FIRST_TERM_SHARE * tolerance / 2.0 ** (code.order * halvings)
@@ -127,10 +122,10 @@ def solve(
                 & np.isfinite(change)
             )
             is_open = is_open[open_runs] if halvings < MAX_HALVINGS else np.zeros(open_runs.size, bool)
-            finished, last = open_runs[~is_open], change.copy()
-            shifted = integrate(finished, shifted_start, shifted_times, halvings)
-            difference[finished] += np.maximum.accumulate(np.abs(shifted - states[finished]), axis=1)
-            change[finished] = largest(finished)
+            new_runs, last = open_runs[~is_open], change.copy()
+            shifted_states = integrate(new_runs, shifted_start, end_times, halvings)
+            difference[new_runs] += np.maximum.accumulate(np.abs(shifted_states - states[new_runs]), axis=1)
+            change[new_runs] = largest(new_runs)
             open_runs, coarse = open_runs[is_open], states[open_runs[is_open]]
             if not open_runs.size:
                 break

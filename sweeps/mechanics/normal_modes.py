@@ -33,7 +33,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         points: each parameter, `equilibrium` (slot from 0), `mode` (from 1), `epsilon`, `phase`: shape (points,).
 
     Returns:
-        The result of `Model.located`; `omega_squared` (s-2), `modes` (points, n, n), `a` (points, n, n), `terms`
+        The result of `Model.place_columns`; `omega_squared` (s-2), `modes` (points, n, n), `a` (points, n, n), `terms`
         (points, n, n), `sizes` (points, n), `scale` (s-1), `uncertain` (error of ω² by that of the
         place, over S²), `parameters` (a list of arrays); NaN where there is no equilibrium.
     """
@@ -41,7 +41,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     parameters = model.parameters(points, slot.size)
     first_rows, row_index = runs_of([*parameters, slot])
     values = [p[first_rows] for p in parameters]
-    columns = model.located(values, slot[first_rows])
+    columns = model.place_columns(values, slot[first_rows])
     columns |= _linear(model.landscape, values, columns["place"], columns["place_uncertainty"])
     columns_of_points = {name: array[row_index] for name, array in columns.items()}
     mode = np.asarray(points["mode"]) - 1
@@ -60,8 +60,8 @@ def _linear(landscape, parameters, place, uncertainty):
         for matrix in (hessian, a, terms):
             matrix[is_missing] = np.nan  # where V″ is constant too
         sizes = modes.sizes(landscape, parameters, place, terms)
-        terms, vanished = modes.bounding_terms(landscape, parameters, place, terms, sizes)
-        hessian[vanished] = 0.0  # a place is known to a rounding, and V″ there to no better
+        terms, is_zero = modes.bounding_terms(landscape, parameters, place, terms, sizes)
+        hessian[is_zero] = 0.0  # a place is known to a rounding, and V″ there to no better
         error = landscape.place_error(parameters, place, uncertainty)
     squares, vectors = modes.normal_modes(hessian, a)
     S = modes.scale(terms, a)
@@ -71,9 +71,14 @@ def _linear(landscape, parameters, place, uncertainty):
     mass_change = matrix_change(lambda x: landscape.a(parameters, list(x.T)), a, place, error)
     changes = curvature_change / (S * S)[:, None, None] + mass_change
     uncertain = np.nan_to_num(np.einsum("pik,pij,pjk->pk", np.abs(vectors), changes, np.abs(vectors)))
-    twice = _is_two_sided(landscape.third(*parameters, *q), terms, a, sizes)
+    even = _is_two_sided(landscape.third(*parameters, *q), terms, a, sizes)
     linear = {"squares": squares, "modes": vectors, "a": a, "scale": S, "sizes": sizes}
-    return linear | {"twice": twice, "terms": terms, "positive": modes.is_positive_definite(a), "uncertain": uncertain}
+    return linear | {
+        "twice": even,
+        "terms": terms,
+        "positive": modes.is_positive_definite(a),
+        "uncertain": uncertain,
+    }
 
 
 def _is_two_sided(third, terms, a, sizes):
@@ -153,9 +158,15 @@ def _perturbation(points, theory, rows, direction):
     first = vectors[:, :, 0]
     unit = 1.0 / np.abs(first / sizes).max(axis=1)
     if direction is None:
-        ones = np.ones(rows.size)
+        units = np.ones(rows.size)
         along, projection = first * unit[:, None], np.einsum("pjk,pji->pki", vectors, a) / unit[:, None, None]
-        return {"along": along, "projection": projection, "start": ones, "reach": ones, "allowed": 0.0 * ones}
+        return {
+            "along": along,
+            "projection": projection,
+            "start": units,
+            "reach": units,
+            "allowed": 0.0 * units,
+        }
     along = np.asarray(direction, dtype=np.float64) / np.abs(direction).max()
     along = along / np.abs(along / sizes).max(axis=1)[:, None]
     norm = np.sqrt(np.einsum("pi,pij,pj->p", along, a, along))

@@ -41,7 +41,7 @@ from kernels.flow import floquet, jacobians, monodromy, variational
 from kernels.flow.matrices import find_coupled
 from sweeps.mechanics import continuation, motions
 from sweeps.mechanics.equations import Equations, term_coefficients
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.landscape import magnitude
 
 MAX_SEGMENT_ANGLE = 2.8  # rad, rotation of a perturbation within a segment; below pi, so that it cannot alias
@@ -96,7 +96,7 @@ class Variation:
         )
         pair_terms = pairing_conditions(equations)
         self._proofs = (
-            lambdified(equations.parameters, [equations.system.given_period, *pair_terms, *odd_terms]),
+            compile_expression(equations.parameters, [equations.system.given_period, *pair_terms, *odd_terms]),
             len(pair_terms),
         )
         self._still_blocks = self._lambdify([*J, *a])
@@ -116,7 +116,7 @@ class Variation:
         time_symbols, numbers = (phase, *equations.switches), np.ndindex(slopes.shape)
         pulses = [(e, entry) for e, entry in zip(slopes, numbers, strict=True) if e.has(*time_symbols)]
         pulses = [(f, entry) for e, entry in pulses for f in term_coefficients([e], (*equations.states, *time_symbols))]
-        self._pulses = lambdified(equations.parameters, [f for f, _ in pulses]), [entry for _, entry in pulses]
+        self._pulses = compile_expression(equations.parameters, [f for f, _ in pulses]), [entry for _, entry in pulses]
         self._coupled = np.reshape([e != 0 for e in masses], (self.m, -1))
         with_sign = [*((e, 1) for e in forces), *((e, -1) for e in masses)]
         self.is_odd = all(sp.expand(e + sign * e.subs(mirror)) == 0 for e, sign in with_sign)
@@ -142,7 +142,7 @@ class Variation:
         return period, has_pairs, is_even
 
     def _lambdify(self, expressions):
-        return lambdified(
+        return compile_expression(
             (*self.equations.parameters, *self.equations.states, self._phase), expressions, broadcast=False
         )
 
@@ -193,7 +193,7 @@ class Variation:
                 if phase_function.free_symbols - {self._phase}:
                     return None
                 coefficients.setdefault(phase_function, [sp.Integer(0)] * len(slopes))[k] += coefficient
-        return lambdified([self._phase], coefficients), self._lambdify(
+        return compile_expression([self._phase], coefficients), self._lambdify(
             [*(e for row in coefficients.values() for e in row), *masses]
         )
 
@@ -516,9 +516,10 @@ class BaseMotions:
             group, states = moving_points[self.num_nodes[moving_points] == K], []
             for k, inside in enumerate(np.split(sorted_phases, np.searchsorted(sorted_phases, np.arange(1, K) / K))):
                 times = self.period[group, None] * self.between_jumps(np.insert(inside, 0, k / K), group)[0].T
-                *_, given = self.between_jumps(np.array([k / K]), group)
-                given = [np.ravel(p) for p in given]
-                ends = motions.solve(self.model.moving, given, self.nodes[group, k], times, 1e-13, self.sizes[group])[0]
+                *_, constants = self.between_jumps(np.array([k / K]), group)
+                constants = list(map(np.ravel, constants))
+                setting = self.nodes[group, k], times, 1e-13, self.sizes[group]
+                ends = motions.solve(self.model.moving, constants, *setting)[0]
                 states.append(ends[:, 1:])
             states_at[:, :, group] = np.moveaxis(np.concatenate(states, axis=1)[:, index], 0, 2).swapaxes(0, 1)
         return states_at
@@ -577,9 +578,9 @@ class BaseMotions:
             np.tile(variational.STEP_WEIGHTS, phases.size // variational.STAGES),
             np.zeros(self.period.size),
         )
-        weights = [(weights * part).sum() for part in factors.T] if factors.size else weights
+        weights = [(weights * factor).sum() for factor in factors.T] if factors.size else weights
         for e in (e for e, (i, j) in enumerate(variation.entries[still]) if j == i + first_velocity):
-            trace += sum(w * part[e] for w, part in zip(weights, slopes, strict=True))
+            trace += sum(w * factor[e] for w, factor in zip(weights, slopes, strict=True))
         rows = variational.integrate_flow(*variation.kernels(still), factors, slopes, lengths, steps)
         matrices, later = unpack_matrices(rows, n, FLOW_ROUNDING)
         return matrices, np.moveaxis(later.reshape(n, n, -1), 2, 0), trace

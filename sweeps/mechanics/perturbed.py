@@ -89,9 +89,9 @@ class PerturbedCode(Series):
         """
         if self.graph.equations.switches:
             return True
-        timed = [k for k in self.graph.slopes if self.time in self._state_numbers(k)]
+        time_nodes = [k for k in self.graph.slopes if self.time in self._state_numbers(k)]
         return not self.still or any(
-            self._has_deviation(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in timed
+            self._has_deviation(k) or self.graph.nodes[k].weights[0].has(sp.exp) for k in time_nodes
         )
 
     @cached_property
@@ -104,9 +104,10 @@ class PerturbedCode(Series):
         n = self.time
         if not self.linear:
             return np.vstack([np.eye(n), np.full(n, 2.0)]), np.tile(np.arange(n), (n, 1))
-        same = find_coupled(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in enumerate(self.graph.rates[:n])])
-        within = np.tril(same, -1).sum(axis=1)
-        return np.eye(n)[: within.max() + 1, within], np.where(same, within, -1)
+        rates = enumerate(self.graph.rates[:n])
+        same_block = find_coupled(n, [[i, *(self._state_numbers(rate) - {n})] for i, rate in rates])
+        index_in_block = np.tril(same_block, -1).sum(axis=1)
+        return np.eye(n)[: index_in_block.max() + 1, index_in_block], np.where(same_block, index_in_block, -1)
 
     def starts(self, parameters, place, epsilon, step, x) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of base motions (segments, rows, points) and of perturbed ones (motions, segments, …).
@@ -203,42 +204,42 @@ class PerturbedCode(Series):
         step = f"h = {self._row_text('h', 0)}"
         states = [self.graph.build(x) for x in self.graph.states]
         sums = [(kind, i, number, "X" if kind == "B" else "x") for i, number in enumerate(states) for kind in "BH"]
-        done, ends = set(), {True: [], False: []}
+        summed_rows, ends = set(), {True: [], False: []}
         for n in range(ORDER + 1):
             for kind, _, number, _ in sums:
                 self._term_name(kind, number, n)
         for i in range(self.time):
             ends[False] += self._truncation_lines(self._row_text("e", i), self._term_names("H", states[i]))
-        lost = self._row_text("E", 0)
+        truncation_row = self._row_text("E", 0)
         while sums:  # functions on which others depend are added
             for kind, at, number, row in sums:
-                done.add((row, at))
+                summed_rows.add((row, at))
                 series = self._term_names(kind, number)
                 if kind == "B":
                     size = " + ".join(f"abs({x})" for x in [*filter(None, series[:4]), repr(MIN_DENOMINATOR)])
-                    ends[True] += self._truncation_lines(lost, series, f" / ({size})")
+                    ends[True] += self._truncation_lines(truncation_row, series, f" / ({size})")
                 terms = [x for x in reversed(series) if x]
                 if len(terms) > 1:
                     ends[kind == "B"].append(f"{self._row_text(row, at)} = {' + '.join(terms)}")
             sums = [
                 ("B" if row == "U" else "H", number, number, row)
                 for row, number in [*self.base, *self.perturbed]
-                if row in "Uw" and (row, number) not in done and self.graph.nodes[number].kind == FUNCTION
+                if row in "Uw" and (row, number) not in summed_rows and self.graph.nodes[number].kind == FUNCTION
             ]
         base, perturbed = ([step, *self._lines[of], *ends[of]] for of in (True, False))
         if not self.linear:
             perturbed.insert(0, f"epsilon = {self._row_text('epsilon', 0)}")
         first = len(self.base)
-        made = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
+        base_terms = dict.fromkeys(line.split(" = ")[0] for line in base if not line.startswith("S["))
         read = {name for line in perturbed for name in re.findall(r"\b[BKR]_\d+_\d+\b", line)}
-        shared = (name for name in made if name in read)  # the base motion's terms that perturbed motions read
+        shared = (name for name in base_terms if name in read)  # the base motion's terms that perturbed motions read
         series = {name: first + len(self.perturbed) + k for k, name in enumerate(shared)}
         base = [*base, *(f"S[{row * W} + lane] = {name}" for name, row in series.items())]
         perturbed = [*(f"{name} = S[{row * W} + lane]" for name, row in series.items()), *perturbed]
         #: number of rows of the scratch array
         self.scratch = first + len(self.perturbed) + len(series)
 
-        base, perturbed = (self.with_rows(some, first) for some in (base, perturbed))
+        base, perturbed = (self.with_rows(code_lines, first) for code_lines in (base, perturbed))
         size = W * len(self.perturbed)
         return TEXT.format(
             title=self.title, order=ORDER, W=W, base=base, perturbed=perturbed, size=size, first=first * W

@@ -53,7 +53,7 @@ def theory(model, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """
     slot = np.asarray(points["equilibrium"])
     parameters = model.parameters(points, slot.size)
-    columns = model.located(parameters, slot)
+    columns = model.place_columns(parameters, slot)
     x, landscape = list(columns["place"].T), model.landscape
     with np.errstate(all="ignore"):
         slopes, terms = landscape.slopes(parameters, x)
@@ -145,9 +145,9 @@ def has_paired_jacobian(model, slopes, terms):
         return np.ones(len(slopes), dtype=bool)
     if model.equations.v:
         m = model.equations.m
-        mirrored = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
+        mirror_slopes = np.concatenate([-slopes[:, :, :m], slopes[:, :, m:]], axis=2).reshape(-1, m, 2, m)
         size = terms.reshape(-1, m, 2, m)
-        asymmetry = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(mirrored, 1, 3))
+        asymmetry = np.abs(slopes.reshape(-1, m, 2, m) + np.swapaxes(mirror_slopes, 1, 3))
         is_hamiltonian = (asymmetry <= THEORY_ROUNDING * (size + np.swapaxes(size, 1, 3))).all((1, 2, 3))
         return is_hamiltonian | (terms[:, :, m:] == 0.0).all((1, 2))
     is_coupled = terms + np.swapaxes(terms, 1, 2) > 0.0
@@ -219,23 +219,23 @@ def _is_minimum(landscape, parameters, place, uncertainty):
 
 def _has_definite_combination(slopes, H_k, errors, slack, regular):
     """Return True if a combination without gradient has definite (or regular) second derivatives across gradients."""
-    left, singular, right = np.linalg.svd(slopes)
+    left_vectors, singular, right_vectors = np.linalg.svd(slopes)
     is_steep = np.zeros((len(slopes), max(slopes.shape[1:])), dtype=bool)
     is_steep[:, : singular.shape[1]] = singular > slack[:, None]
-    weights = left * ~is_steep[:, None, : left.shape[1]] @ np.swapaxes(left, 1, 2)
-    H = right[:, None] @ np.einsum("prk,pkij->prij", weights, H_k) @ np.swapaxes(right, 1, 2)[:, None]
+    weights = left_vectors * ~is_steep[:, None, : left_vectors.shape[1]] @ np.swapaxes(left_vectors, 1, 2)
+    H = right_vectors[:, None] @ np.einsum("prk,pkij->prij", weights, H_k) @ np.swapaxes(right_vectors, 1, 2)[:, None]
     error = np.linalg.norm(np.einsum("prk,pkij->prij", np.abs(weights), errors), axis=(2, 3))
     tilt = slack / np.where(singular > slack[:, None], singular, 1.0).min(1)  # angle
     error += 4.0 * (tilt * np.sqrt((H_k**2).sum((1, 2, 3))))[:, None]
-    is_steep = is_steep[:, None, : right.shape[1], None]
+    is_steep = is_steep[:, None, : right_vectors.shape[1], None]
     H = np.where(is_steep | np.swapaxes(is_steep, 2, 3), 0.0, H)
-    identity = np.where(is_steep, np.eye(right.shape[1]), 0.0)  # excludes the steep directions
+    identity = np.where(is_steep, np.eye(right_vectors.shape[1]), 0.0)  # excludes the steep directions
     spectra = [np.linalg.eigvalsh(sign * H + identity) for sign in (1.0, -1.0)]
     smallest = np.abs(spectra[0]).min(2) if regular else np.maximum(*(values[:, :, 0] for values in spectra))
     return (smallest > error).any(1)
 
 
-def _quantity_scales(model, parameters, x, sizes, terms, conserved):
+def _quantity_scales(model, parameters, x, sizes, terms, gradients):
     """Return (change, order in the amplitude) of each conserved quantity over a motion of the states' sizes."""
     if model.equations.conservative:
         m, a = model.equations.m, np.abs(model.landscape.a(parameters, x))
@@ -243,7 +243,7 @@ def _quantity_scales(model, parameters, x, sizes, terms, conserved):
         return [(0.5 * sum(matrices.sum_entries(A * s[:, :, None] * s[:, None]) for A, s in energies), 2)]
     if not model.quantities:
         return []
-    first, second = np.abs(conserved[0]).sum(2), conserved[1]
+    first, second = np.abs(gradients[0]).sum(2), gradients[1]
     return [(0.5 * second[:, k], 2) if flat else (first[:, k], 1) for k, flat in enumerate(model.equations.second)]
 
 
@@ -273,10 +273,11 @@ def measure_points(model, points, theory, cycles: float, samples_per_cycle: int,
     count, quantities = len(points["epsilon"]), len(model.quantities)
     raw = np.full((count, kernel.FIRST + quantities + codes.HEAD + 4 * model.n), np.nan)
     status = theory["status"].copy()
-    there = status == statuses.OK
-    finite = there & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
-    status[there & ~finite] = np.where(theory["is_idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)[there & ~finite]
-    rows = np.flatnonzero(finite)
+    is_ok = status == statuses.OK
+    is_finite = is_ok & np.isfinite(theory["scale"]) & np.isfinite(theory["matrix"]).all(axis=(1, 2))
+    causes = np.where(theory["is_idle"], statuses.NO_TIME_SCALE, statuses.NON_FINITE)
+    status[is_ok & ~is_finite] = causes[is_ok & ~is_finite]
+    rows = np.flatnonzero(is_finite)
     block = 8 * W * kernel.count_rows(runs, quantities, model.n, intervals)
     size = min(MAX_CHUNK_POINTS, W * max(1, CHUNK_BYTES // block))
     for start in range(0, rows.size, size):
@@ -363,7 +364,7 @@ def _columns(model, theory, results):
         smooth = [(value, error + w) for (value, error), w in zip(fitted, invariant_errors, strict=True)]
         predictions = zip(_quartic_invariants(theory["matrix"]), invariant_errors, (2, 4, 4), strict=True)
         exact = [(v, THEORY_ROUNDING * S**k + w) for v, w, k in predictions]
-        table |= {name: (v, *both) for name, (v, _), both in zip(INVARIANTS, exact, smooth, strict=True)}
+        table |= {name: (v, *regime_pair) for name, (v, _), regime_pair in zip(INVARIANTS, exact, smooth, strict=True)}
     columns = {name + kind: row[k] for name, row in table.items() for k, kind in enumerate(("_theory", "", "_error"))}
     slack = np.fmin(
         THEORY_ROUNDING * np.maximum(1.0, theory["condition"]), _eigenvalue_shifts(THEORY_ROUNDING, theory)[:, None]
@@ -372,12 +373,12 @@ def _columns(model, theory, results):
     pairs = theory["has_pairs"], theory["is_reversible"], theory["is_separate"]
     family = theory["dimension"] if n == model.equations.n else np.zeros(len(S), dtype=np.int8)
     theory_spectrum, measured_spectrum = (eigenvalues.real, eigenvalues.imag, slack, slack), (re, im, e_re, e_im)
-    both = [
+    regime_pair = [
         _regime_on_family(regimes(*spectrum, invariants, *pairs), family, *spectrum)
         for spectrum, invariants in ((theory_spectrum, exact), (measured_spectrum, smooth))
     ]
     columns["regime_theory"], columns["regime"] = _regimes_by_proof(
-        model, theory, both, [theory_spectrum, measured_spectrum], [exact, smooth]
+        model, theory, regime_pair, [theory_spectrum, measured_spectrum], [exact, smooth]
     )
     amplitude = raw[:, kernel.AMPLITUDE]
     for k, (name, (size, power)) in enumerate(zip(model.quantities, theory["quantity_scales"], strict=True)):
@@ -514,12 +515,12 @@ def _regime_on_family(regime, dimension, re, im, re_error, im_error):
     return np.where(is_attracting, codes.STABLE, regime).astype(np.int8)
 
 
-def _regimes_by_proof(model, theory, both, spectra, invariants):
+def _regimes_by_proof(model, theory, pair, spectra, invariants):
     """Return the regimes of spectra, with those of marginal rotations that conserved quantities decide.
 
     They are stable if :func:`is_proved_stable`; if these quantities are regular, eigenvalues come in pairs.
     """
-    is_rotating = [_is_marginal_rotation(regime, *spectrum[:3]) for regime, spectrum in zip(both, spectra, strict=True)]
+    is_rotating = [_is_marginal_rotation(regime, *spectrum[:3]) for regime, spectrum in zip(pair, spectra, strict=True)]
     rows = np.flatnonzero(np.any(is_rotating, axis=0))
     for regular in (True, False):
         is_proved = np.zeros(len(theory["place"]), dtype=bool)
@@ -527,13 +528,13 @@ def _regimes_by_proof(model, theory, both, spectra, invariants):
         is_proved[rows] = is_proved_stable(model, *at, regular)
         is_proved &= theory["has_pairs"] | (not model.equations.v)  # with a linear drag motions may decay
         for k, (rotates, spectrum, of_invariants) in enumerate(zip(is_rotating, spectra, invariants, strict=True)):
-            decided = (
+            proved_regime = (
                 regimes(*spectrum, of_invariants, is_proved, is_proved, theory["is_separate"])
                 if regular
                 else np.int8(codes.STABLE)
             )
-            both[k] = np.where(rotates & is_proved, decided, both[k])
-    return both
+            pair[k] = np.where(rotates & is_proved, proved_regime, pair[k])
+    return pair
 
 
 def _is_marginal_rotation(regime, re, im, re_error):

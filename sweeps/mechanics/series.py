@@ -21,7 +21,7 @@ import numpy as np
 from kernels.compile.blocks import W
 from kernels.flow.codes import FAR_ORDER as ORDER
 from sweeps.mechanics.graph import ADD, CONSTANT, DIV, MUL, SOLVED, Graph, X
-from sweeps.mechanics.taylor import HEADER, ONCE, Generated, factor_lines, indices_newest_last, solution_lines
+from sweeps.mechanics.taylor import HEADER, WRAPPER_TEXT, Generated, factor_lines, indices_newest_last, solution_lines
 
 EXPAND = {"constant": "SERIES", "name": "expand", "words": "Write the terms of every lane's series."}
 MAX_CHANGE, MAX_VISIBLE = (4.0, 100.0)  # of exponentials: change in a step; beyond the latter, exp(-u) is 0
@@ -76,9 +76,9 @@ class Series(Generated):
     def _write_accelerations(self, kind, number, n):
         """Write the lines for the n-th terms of the accelerations in one linear system, which contains the node."""
         first, a, forces = self.graph.coupled(number)
-        base, whole, mark = kind == "B", "B" if kind == "B" else "F", f"{kind}{first}_"
+        base, base_kind, mark = kind == "B", "B" if kind == "B" else "F", f"{kind}{first}_"
         if n == 0:
-            entries = {at: self._term_name(whole, part, 0) or "0.0" for at, part in a.items()}
+            entries = {at: self._term_name(base_kind, entry, 0) or "0.0" for at, entry in a.items()}
             self._lines[base] += factor_lines(entries, len(forces), mark)
         right, names = [], [f"{kind}_{first + i}_{n}" for i in range(len(forces))]
         for i, force in enumerate(forces):
@@ -86,7 +86,7 @@ class Series(Generated):
             for j in range(len(forces)):
                 if not (base or self.still):  # an equilibrium has no accelerations
                     terms += self._product_texts(("B", first + j), ("H", a[i, j]), n, 0, "-")
-                terms += self._product_texts((whole, a[i, j]), (kind, first + j), n, 1, "-")
+                terms += self._product_texts((base_kind, a[i, j]), (kind, first + j), n, 1, "-")
             right.append(sum_text(terms) or "0.0")
         self._lines[base] += solution_lines(right, names, mark)
         self._names |= {(kind, first + i, n): name for i, name in enumerate(names)}
@@ -99,9 +99,9 @@ class Series(Generated):
     def _R(self, number, n):
         return f"1.0 / {self._term_name('B', number, n)}"
 
-    def _product_texts(self, first, second, n, least=0, sign=""):
-        """Return the products of Σ u_k v_(n-k) from k = least, the newest last; first and second are (kind, node)."""
-        terms = [(self._term_name(*first, k), self._term_name(*second, n - k)) for k in indices_newest_last(least, n)]
+    def _product_texts(self, first, second, n, start=0, sign=""):
+        """Return the products of Σ u_k v_(n-k) from k = start, the newest last; first and second are (kind, node)."""
+        terms = [(self._term_name(*first, k), self._term_name(*second, n - k)) for k in indices_newest_last(start, n)]
         return [f"{sign}{u} * {v}" for u, v in terms if u and v]
 
     def _square_text(self, number, n):
@@ -147,8 +147,8 @@ class Series(Generated):
     def _sum_text(self, kind, node, n):
         text = ""
         for weight, number in zip(node.weights, node.parts, strict=True):
-            if part := self._term_name(kind, number, n):
-                text += f" {'-' if weight < 0 else '+'} {part if abs(weight) == 1.0 else f'{abs(weight)!r} * {part}'}"
+            if term := self._term_name(kind, number, n):
+                text += f" {'-' if weight < 0 else '+'} {term if abs(weight) == 1.0 else f'{abs(weight)!r} * {term}'}"
         return text.removeprefix(" + ").strip() or None
 
     def _term_names(self, kind, number):
@@ -212,13 +212,13 @@ class Moving(Series):
         for n in range(ORDER + 1):
             for number in states:
                 self._term_name("B", number, n)
-        written = [self._term_names("B", number) for number in (*states, *self.graph.slopes)]
+        coefficient_names = [self._term_names("B", number) for number in (*states, *self.graph.slopes)]
         bound = [*self._bound_lines()] if self._bounded_arguments else []
         lines = [f"h = {self._row_text('h', 0)}", *self._lines[True]]
-        for row, series in enumerate(written):
+        for row, series in enumerate(coefficient_names):
             first = self.rows + (ORDER + 1) * row - 1
             lines += [f"S[{(first + n) * W} + lane] = {series[n] or '0.0'}" for n in range(1, ORDER + 1)]
-        expand = ONCE.format(lines=self.with_rows([*lines, *bound]), **EXPAND)
+        expand = WRAPPER_TEXT.format(lines=self.with_rows([*lines, *bound]), **EXPAND)
         return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), expand])
 
     @property
@@ -238,9 +238,9 @@ class Moving(Series):
         """
         shares, unseen = [], []
         for k, n in self._bounded_arguments:
-            first, *others = self._term_names("B", k)
+            first, *higher_terms = self._term_names("B", k)
             size = f"abs({first or '0.0'})"
-            yield f"t{k} = {' + '.join(f'abs({x})' for x in others if x) or '0.0'}"
+            yield f"t{k} = {' + '.join(f'abs({x})' for x in higher_terms if x) or '0.0'}"
             if n:
                 shares.append(f"t{k} / max({MAX_CHANGE / n} * {size}, {math.exp(-MAX_VISIBLE / n)} - {size})")
                 faint = math.exp(-(MAX_VISIBLE + MAX_CHANGE) / n)
@@ -250,6 +250,6 @@ class Moving(Series):
             else:
                 shares.append(f"t{k} / max({MAX_CHANGE}, {size} - {MAX_VISIBLE})")
                 unseen.append(f"min(t{k}, {size} - {MAX_VISIBLE})")
-        most = "max({}, {})".format
-        yield f"t = {reduce(most, shares)}"
-        yield f"S[{self.states * W} + lane] = 0.0 - t if {reduce(most, unseen)} > {MAX_CHANGE} else t"
+        maximum = "max({}, {})".format
+        yield f"t = {reduce(maximum, shares)}"
+        yield f"S[{self.states * W} + lane] = 0.0 - t if {reduce(maximum, unseen)} > {MAX_CHANGE} else t"

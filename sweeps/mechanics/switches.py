@@ -19,10 +19,10 @@ class Switch(NamedTuple):
     root: sp.Expr  #: vanishes where the value jumps
 
 
-def deciding(part: sp.Expr) -> set[sp.Symbol]:
+def deciding_symbols(function: sp.Expr) -> set[sp.Symbol]:
     """Return the symbols that decide which value a discontinuous function takes."""
-    parts = [condition for _, condition in part.args] if part.func is sp.Piecewise else part.args
-    return set().union(*(e.free_symbols for e in parts))
+    conditions = [condition for _, condition in function.args] if function.func is sp.Piecewise else function.args
+    return set().union(*(e.free_symbols for e in conditions))
 
 
 class Rewriting:
@@ -30,7 +30,7 @@ class Rewriting:
 
     def __init__(self, time: sp.Symbol, switches: list[Switch], moving: set[sp.Symbol]):
         self.time, self.switches, self.moving = time, switches, moving
-        self.written = {
+        self.rewriters = {
             sp.sign: self._sign,
             sp.Abs: lambda g: self._sign(g) * g,
             sp.Heaviside: lambda g, _=0: (1 + self._sign(g)) / 2,
@@ -45,18 +45,18 @@ class Rewriting:
 
     def __call__(self, e: sp.Basic) -> sp.Basic:
         """Return the rewritten expression."""
-        if not (e.free_symbols & self.moving and e.has(*self.written)):
+        if not (e.free_symbols & self.moving and e.has(*self.rewriters)):
             return e
         args = [self(arg) for arg in e.args]
-        return self.written.get(e.func, e.func)(*args)
+        return self.rewriters.get(e.func, e.func)(*args)
 
     def _moves(self, e):
         return e.has(self.time, *(s.symbol for s in self.switches))
 
     def _switch(self, value, root):
-        for known in self.switches:
-            if known.value == value:
-                return known.symbol
+        for switch in self.switches:
+            if switch.value == value:
+                return switch.symbol
         self.switches.append(Switch(sp.Symbol(f"switch {len(self.switches)}", real=True), value, root))
         return self.switches[-1].symbol
 
@@ -66,16 +66,16 @@ class Rewriting:
     def _floor(self, g):
         return self._switch(sp.floor(g), sp.sin(sp.pi * g)) if self._moves(g) else sp.floor(g)
 
-    def _extreme(self, sense, result, *others):
-        for other in others:
-            result = (result + other + sense * self._sign(result - other) * (result - other)) / 2
+    def _extreme(self, sense, result, *arguments):
+        for argument in arguments:
+            result = (result + argument + sense * self._sign(result - argument) * (result - argument)) / 2
         return result
 
     def _cases(self, *branches):
-        total, left = sp.Integer(0), sp.Integer(1)
+        total, unmet = sp.Integer(0), sp.Integer(1)
         for value, condition in branches:
-            here = self._holds(condition)
-            total, left = total + left * here * value, left * (1 - here)
+            indicator = self._holds(condition)
+            total, unmet = total + unmet * indicator * value, unmet * (1 - indicator)
         if condition != sp.true:
             raise DescriptionError(f"Piecewise: no value where not {condition}; allowed: a last case, (value, True)")
         return total

@@ -22,7 +22,7 @@ import numpy as np
 import sympy as sp
 
 from sweeps.mechanics.equations import Equations, term_coefficients
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 
 MAX_REVERSALS = 64  # sign changes of states that are tried; each group of coupled states doubles their number
 
@@ -44,19 +44,19 @@ class Symmetries:
         at_rest = [e.subs(still) for e in Q]
         curls = [at_rest[i].diff(q[j]) - at_rest[j].diff(q[i]) for i in range(len(q)) for j in range(i)]
         power = sum((e - e0) * y for e, e0, y in zip(Q, at_rest, v, strict=True))
-        dissipated = R + R.subs(mirror, simultaneous=True) - 2 * R.subs(still)  # twice the part of second degree
+        dissipation = R + R.subs(mirror, simultaneous=True) - 2 * R.subs(still)  # twice the part of second degree
         odd_terms = [e - e.subs(mirror, simultaneous=True) for e in equations.forces]
-        terms = sp.Add.make_args(sp.expand(power + dissipated, power_exp=False))
+        terms = sp.Add.make_args(sp.expand(power + dissipation, power_exp=False))
         drags = [e for e in terms if e.as_independent(*equations.states, as_Add=False)[1].is_nonnegative]
         remaining_terms = [e for e in terms if e not in drags]
         return [self._coefficients(e) for e in (odd_terms, [*curls, power], [*curls, *remaining_terms], drags)]
 
     def _coefficients(self, expressions):
-        return lambdified(self.equations.parameters, term_coefficients(expressions, self.equations.states))
+        return compile_expression(self.equations.parameters, term_coefficients(expressions, self.equations.states))
 
     def _all_vanish(self, function, parameters):
         """Return True if all coefficients vanish, shape (points,); False if the equations contain the time."""
-        vanishes = np.full(parameters[0].size, not self.equations.timed)
+        vanishes = np.full(parameters[0].size, not self.equations.depends_on_time)
         for coefficient in function(*parameters):
             vanishes &= coefficient == 0.0
         return vanishes

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from kernels.search import codes
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 from sweeps.schema.refusals import DescriptionError
 
 FUNCTIONS = (  # in the order of their codes
@@ -137,7 +137,7 @@ class _Numbers(Tape):
             sp.Expr
         ] = []  #: functions that no tape supports; they are variables after the parameters
         super().__init__(expressions, parameters, ())
-        self._evaluate = lambdified(parameters, self.numeric_functions)
+        self._evaluate = compile_expression(parameters, self.numeric_functions)
 
     def _build_row(self, e):
         try:

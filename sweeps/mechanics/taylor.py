@@ -52,7 +52,7 @@ def advance(S, steps):
     for _ in range(steps):
         STEP(S)
 '''
-ONCE = '''{constant} = lines("""
+WRAPPER_TEXT = '''{constant} = lines("""
 {lines}
 """)
 
@@ -130,7 +130,7 @@ class Code(Generated):
         self.n = len(graph.rates)
         self.remainders = {number: self.n + k for k, number in enumerate(graph.slopes)}
         self.states = self.n + len(self.remainders)
-        self.inverse_row, self.step_row, self.watched_row = self.states, self.states + 1, self.states + 2
+        self.inverse_row, self.step_row, self.drift_row = self.states, self.states + 1, self.states + 2
         self.constants: dict[tuple[str, int], int] = {}
         self._used_constants: set = set()
         self._whole_texts: dict[int, str] = {}
@@ -139,7 +139,7 @@ class Code(Generated):
     @property
     def rows(self) -> int:
         """Number of rows of the scratch array."""
-        return self.watched_row + len(self.graph.watched) + len(self.constants)
+        return self.drift_row + len(self.graph.drift_terms) + len(self.constants)
 
     @property
     def samples_per_second(self) -> int:
@@ -218,8 +218,8 @@ class Code(Generated):
     def _rate_text(self, i, n):
         rate = self._deviation_name(self.graph.rates[i], n - 1)
         base = self._base_text(self.graph.rates[i]) if n == 1 else None
-        both = f"({rate} + {base})" if rate and base else rate or base
-        return f"h{n} * {both}" if both else "0.0"
+        sum_text = f"({rate} + {base})" if rate and base else rate or base
+        return f"h{n} * {sum_text}" if sum_text else "0.0"
 
     def _sum_text(self, node, n):
         text = ""
@@ -237,8 +237,8 @@ class Code(Generated):
         if a == b:
             terms = [self._square_text(a, n), f"2.0 * {of(a)} * {self._deviation_name(a, n)}" if of(a) else ""]
         else:
-            known = f"u{a}_0 * u{b}_0" if n == 0 else self._convolution_text(a, b, n, n - 1)
-            terms = [known] if moves(a) and moves(b) else []
+            text = f"u{a}_0 * u{b}_0" if n == 0 else self._convolution_text(a, b, n, n - 1)
+            terms = [text] if moves(a) and moves(b) else []
             terms += [f"{of(x)} * {self._deviation_name(y, n)}" for x, y in ((a, b), (b, a)) if moves(y) and of(x)]
         return " + ".join(filter(None, terms)) or "0.0"
 
@@ -256,8 +256,8 @@ class Code(Generated):
         lines, terms = [], [self._deviation_name(above, n) or "0.0"]
         if n == 0:
             lines.append(f"r{number} = 1.0 / ({self._start_text(below)})")
-        if known := self._convolution_text(below, number, n, n - 1):
-            terms.append(f"({known})")
+        if text := self._convolution_text(below, number, n, n - 1):
+            terms.append(f"({text})")
         if quotient := (self._base_text if n == 0 else self._whole_name)(number):
             terms.append(f"{quotient} * u{below}_{n}")
         return [*lines, f"{name} = ({' - '.join(terms)}) * r{number}"]
@@ -268,13 +268,13 @@ class Code(Generated):
         if number > first:
             return []
         lines = (
-            [] if n else factor_lines({at: self._start_text(part) for at, part in a.items()}, len(forces), f"{first}_")
+            [] if n else factor_lines({at: self._start_text(node) for at, node in a.items()}, len(forces), f"{first}_")
         )
         right = []
         for i, force in enumerate(forces):
-            moving = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
-            known = " + ".join(self._convolution_text(*pair, n, n) for pair in moving)
-            right.append((self._deviation_name(force, n) or "0.0") + (f" - ({known})" if known else ""))
+            factors = [(a[i, j], first + j) for j in range(len(forces)) if n and self.graph.moves(a[i, j])]
+            product_text = " + ".join(self._convolution_text(*pair, n, n) for pair in factors)
+            right.append((self._deviation_name(force, n) or "0.0") + (f" - ({product_text})" if product_text else ""))
         names = [f"u{first + i}_{n}" for i in range(len(forces))]
         return [*lines, *solution_lines(right, names, f"{first}_")]
 
@@ -331,13 +331,13 @@ class Code(Generated):
     # -- watched quantities
 
     def _check_lines(self):
-        watched, moves = self.graph.watched, self.graph.moves
+        watched, moves = self.graph.drift_terms, self.graph.moves
         lines = [f"inverse = S[{self.inverse_row * W} + lane]"] if watched else []
         for number in self.graph.behind([k for _, terms in watched for k in terms], slopes=False):
             lines += self._term_lines(number, 0)
         for number in self.graph.behind([k for kind, terms in watched if kind != FIRST for k in terms], slopes=False):
             lines.append(f"t{number} = {self._second_order_text(number)}")
-        for row, (kind, terms) in enumerate(watched, self.watched_row):
+        for row, (kind, terms) in enumerate(watched, self.drift_row):
             names = [f"{'u' if kind == FIRST else 't'}{k}{'_0' if kind == FIRST else ''}" for k in terms if moves(k)]
             text = " + ".join(f"abs({name})" if kind == ABSOLUTE else name for name in names)
             per = "inverse" if kind == FIRST else "inverse * inverse"
@@ -347,15 +347,15 @@ class Code(Generated):
     def _second_order_text(self, number):
         """Return the text of a node's second-order remainder ũ (see the module docstring of `graph`, Energy)."""
         node = self.graph.nodes[number]
-        moves, parts = self.graph.moves, node.parts
+        moves, factors = self.graph.moves, node.parts
         if node.kind == X:
             return "0.0"
         if node.kind == ADD:
-            pairs = zip(node.weights, parts, strict=True)
+            pairs = zip(node.weights, factors, strict=True)
             return " + ".join(f"{w!r} * t{k}" for w, k in pairs if moves(k)) or "0.0"
         if node.kind == FUNCTION:
-            return f"{self._constant_name('F', number)} * t{parts[0]} + w{number}_0"
-        a, b = parts
+            return f"{self._constant_name('F', number)} * t{factors[0]} + w{number}_0"
+        a, b = factors
         if node.kind == MUL:
             terms = [f"{self._base_text(f)} * t{s}" for f, s in ((a, b), (b, a)) if self._base_text(f) and moves(s)]
             terms += [f"u{a}_0 * u{b}_0"] if moves(a) and moves(b) else []
@@ -371,14 +371,14 @@ class Code(Generated):
         return "\n".join([*self._load_lines(), *body])
 
     def _load_lines(self):
-        used = sorted(self._used_constants, key=lambda key: self.constants[key])
+        constant_keys = sorted(self._used_constants, key=lambda key: self.constants[key])
         loads = [f"x{i} = S[{i * W} + lane]" for i in range(self.n)]
         loads += [f"w{k} = S[{row * W} + lane]" for k, row in self.remainders.items()]
         loads += [f"h = S[{self.step_row * W} + lane]", "h1 = h"]
-        return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in used]
+        return loads + [f"{kind}{k} = S[{self.constants[kind, k] * W} + lane]" for kind, k in constant_keys]
 
     def _module_text(self):
-        check = ONCE.format(lines=self._with_loads(self._check_lines()), **CHECK)
+        check = WRAPPER_TEXT.format(lines=self._with_loads(self._check_lines()), **CHECK)
         self._used_constants = set()
         advance = ADVANCE.format(lines=self._with_loads([*self._step_lines(), *self._sum_lines()]))
         return "\n\n".join([HEADER.format(title=self.title, order=ORDER, W=W), advance, check])
@@ -408,8 +408,8 @@ def solution_lines(right: list[str], names: list[str], mark: str) -> list[str]:
     for i, text in enumerate(right):
         lines.append(f"y{mark}{i} = {' - '.join([text, *(f'l{mark}{i}_{k} * y{mark}{k}' for k in range(i))])}")
     for i in reversed(range(m)):
-        known = [f"l{mark}{j}_{i} * {names[j]}" for j in reversed(range(i + 1, m))]
-        lines.append(f"{names[i]} = {' - '.join([f'r{mark}{i} * y{mark}{i}', *known])}")
+        products = [f"l{mark}{j}_{i} * {names[j]}" for j in reversed(range(i + 1, m))]
+        lines.append(f"{names[i]} = {' - '.join([f'r{mark}{i} * y{mark}{i}', *products])}")
     return lines
 
 

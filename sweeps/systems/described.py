@@ -106,7 +106,7 @@ class Described(Dynamics):
         from sweeps.mechanics.model import Model
 
         model = Model(self.description)
-        if model.equations.timed and self.description.given_period is None:
+        if model.equations.depends_on_time and self.description.given_period is None:
             raise DescriptionError(
                 "period: is missing, and the equations hold the time; allowed: system.period(T), equations without "
                 "the time, or sweeps.motion"

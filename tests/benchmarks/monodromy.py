@@ -15,7 +15,7 @@ from timing import beside, least, printed
 from kernels.flow import floquet
 from sweeps import systems
 from sweeps.mechanics import periodic
-from sweeps.mechanics.graph import lambdified
+from sweeps.mechanics.graph import compile_expression
 
 POINTS, ROUNDS, PROCESSES, BATCH, COMPARED = 65_536, 9, 5, 16, 4_096
 RANGES = {
@@ -84,7 +84,7 @@ def theirs(model, values) -> None:
     nothing = np.zeros((n, BATCH)), np.zeros((len(values), BATCH))
     ta = hy.taylor_adaptive_batch(flow, nothing[0], tol=1e-12, pars=nothing[1], fast_math=True)
     start, given = ta.state.copy(), np.array([*values.values()])
-    (period,), matrices = lambdified(varied, [periods])(*given), np.empty((n * n, POINTS))
+    (period,), matrices = compile_expression(varied, [periods])(*given), np.empty((n * n, POINTS))
 
     def work():
         for first in range(0, POINTS, BATCH):

@@ -291,7 +291,7 @@ def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have
         model = Model(of_states(rates, names or {"on": lambda r: (r, sp.sqrt(1 - r**2))}, r=default))
     columns = [np.full(values.size, float(p.default)) for p in model.system.parameters.values()]
     columns[-1] = values
-    status = model.located(columns, np.full(values.size, len(model.system.labels) - 1))["status"]
+    status = model.place_columns(columns, np.full(values.size, len(model.system.labels) - 1))["status"]
     is_real = (values > low) & (values < high)
     assert (status[is_real] == statuses.OK).all()
     assert (status[~is_real] == statuses.NO_EQUILIBRIUM).all()
@@ -300,5 +300,5 @@ def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have
 def test_a_name_is_undecided_where_its_place_is_not_real_but_the_equations_may_have_one():
     # at rest for any x and y on two lines; r is real, its root is not, and the equations do not contain r
     system = of_states(lambda x, y, r: [x**2 - 1, (x**2 - 1) * y], {"at": lambda r: (1, sp.sqrt(r))}, r=2.0)
-    status = Model(system).located([np.array([-1.0, 1.0])], np.zeros(2, dtype=int))["status"]
+    status = Model(system).place_columns([np.array([-1.0, 1.0])], np.zeros(2, dtype=int))["status"]
     assert status.tolist() == [statuses.EQUILIBRIUM_UNDECIDED, statuses.OK]

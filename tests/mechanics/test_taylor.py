@@ -103,7 +103,7 @@ def test_energy_is_that_of_the_symbols(name):
     rise = e.V.subs(numbers).subs(position) - e.V.subs(numbers).subs(start)
     kinetic = (speed.T * e.a.subs(numbers).subs(position) * speed)[0] / 2
     # some tens of roundings; the doubles of the place are ε⁻¹ 1e-16 off in units of the nudge
-    assert S[model.code.watched_row * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
+    assert S[model.code.drift_row * W] == pytest.approx(float(kinetic + rise / sp.Float(epsilon, 60) ** 2), rel=1e-11)
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ system.potential(k * r**s / s)
 
 system.equilibrium("circle", {r: circle, theta: pi / 2})
 
-turned = system.attitude((0, 0, L / (m * r**2 * sin(theta) ** 2)), (0, 0, 1))  # the azimuth
+rotation = system.attitude((0, 0, L / (m * r**2 * sin(theta) ** 2)), (0, 0, 1))  # the azimuth
 system.draw("body", [(0, 0, 0)])
 system.draw("line", [(circle * u, circle * v, 0) for u, v in drawing.circle()])
-system.draw("mass", [turned * Matrix((r * sin(theta), 0, r * cos(theta)))])
+system.draw("mass", [rotation * Matrix((r * sin(theta), 0, r * cos(theta)))])

@@ -23,8 +23,8 @@ system.potential(-m * g * length * cos(theta))
 
 system.equilibrium("cone", {theta: atan((L**2 / (m**2 * g * length**3)) ** 0.25)})  # both ends, and near between
 
-turned = system.attitude((0, 0, L / (m * (length * sin(theta)) ** 2)), (0, 0, 1))  # the azimuth
-bob = turned * Matrix((length * sin(theta), 0, -length * cos(theta)))
+rotation = system.attitude((0, 0, L / (m * (length * sin(theta)) ** 2)), (0, 0, 1))  # the azimuth
+bob = rotation * Matrix((length * sin(theta), 0, -length * cos(theta)))
 system.draw("line", [(0, 0, 0), bob])
 system.draw("line", [(0, 0, 0), (0, 0, -length)])
 system.draw("mass", [bob])

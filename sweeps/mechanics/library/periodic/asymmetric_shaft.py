@@ -16,9 +16,9 @@ d = system.parameter("asymmetry", default=0.2, least=0.0, most=1.0, meaning="asy
 W = system.parameter("spin_rate", "rad s-1", default=0.5, positive=True, meaning="spin rate of the shaft")
 
 x, y = (system.coordinate(name, "m", bounds=(-1, 1), meaning=f"position of the disc along {name}") for name in "xy")
-turned = 2 * W * system.time
+rotation = 2 * W * system.time
 system.kinetic_energy(m * (system.velocity(x) ** 2 + system.velocity(y) ** 2) / 2)
-system.potential(k * (x**2 + y**2 + d * ((x**2 - y**2) * cos(turned) + 2 * x * y * sin(turned))) / 2)
+system.potential(k * (x**2 + y**2 + d * ((x**2 - y**2) * cos(rotation) + 2 * x * y * sin(rotation))) / 2)
 system.period(pi / W)
 
 system.equilibrium("centred", {x: 0, y: 0})

@@ -30,14 +30,14 @@ o3 = -n * (cos(roll) * sin(pitch) * sin(yaw) - sin(roll) * cos(yaw))
 system.rate(w1, k1 * (w2 * w3 - 3 * n**2 * c2 * c3))  # by the ratios: differences of moments would cancel
 system.rate(w2, k2 * (w3 * w1 - 3 * n**2 * c3 * c1))
 system.rate(w3, -k3 * (w1 * w2 - 3 * n**2 * c1 * c2))
-turning = (w2 - o2) * sin(roll) + (w3 - o3) * cos(roll)
-system.rate(roll, w1 - o1 + turning * tan(pitch))
+shaft_torque = (w2 - o2) * sin(roll) + (w3 - o3) * cos(roll)
+system.rate(roll, w1 - o1 + shaft_torque * tan(pitch))
 system.rate(pitch, (w2 - o2) * cos(roll) - (w3 - o3) * sin(roll))
-system.rate(yaw, turning / cos(pitch))
+system.rate(yaw, shaft_torque / cos(pitch))
 energy = I1 * (w1**2 / 2 - o1 * w1) + I2 * (w2**2 / 2 - o2 * w2) + I3 * (w3**2 / 2 - o3 * w3)
 system.conserved(energy + 3 * n**2 * (I1 * c1**2 + I2 * c2**2 + I3 * c3**2) / 2, "energy")
 
 system.equilibrium("earth_pointing", {w1: 0, w2: -n, w3: 0, roll: 0, pitch: 0, yaw: 0})
 
-for part in drawing.satellite((I1, I2, I3), roll, pitch, yaw):
-    system.draw(*part)
+for piece in drawing.satellite((I1, I2, I3), roll, pitch, yaw):
+    system.draw(*piece)

@@ -42,14 +42,14 @@ relax = drag * n / slug
 system.rate(s1, relax * (w1 - s1) + w3 * s2 - w2 * s3)
 system.rate(s2, relax * (w2 - s2) + w1 * s3 - w3 * s1)
 system.rate(s3, relax * (w3 - s3) + w2 * s1 - w1 * s2)
-turning = (w2 - o2) * sin(roll) + (w3 - o3) * cos(roll)
-system.rate(roll, w1 - o1 + turning * tan(pitch))
+shaft_torque = (w2 - o2) * sin(roll) + (w3 - o3) * cos(roll)
+system.rate(roll, w1 - o1 + shaft_torque * tan(pitch))
 system.rate(pitch, (w2 - o2) * cos(roll) - (w3 - o3) * sin(roll))
-system.rate(yaw, turning / cos(pitch))
+system.rate(yaw, shaft_torque / cos(pitch))
 
 still = {w1: 0, w2: -n, w3: 0, s1: 0, s2: -n, s3: 0, roll: 0, pitch: 0, yaw: 0}
 system.equilibrium("earth_pointing", still)
 
 I2, I3 = 1, (1 - k1) / (1 - k1 * k3)
-for part in drawing.satellite((I1, I2, I3), roll, pitch, yaw):
-    system.draw(*part)
+for piece in drawing.satellite((I1, I2, I3), roll, pitch, yaw):
+    system.draw(*piece)

@@ -15,9 +15,9 @@ I3 = system.parameter("I3", "kg m2", default=3.0, positive=True, meaning="moment
 h = system.parameter("rotor_momentum", "kg m2 s-1", default=0.0, meaning="momentum of the rotor, along axis 2")
 W = system.parameter("spin_rate", "rad s-1", default=1.0, meaning="spin rate of the body about axis 2")
 
-turn = 3 * abs(W) + abs(h) / I2
+limit = 3 * abs(W) + abs(h) / I2
 w1, w2, w3 = (
-    system.state(f"omega{k}", "rad s-1", bounds=(-turn, turn), size=turn, meaning=f"angular velocity about axis {k}")
+    system.state(f"omega{k}", "rad s-1", bounds=(-limit, limit), size=limit, meaning=f"angular velocity about axis {k}")
     for k in (1, 2, 3)
 )
 L = I2 * w2 + h
@@ -29,14 +29,14 @@ system.conserved((I1 * w1) ** 2 + L**2 + (I3 * w3) ** 2, "momentum")
 
 system.equilibrium("spin", {w1: 0, w2: W, w3: 0})
 
-turned = system.attitude((w1, w2, w3), (I1 * w1, L, I3 * w3))
+rotation = system.attitude((w1, w2, w3), (I1 * w1, L, I3 * w3))
 half = [sqrt(abs(a) / (I1 + I2 + I3)) + 0.05 for a in (I2 + I3 - I1, I3 + I1 - I2, I1 + I2 - I3)]
-for face in drawing.box(half, turned):
+for face in drawing.box(half, rotation):
     system.draw("face", face)
 wheel = [(0.3 * u, half[1] + 0.02, 0.3 * v) for u, v in drawing.circle(corners=16)]
-system.draw("face", [turned * Matrix(point) for point in wheel])
+system.draw("face", [rotation * Matrix(point) for point in wheel])
 for angle in (0, pi / 2):
     c, s = 0.3 * cos(3 * h * system.time + angle), 0.3 * sin(3 * h * system.time + angle)
-    system.draw("line", [turned * Matrix((k * c, half[1] + 0.04, k * s)) for k in (-1, 1)])
-system.draw("mass", [turned * Matrix((0, 1.3, 0))], "2")
+    system.draw("line", [rotation * Matrix((k * c, half[1] + 0.04, k * s)) for k in (-1, 1)])
+system.draw("mass", [rotation * Matrix((0, 1.3, 0))], "2")
 system.draw("line", [(0, 0, 0), (0, 0, 1.5)], "L")

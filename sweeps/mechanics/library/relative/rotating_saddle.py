@@ -25,16 +25,16 @@ system.dissipation(c * (vx**2 + vy**2) / 2)
 
 system.equilibrium("centre", {x: 0, y: 0})
 
-turn, steep = W * system.time, 0.4 / sqrt(kx**2 + ky**2)
+angle, steep = W * system.time, 0.4 / sqrt(kx**2 + ky**2)
 
 
-def placed(u, v):
+def surface_point(u, v):
     """Return a place of the surface, which turns."""
-    return u * cos(turn) - v * sin(turn), u * sin(turn) + v * cos(turn), steep * (kx * u**2 + ky * v**2)
+    return u * cos(angle) - v * sin(angle), u * sin(angle) + v * cos(angle), steep * (kx * u**2 + ky * v**2)
 
 
 across = [k / 4 for k in range(-4, 5)]
 for u in across:
-    system.draw("line", [placed(u, v) for v in across])
-    system.draw("line", [placed(v, u) for v in across])
-system.draw("mass", [placed(x, y)])
+    system.draw("line", [surface_point(u, v) for v in across])
+    system.draw("line", [surface_point(v, u) for v in across])
+system.draw("mass", [surface_point(x, y)])

@@ -16,9 +16,9 @@ I3 = system.parameter("I3", "kg m2", default=0.6, positive=True, meaning="moment
 P = system.parameter("moment_of_weight", "N m", default=2.0, meaning="m g l: weight times height of the centre of mass")
 W = system.parameter("spin_rate", "rad s-1", default=3.0, meaning="spin rate about the vertical")
 
-turn = 3 * abs(W) + 1  # how far the search for the equilibrium may look
+limit = 3 * abs(W) + 1  # how far the search for the equilibrium may look
 w1, w2, w3 = (
-    system.state(f"omega{k}", "rad s-1", bounds=(-turn, turn), size=turn, meaning=f"angular velocity about axis {k}")
+    system.state(f"omega{k}", "rad s-1", bounds=(-limit, limit), size=limit, meaning=f"angular velocity about axis {k}")
     for k in (1, 2, 3)
 )
 g1, g2, g3 = (system.state(f"gamma{k}", bounds=(-2, 2), meaning=f"vertical along axis {k}") for k in (1, 2, 3))
@@ -33,9 +33,9 @@ system.conserved(I1 * w1 * g1 + I2 * w2 * g2 + I3 * w3 * g3, "vertical_momentum"
 
 system.equilibrium("sleeping", {w1: 0, w2: 0, w3: W, g1: 0, g2: 0, g3: 1})
 
-turned, side = system.attitude((w1, w2, w3), (g1, g2, g3)), (P + 1e-9) / abs(P + 1e-9)  # it hangs where P < 0
-for face in drawing.cylinder(0.45, 0, 0.8 * side, turned, tip=0.02):
+rotation, side = system.attitude((w1, w2, w3), (g1, g2, g3)), (P + 1e-9) / abs(P + 1e-9)  # it hangs where P < 0
+for face in drawing.cylinder(0.45, 0, 0.8 * side, rotation, tip=0.02):
     system.draw("face", face)
-system.draw("line", [turned * Matrix((0.45 * k, 0, 0.81 * side)) for k in (0, 1)])
-system.draw("mass", [turned * Matrix((0, 0, 1.1 * side))])
+system.draw("line", [rotation * Matrix((0.45 * k, 0, 0.81 * side)) for k in (0, 1)])
+system.draw("mass", [rotation * Matrix((0, 0, 1.1 * side))])
 system.draw("line", [(0, 0, 0), (0, 0, 1.3 * side)])

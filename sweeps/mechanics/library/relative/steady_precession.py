@@ -21,23 +21,23 @@ rate = sqrt(P / I1) + I3 * abs(w3) / I1
 theta = system.state("theta", "rad", bounds=(0, pi), meaning="angle of the axis from the vertical")
 nutation = system.state("nutation_rate", "rad s-1", bounds=(-rate, rate), size=rate, meaning="nutation rate")
 most = 4 * rate / sqrt(cos(tilt) ** 2 + 0.0001)
-turn = system.state("precession", "rad s-1", bounds=(-most, most), size=rate, meaning="precession rate")
+max_rate = system.state("precession", "rad s-1", bounds=(-most, most), size=rate, meaning="precession rate")
 system.rate(theta, nutation)
-system.rate(nutation, (turn**2 * cos(theta) - I3 * w3 / I1 * turn + P / I1) * sin(theta))
-system.rate(turn, (I3 * w3 / I1 - 2 * turn * cos(theta)) * nutation / sin(theta))
-system.conserved(I1 * turn * sin(theta) ** 2 + I3 * w3 * cos(theta), "vertical_momentum")
-energy = I1 * (nutation**2 + turn**2 * sin(theta) ** 2) / 2 + P * cos(theta)
+system.rate(nutation, (max_rate**2 * cos(theta) - I3 * w3 / I1 * max_rate + P / I1) * sin(theta))
+system.rate(max_rate, (I3 * w3 / I1 - 2 * max_rate * cos(theta)) * nutation / sin(theta))
+system.conserved(I1 * max_rate * sin(theta) ** 2 + I3 * w3 * cos(theta), "vertical_momentum")
+energy = I1 * (nutation**2 + max_rate**2 * sin(theta) ** 2) / 2 + P * cos(theta)
 system.conserved(energy, "energy")
 
 root = sqrt((I3 * w3) ** 2 - 4 * I1 * P * cos(tilt))
 sense = w3 / abs(w3)
-system.equilibrium("slow", {theta: tilt, nutation: 0, turn: 2 * P / (I3 * w3 + sense * root)})
-system.equilibrium("fast", {theta: tilt, nutation: 0, turn: (I3 * w3 + sense * root) / (2 * I1 * cos(tilt))})
+system.equilibrium("slow", {theta: tilt, nutation: 0, max_rate: 2 * P / (I3 * w3 + sense * root)})
+system.equilibrium("fast", {theta: tilt, nutation: 0, max_rate: (I3 * w3 + sense * root) / (2 * I1 * cos(tilt))})
 
-turned = system.attitude((nutation, turn * sin(theta), turn * cos(theta)), (0, sin(theta), cos(theta)))
-for face in drawing.cylinder(0.45, 0, 0.8, turned, tip=0.02):
+rotation = system.attitude((nutation, max_rate * sin(theta), max_rate * cos(theta)), (0, sin(theta), cos(theta)))
+for face in drawing.cylinder(0.45, 0, 0.8, rotation, tip=0.02):
     system.draw("face", face)
-spun = (w3 - turn * cos(theta)) * system.time
-system.draw("line", [turned * Matrix((0.45 * k * cos(spun), 0.45 * k * sin(spun), 0.81)) for k in (0, 1)])
-system.draw("mass", [turned * Matrix((0, 0, 1.1))])
+spun = (w3 - max_rate * cos(theta)) * system.time
+system.draw("line", [rotation * Matrix((0.45 * k * cos(spun), 0.45 * k * sin(spun), 0.81)) for k in (0, 1)])
+system.draw("mass", [rotation * Matrix((0, 0, 1.1))])
 system.draw("line", [(0, 0, 0), (0, 0, 1.3)])

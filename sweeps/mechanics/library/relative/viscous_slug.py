@@ -20,13 +20,13 @@ kappa = system.parameter("drag", "N m s", default=0.005, positive=True, meaning=
 h = system.parameter("rotor_momentum", "kg m2 s-1", default=0.0, meaning="momentum of a rotor along the axis")
 W = system.parameter("spin_rate", "rad s-1", default=2.0, meaning="spin rate of body and slug")
 
-turn = 3 * abs(W) + abs(h) / It
+limit = 3 * abs(W) + abs(h) / It
 w1, w2, w3 = (
-    system.state(f"omega{k}", "rad s-1", bounds=(-turn, turn), size=turn, meaning=f"angular velocity about axis {k}")
+    system.state(f"omega{k}", "rad s-1", bounds=(-limit, limit), size=limit, meaning=f"angular velocity about axis {k}")
     for k in (1, 2, 3)
 )
 s1, s2, s3 = (
-    system.state(f"slug{k}", "rad s-1", bounds=(-turn, turn), size=turn, meaning=f"slug's velocity about axis {k}")
+    system.state(f"slug{k}", "rad s-1", bounds=(-limit, limit), size=limit, meaning=f"slug's velocity about axis {k}")
     for k in (1, 2, 3)
 )
 L = Is * w3 + h
@@ -37,15 +37,15 @@ system.rate(s1, kappa / J * (w1 - s1) + w3 * s2 - w2 * s3)
 system.rate(s2, kappa / J * (w2 - s2) + w1 * s3 - w3 * s1)
 system.rate(s3, kappa / J * (w3 - s3) + w2 * s1 - w1 * s2)
 total = (It * w1 + J * s1, It * w2 + J * s2, L + J * s3)
-system.conserved(sum(part**2 for part in total), "momentum")
+system.conserved(sum(piece**2 for piece in total), "momentum")
 
 system.equilibrium("spin", {w1: 0, w2: 0, w3: W, s1: 0, s2: 0, s3: W})
 
-turned = system.attitude((w1, w2, w3), total)
+rotation = system.attitude((w1, w2, w3), total)
 wide, half = 0.9 * sqrt(Is / It) + 0.02, 0.9 * sqrt(abs(2 * It - Is) / (2 * It)) + 0.02
-for face in drawing.cylinder(wide, -half, half, turned):
+for face in drawing.cylinder(wide, -half, half, rotation):
     system.draw("face", face)
 for side in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-    system.draw("line", [turned * Matrix((k * wide * side[0], k * wide * side[1], 0)) for k in (1, 1.6)])
-system.draw("mass", [turned * Matrix((0, 0, half + 0.3))], "3")
+    system.draw("line", [rotation * Matrix((k * wide * side[0], k * wide * side[1], 0)) for k in (1, 1.6)])
+system.draw("mass", [rotation * Matrix((0, 0, half + 0.3))], "3")
 system.draw("line", [(0, 0, 0), (0, 0, 1.5)], "L")
