@@ -75,7 +75,7 @@ def map_tolerance(row: xr.Dataset) -> float:
 
 
 def check_format(path: str | Path, formats: tuple[str, ...] = FORMATS) -> None:
-    """Refuse a file name that does not end in one of some suffixes."""
+    """Refuse a file name that does not end in one of the suffixes `formats`."""
     if Path(path).suffix not in formats:
         raise MotionError(f"{str(path)!r} has an unknown format; allowed: a name ending in {' or '.join(formats)}")
 

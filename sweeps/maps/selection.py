@@ -73,8 +73,8 @@ def nearest_places(ds: "xr.Dataset", requested: Mapping[str, str], prefix: str =
         number = names.index(match_name(text, names, f"{prefix}{POINT_NAME.name}", SelectionError)) + 1
         requested = {**requested, POINT.name: str(number)}
         del requested[POINT_NAME.name]
-    identifying = [name for name in requested if name in id_coordinates(ds)]
-    point_coordinates = {n: requested[n] for n in identifying if not {*ds[n].dims} <= {*requested}}
+    identifiers = [name for name in requested if name in id_coordinates(ds)]
+    point_coordinates = {n: requested[n] for n in identifiers if not {*ds[n].dims} <= {*requested}}
     requested = {name: text for name, text in requested.items() if name not in point_coordinates}
     for name in (name for name in requested if name not in sizes):
         problem, allowed = "is no dimension of this map", ", ".join(f"{prefix}{dim}" for dim in sizes)
@@ -154,7 +154,7 @@ def open_dimensions(ds: "xr.Dataset", places: Mapping[str, Place]) -> list[str]:
 
 
 def select_places(ds: "xr.Dataset", places: Mapping[str, Place]) -> "xr.Dataset":
-    """Return the slice of a map at some places, whose dimensions become scalar coordinates."""
+    """Return the slice of a map at some places; their dimensions become scalar coordinates."""
     return ds.isel({dim: place.index for dim, place in places.items()})
 
 

@@ -21,7 +21,7 @@ from sweeps.shards.content_hash import ContentHash, chunk_shape, hash_content
 if TYPE_CHECKING:
     from sweeps.points.sweep import Sweep
 
-LITERAL_KINDS = "iufU"  # kinds of NumPy types whose values are the same in the file and in memory
+LITERAL_KINDS = "iufU"  # kinds of NumPy types with the same values in the file and in memory
 
 
 def write_map(ds: xr.Dataset, path: str | Path) -> str:

@@ -37,7 +37,7 @@ MAX_LETTERS = 200  # length of a description or a name, so that messages and lab
 MAX_INFLATION = 100  # size in memory over size in the file, up to which a variable that is not deflated is read
 MAX_WHOLE_SIZE = 2**20  # values; larger coordinates that are no dimension's own are read on demand
 PACKING = ("scale_factor", "add_offset", "_FillValue", "missing_value")  # attributes by which netCDF changes numbers
-MIN_LIMITED_SIZE = 2**26  # bytes; MAX_INFLATION applies to larger variables, since smaller ones fit into any memory
+MIN_LIMITED_SIZE = 2**26  # bytes; MAX_INFLATION applies to larger variables; smaller variables fit into any memory
 
 
 class _NotMapError(Exception):

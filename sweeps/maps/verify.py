@@ -137,9 +137,9 @@ def _needs_files(values: dict) -> str | None:
     return system.model.needs_files(values) or None
 
 
-def _differing_keys(definition: Definition, expected: Definition) -> list[str]:
+def _differing_keys(definition: Definition, reference: Definition) -> list[str]:
     """Return the keys in which two definitions differ, except for the number of shards, which changes no result."""
-    values, expected_values = definition.model_dump(exclude={"shards"}), expected.model_dump(exclude={"shards"})
+    values, expected_values = definition.model_dump(exclude={"shards"}), reference.model_dump(exclude={"shards"})
     return [key for key in {**values, **expected_values} if values.get(key, ...) != expected_values.get(key, ...)]
 
 
@@ -181,11 +181,13 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
         if name not in ds.variables:
             yield f"{name}: is missing"
             continue
-        stored = ds.variables[name]
-        boxes = runs(stored.shape, BLOCK_POINTS)
-        if stored.dims != dims or (stored.dtype.kind != values.dtype.kind and stored.dtype.kind not in "OU"):
+        coordinate = ds.variables[name]
+        boxes = runs(coordinate.shape, BLOCK_POINTS)
+        if coordinate.dims != dims or (
+            coordinate.dtype.kind != values.dtype.kind and coordinate.dtype.kind not in "OU"
+        ):
             yield f"{name}: is no coordinate along {', '.join(dims)} of type {values.dtype}"
-        elif any(content_hash.as_bytes(stored[box].values) != content_hash.as_bytes(values[box]) for box in boxes):
+        elif any(content_hash.as_bytes(coordinate[box].values) != content_hash.as_bytes(values[box]) for box in boxes):
             yield f"{name}: has other values than the definition's"
     all_names = set(ds.variables) | set(ds.encoding.get("ignored", ()))
     for name in all_names - set(expected) - set(sweep.variables):
@@ -330,9 +332,9 @@ def _differing_bits(sweep: Sweep, sample: _Sample, numbers: range) -> list[str]:
     new_columns = measure_points({name: values[rows] for name, values in sample.points.items()}, sweep)
     findings = []
     for variable, map_values in sample.columns.items():
-        for i, stored, new in zip(numbers, map_values[rows], new_columns[variable], strict=True):
-            if stored.tobytes() != new.tobytes():
-                comparison = f"the map holds {_value_text(stored)}, measured again {_value_text(new)}"
+        for i, old, new in zip(numbers, map_values[rows], new_columns[variable], strict=True):
+            if old.tobytes() != new.tobytes():
+                comparison = f"the map holds {_value_text(old)}, measured again {_value_text(new)}"
                 findings.append(f"{variable} at {sample.name(i)}: {comparison}")
     return findings
 
@@ -370,15 +372,15 @@ def _check_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: 
     errors = sample.columns.get(sweep.variables[variable].error) if reference.within_error else None
     for i in _within_time(usable_points):
         count += 1
-        point, stored = sample.at(i), float(sample.columns[variable][i])
+        point, map_value = sample.at(i), float(sample.columns[variable][i])
         with np.errstate(all="ignore"):
             value = reference.ways[name](point, integration)
             allowed = reference.allowed(point, integration) if np.isfinite(value) else math.nan
         if np.isfinite(value):
             num_compared += 1
             allowed += 0.0 if errors is None else 2.0 * float(errors[i])
-            if not abs(stored - value) <= allowed:
-                comparison = f"the map holds {stored:.15g}, {name} finds {value:.15g}"
+            if not abs(map_value - value) <= allowed:
+                comparison = f"the map holds {map_value:.15g}, {name} finds {value:.15g}"
                 findings.append(f"{variable} at {sample.name(i)}: {comparison}")
     time_note = "" if count == len(usable_points) else f"; no more in {MAX_CHECK_SECONDS:g} s"
     check = Check(name, f"{num_compared} points, {covers}{time_note}", _shorten(findings))

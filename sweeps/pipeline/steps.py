@@ -69,7 +69,7 @@ def make_outputs(
 
 
 def _write_views(folder: Path, outdated: set[str], worker: Executor | None) -> None:
-    """Write the outdated ones of a map's pictures and report, in parallel if there is a worker."""
+    """Write a map's pictures and report if they are outdated, in parallel if there is a worker."""
     write_report = partial(_write_report, folder) if REPORT in outdated else lambda: None
     if FIGURES in outdated:
         _draw_pictures(folder, worker, write_report)

@@ -86,7 +86,7 @@ class MapFile:
         self._path, self._file, self.digest = path, netCDF4.Dataset(path, "w", format="NETCDF4"), ContentHash()
         for dim, size in sizes.items():
             self._file.createDimension(dim, size)
-        self._deflated = set()
+        self._deflated_names = set()
 
     def add(
         self, name: str, dims: Sequence[str], dtype: Any, attributes: Mapping, length: int = 0, **options: Any
@@ -116,12 +116,12 @@ class MapFile:
             variables: name → description.
             attributes: further attributes of each variable.
         """
-        self._deflated = {name for name, spec in variables.items() if spec.deflated}
+        self._deflated_names = {name for name, spec in variables.items() if spec.deflated}
         for name, spec in variables.items():
             shape = [len(self._file.dimensions[dim]) for dim in (*dims, *spec.over)]
-            packing: dict[str, Any] = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
-            packing["fill_value"] = np.nan if spec.missing_is_nan else False
-            self.add(name, (*dims, *spec.over), spec.dtype, spec.attributes_among(variables) | attributes, **packing)
+            storage: dict[str, Any] = {"chunksizes": chunk_shape(shape)} | (DEFLATED if spec.deflated else {})
+            storage["fill_value"] = np.nan if spec.missing_is_nan else False
+            self.add(name, (*dims, *spec.over), spec.dtype, spec.attributes_among(variables) | attributes, **storage)
 
     def put(self, name: str, values: np.ndarray) -> None:
         """Write the next values of a variable, in C order."""
@@ -140,7 +140,9 @@ class MapFile:
             chunks = self._file[name].id
             for box, run in self.digest.runs(name, values):
                 content = as_bytes(_fill_chunk(run, box, self._file[name].chunks))
-                content = isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated else content
+                content = (
+                    isal_zlib.compress(content, DEFLATED["complevel"]) if name in self._deflated_names else content
+                )
                 chunks.write_direct_chunk(tuple(extent.start for extent in box), content)
 
     def seal(self, attributes: Mapping[str, str]) -> str:

@@ -36,7 +36,7 @@ def merge_shards(sweep: Sweep, shards: Iterable[str | Path], path: str | Path, t
             each point once.
         path: the map to write.
         threads: number of threads that measure damaged shards again.
-        renew: True to measure shards of another definition or other kernels, left by an earlier run, again as well.
+        renew: True to measure shards of another definition or kernels, left by an earlier run, again as well.
 
     Raises:
         MapError: for a file that is no shard of this sweep, and for points that are missing or given twice.

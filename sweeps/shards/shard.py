@@ -41,7 +41,7 @@ class DamagedError(MapError):
 
 
 class ForeignError(DamagedError):
-    """A shard of another definition, or of other kernels."""
+    """A shard of another definition, or of different kernels."""
 
 
 def extra_sizes(sweep: Sweep) -> dict[str, int]:
@@ -108,16 +108,16 @@ def _submit_blocks(
     sweep: Sweep, points: range, pool: ThreadPoolExecutor, threads: int
 ) -> Iterator[tuple[int, int, Callable[[], dict]]]:
     """Yield (number of points, of motions, wait) for each block, and start measuring the next block before yielding."""
-    pending = deque()
+    queue = deque()
     for low in range(points.start, points.stop, BLOCK_POINTS):
         size = min(BLOCK_POINTS, points.stop - low)
         values = sweep.grid.points(low, low + size)
         motions = sweep.system.motions(values, sweep.definition.integration)
         num_chunks = max(threads, ceil(integration_seconds(sweep, size) / PART_SECONDS))
-        pending.append((size, motions, submit_points(values, sweep, pool, num_chunks)))
-        if len(pending) == BLOCKS_BEGUN:
-            yield pending.popleft()
-    yield from pending
+        queue.append((size, motions, submit_points(values, sweep, pool, num_chunks)))
+        if len(queue) == BLOCKS_BEGUN:
+            yield queue.popleft()
+    yield from queue
 
 
 # -- reading
@@ -204,14 +204,14 @@ class Shard:
         """
         digest, size = ContentHash(), self.after - self.first
         variables = {name: self._structure.variables[name] for name in self._sweep.variables}
-        values = {name: StoredValues(self._file, name, stored) for name, stored in variables.items()}
+        values = {name: StoredValues(self._file, name, variable) for name, variable in variables.items()}
         for name, spec in self._sweep.variables.items():
             digest.declare(name, (POINT.name, *spec.over), values[name].shape, spec.dtype)
         for low in range(0, size, BLOCK_POINTS):
             extent = slice(low, min(low + BLOCK_POINTS, size))
-            box = {name: (extent, *(slice(None) for _ in stored.shape[1:])) for name, stored in values.items()}
+            box = {name: (extent, *(slice(None) for _ in reader.shape[1:])) for name, reader in values.items()}
             with self._name_damages():
-                columns = {name: stored.read(box[name]) for name, stored in values.items()}
+                columns = {name: reader.read(box[name]) for name, reader in values.items()}
             for name, column in columns.items():
                 digest.update(name, column)
             yield columns

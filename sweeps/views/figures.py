@@ -31,7 +31,7 @@ MIN_SHARED_PICTURES = 4  # fewer pictures are drawn before another process is re
 MAX_TITLE = 200  # characters, as in definitions
 MAX_VECTOR_PARTS = 20_000  # an artist of more parts is a bitmap in SVG and PDF, which viewers would draw too slowly
 SVG_SIZE = re.compile(r' (width|height)="([\d.]+)pt"')  # the size of the drawing, to which its viewBox is scaled
-MAX_MAGNITUDE = 1e150  # Matplotlib has no limits and ticks for larger numbers, or smaller ones than its inverse
+MAX_MAGNITUDE = 1e150  # Matplotlib has no limits and ticks for numbers larger than this or smaller than its inverse
 BLOCK_POINTS = 2**20
 
 

@@ -174,12 +174,12 @@ def _coordinate_data(description: MapDescription, name: str, page_grid) -> dict:
 
 
 def _variable_data(description: MapDescription, column: Packed, k: int) -> dict:
-    packing = {key: value for key, value in asdict(column).items() if key != "text"}
+    facts = {key: value for key, value in asdict(column).items() if key != "text"}
     spec = description.specs.get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
     relations |= {} if spec is None or spec.references else {"theory": "", "exact": ""}
     relations |= {"role": "coordinate"} if column.name in description.coordinates else {}
-    return packing | _column_words(description.columns[column.name]) | {"id": k, **relations}
+    return facts | _column_words(description.columns[column.name]) | {"id": k, **relations}
 
 
 def _column_words(column: ColumnDescription) -> dict:
