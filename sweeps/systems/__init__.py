@@ -148,5 +148,5 @@ def all_examples() -> list[Example]:
 
 
 def systems_with_motion() -> tuple[str, ...]:
-    """Return the names of the systems whose maps have a motion at each point."""
+    """Return the names of the systems with maps that have a motion at each point."""
     return tuple(n for n in (*MODULES, *_external_modules()) if type(resolve(n)).motion is not Dynamics.motion)

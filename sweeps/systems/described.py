@@ -289,7 +289,7 @@ def of_file(kind: type[Described], name: str, folder: str = "") -> Described:
 
 
 def make_unread(kind: type[Described], name: str) -> Described:
-    """Return the system of a map whose Python file is not run, sufficient for reading the map."""
+    """Return the system of a map without running its Python file, sufficient for reading the map."""
 
     def refuse():
         raise DescriptionError(

@@ -7,7 +7,7 @@ import numpy as np
 
 from sweeps.schema.refusals import DefinitionError, RefusedError, display
 
-MAX_ROTATIONS = 10_000  # longest period that is shown whole, in rotations; longer ones cost seconds and look solid
+MAX_ROTATIONS = 10_000  # longest period that is shown whole, in rotations; longer periods cost seconds and look solid
 MAX_DIRECT_ROTATIONS = 1e6  # longest direct integration, in rotations: it takes nearly a minute
 SAMPLES_PER_ROTATION = 32
 MIN_SAMPLES, MAX_SAMPLES = 400, 100_000  # bounds on the number of instants of a motion, if the user gives none

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MAX_GROWTH = 10.0  # the window of samples ends when the transverse size exceeds this many times its start
 MAX_SPIN_CHANGE, MIN_WINDOW_SAMPLES = 1 / 32, 7  # it also ends at this relative change of the spin, after 7 samples
-MAX_STEPPED_SAMPLES = 20_000  # longest run that is integrated again; longer ones would take seconds each
+MAX_STEPPED_SAMPLES = 20_000  # longest run that is integrated again; longer runs would take seconds each
 MAX_SAMPLE_ANGLE = 0.5  # rad, largest phase advance of any motion between two samples
 ROUNDING_ERROR = 1e-12  # relative rounding error of the reference values
 

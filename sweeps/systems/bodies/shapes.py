@@ -47,7 +47,7 @@ def refuse_impossible(where: str, moments: Sequence[float]) -> None:
 
 
 class Shapes(Strict):
-    """Shapes of physically possible bodies whose greatest moment is I3."""
+    """Shapes of physically possible bodies with the greatest moment I3."""
 
     I1_over_I3: entry_type(Ratio, range_model(Quantity("ratio", "1", RATIO, Ratio))) = key(
         f"I1/I3: {RATIO}, a list, or a range", ...

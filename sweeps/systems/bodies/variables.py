@@ -88,7 +88,7 @@ def layout(
     has_axis: bool = False,
     has_bodies: bool = True,
 ) -> Layout:
-    """Return the layout of maps whose points are bodies, from a grid of moments or shapes, or from a list.
+    """Return the layout of maps of bodies, from a grid of moments or shapes, or from a list.
 
     Args:
         parameters: parameters of the grid.

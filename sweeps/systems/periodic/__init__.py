@@ -1,1 +1,1 @@
-"""Described systems whose equations are periodic in time, by their Floquet multipliers."""
+"""Described systems with equations that are periodic in time, by their Floquet multipliers."""

@@ -1,4 +1,4 @@
-"""A described system whose equations are periodic in time, by its Floquet multipliers.
+"""A described system with equations that are periodic in time, by its Floquet multipliers.
 
 The descriptions are those of `sweeps/mechanics/library/periodic`, and any Python file that defines a period.
 """

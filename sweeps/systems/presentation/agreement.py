@@ -1,4 +1,4 @@
-"""Measured values against theory, for the maps of every system: deviations over their errors, and relative ones.
+"""Measured values against theory, for the maps of every system: deviations over their errors, and relative deviations.
 
 A presentation lists the compared quantities (`Compared`). The names of errors and of theory come from the system's
 table of variables, words and colours from its `Appearance`. A map is read once, in blocks: it may exceed the memory.
@@ -130,7 +130,7 @@ def _size(components: Iterable[np.ndarray]) -> np.ndarray:
 def draw(
     ds: Dataset, specs: Specs, compared: Iterable[Compared], appearance: Appearance, ax: Axes | None = None
 ) -> Figure | None:
-    """Draw a column for each comparison: deviations over errors above, relative ones over theory below.
+    """Draw a column for each comparison: deviations over errors above, relative deviations over theory below.
 
     Args:
         ds: the map.

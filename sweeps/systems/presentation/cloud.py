@@ -79,7 +79,7 @@ def _panels(points: xr.Dataset) -> tuple[xr.Dataset, str, list[xr.Dataset]]:
 
 
 def _scatter(ax: Axes, panel: xr.Dataset, names, flag: str, flag_colors, appearance: "Appearance") -> None:
-    """Draw the points in storage order, later ones over earlier ones."""
+    """Draw the points in storage order, later points over earlier points."""
     x = panel[names[0]].values
     y = panel[names[1]].values if len(names) > 1 else np.zeros(x.shape)
     tints = np.array([flag_colors.get(int(value), colors.GREY) for value in panel[flag].values])

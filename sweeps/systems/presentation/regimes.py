@@ -136,7 +136,7 @@ class Regimes:
         canvas.draw_legend(figure, [*handles, *more_handles])
 
     def _hatch(self, ax: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
-        """Hatch the cells of regimes, whose colours in grey cannot be distinguished."""
+        """Hatch the cells of regimes, as their colours in grey cannot be distinguished."""
         for k, name in enumerate(self.names):
             cells = (regime == k).astype(float)
             if name in HATCHES and cells.any() and min(cells.shape) > 1:

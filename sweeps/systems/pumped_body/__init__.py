@@ -1,1 +1,1 @@
-"""A free rigid body whose moments of inertia change periodically in time."""
+"""A free rigid body with periodically modulated moments of inertia."""

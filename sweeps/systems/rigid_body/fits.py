@@ -12,7 +12,7 @@ from sweeps.reading.definitions import definition_of
 from sweeps.schema.datasets import Dataset
 from sweeps.systems.motion import DAY
 
-# Smaller deviations are those of rounding and integration, larger ones have contributions of higher order.
+# Smaller deviations are those of rounding and integration, larger deviations have contributions of higher order.
 MIN_FIT_DEVIATION, MAX_FIT_DEVIATION = 1e-11, 1e-2
 FLOOR_FACTOR = 10.0
 FLOOR_SPAN = 3.0

@@ -202,7 +202,7 @@ def spin_setting(requested: SpunBody, body: SpunBody) -> dict[str, float]:
 
 
 def body_of(body: object, source: object, spin: Mapping[str, object], load: Callable) -> tuple[SpunBody, dict]:
-    """Return a body, and its spin rate and perturbation: as given, else its own, else the default ones.
+    """Return a body, and its spin rate and perturbation: as given, else the body's, else the defaults.
 
     Args:
         body: a name, or part of a name, of a body in the definition `source`; or a body's mapping as in a definition,

@@ -394,7 +394,7 @@ def _compare_with_individual_runs(columns, points, settings, options):
         raise ArithmeticError(f"collapsed and integrated points differ by {(deviations / allowed).max():.2g}e-12")
 
 
-MAX_CLOSED_FORM_SAMPLES = 1_000_000  # samples of a run; longer ones are not computed in closed form
+MAX_CLOSED_FORM_SAMPLES = 1_000_000  # samples of a run; longer runs are not computed in closed form
 
 
 def _moments_from_axis(point: Mapping[str, float]) -> np.ndarray:

@@ -20,7 +20,7 @@ from sweeps.systems.presentation.regimes import draw_points
 
 MAX_PANELS = 8  # panels of equilibria and modes that fit a page
 APPEARANCE = Appearance(marks={"marginal": Mark("marginal", "=", colors.INK)})
-ROUNDING = 1e-12  # rounding error of ω²/scale², whose sign is not drawn below it
+ROUNDING = 1e-12  # rounding error of ω²/scale²; the sign of smaller values is not drawn
 MAX_DOTS = 1000  # marginal points of a panel; more are thinned to a coarser lattice
 GREEK = re.compile(r"^(theta|phi|psi|alpha|beta)$")
 EQUILIBRIA_WIDTH = 5.2  # inches, panel of the equilibria

@@ -115,7 +115,7 @@ def _mass_places(system: "System") -> list[tuple["sp.Expr", "sp.Expr"]]:
 
 
 def _rods(system: "System", places: list) -> list[tuple[int, int]]:
-    """Return pairs (particle, the one before it or the origin, -1) whose distance no coordinate changes."""
+    """Return pairs (particle, the previous one, or -1, the origin) at a constant distance."""
     import sympy as sp
 
     coordinates = {c.symbol for c in system.coordinates.values()}

@@ -1,4 +1,4 @@
-"""Animation of Kapitza's racket: two equal bodies spun about their intermediate axis, of which one is shaken.
+"""Animation of Kapitza's racket: two equal bodies spun about their intermediate axis, with and without shaking.
 
 Left the moments change as in the map, and the shape with them; right they are constant, and the body flips. Below,
 the tilt of the angular momentum from the spin axis. Both motions solve the full equations from the same start.
