@@ -1,9 +1,9 @@
 """Mechanical systems described in SymPy: equations of motion, equilibria, generated kernels.
 
-`description` is what that file writes; `derivation` makes the `equations` x' = f(x, t; p) of it; `graph` and `taylor`
-turn these into a compiled Taylor integrator, `motions` runs it; `equilibria` and `modes` are the theory. A `model` is
-all of a system; `normal_modes` and `relative` measure what is near its equilibria, `periodic` what is near a motion of
-the equations' own period, which `continuation` follows from its name; `library/` has systems that ship.
+`description` has the classes for such files; `derivation` makes the `equations` x' = f(x, t; p) of it; `graph` and
+`taylor` turn these into a compiled Taylor integrator, `motions` runs it; `equilibria` and `modes` are the theory. A
+`model` is all of a system; `normal_modes` and `relative` measure motions near its equilibria, `periodic` those near a
+motion of the equations' own period, which `continuation` follows from its name; `library/` has systems that ship.
 """
 
 from sweeps.mechanics import drawing

@@ -2,15 +2,15 @@ r"""Branches: equilibria that keep their slots through folds and pitchforks.
 
 Which root at one point corresponds to which root at another is defined only along a path between them. The path leads
 from the parameters' defaults to the point, each parameter on a straight line (of its logarithm, if both ends are
-positive). So a point's branches depend on the description and the point alone, and not on a sweep's other points, their
-order, or the shard.
+positive). So a point's branches depend on the description and the point alone, and not on a sweep's further points,
+their order, or the shard.
 
 At each of `STEPS` steps all roots are searched anew, with the proof that these are all, and the previous roots are
 continued to them, each with a proof of its identity (:func:`continue_roots`), until it meets another root. A root that
-is stopped has met one, and so has a new root that is stopped while it is continued back. An old and a new one of these
-are on one branch if each is near the other's extrapolation: a branch that passes straight through a pitchfork, or
-crosses another branch, keeps its slot. A stopped root without a partner has vanished (a fold), and its slot is free; a
-new root without a partner takes the first slot that is free at its appearance.
+is stopped has met one, and so has a new root that is stopped while it is continued back. An old and a new root of this
+kind are on one branch if each is near the extrapolation of its partner: a branch that passes straight through a
+pitchfork, or crosses another branch, keeps its slot. A stopped root without a partner has vanished (a fold), and its
+slot is free; a new root without a partner takes the first slot that is free at its appearance.
 
 A point is reported as undecided if two roots are almost equally near one extrapolation, if a single root vanishes or
 appears (folds have two), or if a search has no proof. Undetectable: if a loop around a cusp exchanges roots, the slots
@@ -59,8 +59,8 @@ MAX_GAP = 64.0 / STEPS * 2.0**-MAX_HALVINGS  # fraction of the path between the 
 class ParameterPath:
     """The path from the parameters' defaults to points."""
 
-    #: fraction of the path → roots (points, count, n), padded by NaN, and True for points whose roots are proved to be
-    #: all, (points,)
+    #: fraction of the path → roots (points, count, n), padded by NaN, and True if they are proved to be all of a
+    #: point, (points,)
     search: Callable
     slopes: Callable  #: as of :func:`continue_roots`
     parameters: Callable  #: (points, shares) → parameters, as of :func:`continue_roots`
@@ -113,7 +113,7 @@ def follow_branches(path: ParameterPath, max_slots: int) -> tuple[np.ndarray, np
 
 
 def _fill_free_slots(slots, max_slots):
-    """Return the first slots, the free ones filled from the spare slots."""
+    """Return the first slots, with free slots filled from the spare ones."""
     new_slots = slots[:, :max_slots].copy()
     for spare in slots[:, max_slots:].T:
         can_fill = (spare >= 0) & (new_slots < 0).any(axis=1)
@@ -260,7 +260,7 @@ def continue_roots(slopes: Callable, path: Callable, owner, place, begin: float,
             speed[step_rows] = (next_places[is_passed] - x[step_rows]) / (next_share[is_passed] - s[step_rows])[:, None]
             x[step_rows], s[step_rows] = next_places[is_passed], next_share[is_passed]
             step[active] *= np.where(is_passed, np.where(is_careful[active], 1.0, 2.0), 0.5)
-            is_careful[active] = ~is_passed  # one more piece of this length before longer ones
+            is_careful[active] = ~is_passed  # a further piece of this length before longer pieces
             active = active[(s[active] != end) & (np.abs(step[active]) >= shortest)]
     return ContinuedRoots(x, s, speed, s == end)
 

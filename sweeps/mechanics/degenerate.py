@@ -57,7 +57,7 @@ class Degenerate:
 
         Returns:
             `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 if
-            no term confines the motion; the other columns are NaN then).
+            no term confines the motion; all further columns are NaN then).
         """
         with np.errstate(all="ignore"):
             c, a = (np.stack(function(*parameters, place)) for function in (self._series, self._a))

@@ -5,14 +5,15 @@ is proved, or the reason is reported:
 
 * PROVED: each root is the only one in its box, and the remaining bounds contain none.
 * ROUNDING: numerically there is a root (a double root, an exact pitchfork, two roots closer than doubles resolve), but
-  rounding hides whether it is one, several or none; or F overflows in a part of the bounds. All other roots are proved.
+  rounding hides whether it is one, several or none; or F overflows in a part of the bounds. All remaining roots are
+  proved.
 * TOO_LARGE: the subdivision did not end within its number of boxes. Newton's method was started from the undecided
-  boxes and from the named places; its roots are returned, each proved if possible. There may be further ones.
+  boxes and from the named places; its roots are returned, each proved if possible. There may be further roots.
 * FAMILY: equilibria form a line or more (a spin of any rate, a neutral angle). If the description names a place and F
   is not the gradient of a potential, the member nearest to the name is returned; else the point is flat and has none.
 
-A point is crowded, and has no equilibria, if it has more than `most`, or one that is near no name while all slots have
-names. For flows whose members are requested by name, equilibria without a name are only counted.
+A point is crowded, and has no equilibria, if it has more than `most`, or a root near no name while all slots have
+names. For flows with members that are requested by name, equilibria without a name are only counted.
 
 Nothing depends on units: places are compared relative to their bounds, and F vanishes at a place if its enclosure
 within some roundings of the place contains 0.
@@ -231,8 +232,8 @@ class EquilibriumSearch:
 
     Attributes:
         owner, place, dimension: point, free unknowns and dimension of the family of each root.
-        half_width, uncertainty: half-width of a box in which the root is unique, and of one within which rounding hides
-            it; one of the two is 0.
+        half_width, uncertainty: half-width of a box in which the root is unique, and of a box in which rounding hides
+            it; either is 0.
         certified, is_flat, direction, undecided_box: of each point, as in :class:`Equilibria`.
     """
 
@@ -266,8 +267,8 @@ class EquilibriumSearch:
     def shared_boxes(self, points, bounds, max_boxes):
         """Return boxes with all roots of points, shape (boxes, 2, n), and each point's range of boxes, (points, 2).
 
-        Boxes are excluded once for all points whose parameters share their leading bits. Cells do not depend on the
-        points, so no point's result depends on another point.
+        Boxes are excluded once for all points that share the leading bits of their parameters. Cells do not depend on
+        the points, so no point's result depends on another point.
 
         Args:
             points: indices of points.
@@ -291,7 +292,7 @@ class EquilibriumSearch:
             bounds: shape (searches, 2, n).
             limits: see `kernels.search.roots.Limits`.
             starts: boxes to begin with and each search's range of them; by default the bounds.
-            tape: the function whose roots are searched; by default F.
+            tape: the function with the roots; by default F.
         """
         from kernels.search import roots  # compiled by its import
 
@@ -449,7 +450,7 @@ class EquilibriumSearch:
             self._decide_boxes(owner[is_undecided], kind[is_undecided], low[is_undecided], high[is_undecided])
 
     def _search_refined(self, points, bounds, limit, starts):
-        """Search boxes with few narrow ones allowed, and again with many at points whose narrow boxes are no family."""
+        """Search with few narrow boxes allowed, and again with many at points with narrow boxes that are no family."""
         few_limits, many_limits = ((self.narrowest, limit, n, SHARED_WIDTH, False) for n in (FEW_NARROW, MAX_NARROW))
         records = box_point, kind, boxes = self.search_boxes(self.constants[points], bounds, few_limits, starts)
         narrow_boxes = np.flatnonzero((kind == codes.ROUNDING_LIMITED) | (kind == codes.AT_MIN_WIDTH))
@@ -660,7 +661,7 @@ class EquilibriumSearch:
 
 
 def _replace_records(records, is_removed, new_records):
-    """Return records without the removed ones and with the new ones, in the order of their points."""
+    """Return records after removals and additions, in the order of their points."""
     columns = [np.concatenate([a[~is_removed], b]) for a, b in zip(records, new_records, strict=True)]
     order = np.argsort(columns[0], kind="stable")
     return tuple(column[order] for column in columns)
@@ -670,7 +671,7 @@ def _replace_records(records, is_removed, new_records):
 
 
 def _parameter_path(problem, parameters, places):
-    """Return the path from the parameters' defaults to points whose places are known."""
+    """Return the path from the parameters' defaults to points with known places."""
     free, size = problem.free, parameters[0].size
     defaults = [p.default for p in problem.system.parameters.values()] or [0.0]
 

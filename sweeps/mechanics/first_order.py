@@ -1,7 +1,7 @@
 """The graph of a system's rates and conserved quantities, for coordinates or states.
 
 The accelerations of a q̈ = f are solved for at each order of their series, or multiplied by a's inverse in symbols if
-that makes a long code shorter. Far from equilibria the time is a state whose rate is 1.
+that makes a long code shorter. Far from equilibria the time is a state of rate 1.
 """
 
 from functools import cache

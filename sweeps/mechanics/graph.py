@@ -10,7 +10,7 @@ velocity, a force at its equilibrium), it is exactly 0, without a rounding.
 
 *Functions.* A function :math:`w = f(u)` keeps its remainder :math:`\tilde w`,
 :math:`\hat w = f'(U)\,\hat u + \tilde w`, which obeys
-:math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated beside the states. So the integrator needs no
+:math:`\dot{\tilde w} = \widehat{f'(u)}\;\dot{\hat u}` and is integrated with the states. So the integrator needs no
 sine and no power: sums, products and quotients are all that is left, whatever the system.
 
 *Energy.* One order further, :math:`u = U + \nabla u\cdot x + \tilde u`, with
@@ -18,9 +18,8 @@ sine and no power: sums, products and quotients are all that is left, whatever t
 so :math:`\tilde V` is its rise above the equilibrium, to all digits.
 
 *Few products of series.* If :math:`d = B^{-1/2}` occurs, every inverse power of B is a power of d, with the slope
--d³/2; in products tan u is sin u / cos u if these occur; a product is divided factor by factor, the longest
-one first, so that what has the same divisor is divided once; and the state that most terms of a sum share stands
-outside.
+-d³/2; in products tan u is sin u / cos u if these occur; a product is divided factor by factor, the longest one first,
+so that terms with the same divisor are divided once; and the state that most terms of a sum share is factored out.
 
 Source: the recurrences are those of automatic differentiation (Griewank and Walther, Evaluating Derivatives, chapter
 13); working them in deviations was derived here.
@@ -91,7 +90,7 @@ class Graph:
         return self._numbers[node]
 
     def steepness(self, number: int) -> float | None:
-        """Return n of a function that is a high power u^n, 0 of one that is exponential, None of all others."""
+        """Return n of a function that is a high power u^n, 0 of an exponential, None of other functions."""
         function = self.nodes[number].weights[0].expr
         if function.is_Pow and function.exp.is_number and function.exp > MAX_PRODUCT_POWER:
             return float(function.exp)
@@ -353,7 +352,7 @@ def compile_expression(arguments, expressions, broadcast=True):
 class Values:
     """Values at equilibria and deviations from them, by the same rules as the kernel's, in NumPy.
 
-    Functions' remainders are integrals, by a quadrature with so many nodes. What no function stands on has no deviation
+    Functions' remainders are integrals, by a quadrature with so many nodes. Arguments of no function have no deviation
     here, and far from equilibria no value.
     """
 

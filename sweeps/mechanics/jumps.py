@@ -1,9 +1,9 @@
-"""When functions of the time jump or have a kink, and what their switches (`sweeps.mechanics.switches`) are between.
+"""Times at which functions jump or have a kink, and the values of their `sweeps.mechanics.switches` between.
 
 A switch is constant between the zeros of its root. The zeros lie between neighbours of a grid at which the root has two
-signs, and are found by bisection, to a rounding. That there are no others is proved by enclosures: between neighbours
-the root or its slope has one sign. Where that cannot be proved the grid is refined, and in the end the jumps are not
-known. Times that a description declares are taken in place of zeros.
+signs, and are found by bisection, to a rounding. That there are no further jumps is proved by enclosures: between
+neighbours the root or its slope has one sign. Where that cannot be proved the grid is refined, and in the end the jumps
+are not known. Times that a description declares are taken in place of zeros.
 """
 
 import numpy as np

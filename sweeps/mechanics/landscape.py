@@ -11,7 +11,7 @@ from sweeps.mechanics.graph import compile_expression
 from sweeps.mechanics.tape import Tape
 from sweeps.schema.refusals import DescriptionError
 
-MAX_FACTOR_OPERATIONS = 60  # operations of an expression up to which it is factored: longer ones take too long
+MAX_FACTOR_OPERATIONS = 60  # operations of an expression up to which it is factored: longer expressions take too long
 SINGULAR = 1e-9  # singular values below this, relative to the largest, are zeros of a family
 CHANGE_SCALE = 1024.0  # errors of a place over which a matrix is differentiated: less would be rounding
 MAX_BOX_CUTS = 64  # bisections of a box over the coordinates that a name leaves open
@@ -34,14 +34,14 @@ class Landscape:
         self.parameters, self.symbols = equations.parameters, tuple(place.symbol for place in places)
         self.m, self.n = len(places), equations.n
         self.last: tuple = (None, None)  # the last search's points and result
-        #: indices of the unknowns: the coordinates that are not held
+        #: indices of the unknowns: the coordinates without `hold`
         self.free = [i for i, place in enumerate(places) if place.hold is None]
         self.held_values = [0 if place.hold is None else place.hold for place in places]
         #: True for periodic coordinates
         self.periodic = np.array([place.periodic for place in places])
         bounds = [bound for place in places for bound in place.bounds]
         self._bounds = compile_expression(self.parameters, bounds)
-        #: True if bounds and held coordinates do not depend on parameters
+        #: True if bounds and fixed coordinates do not depend on parameters
         self.is_steady = not any(sp.sympify(e).free_symbols for e in (*bounds, *self.held_values))
         self._holds = compile_expression(self.parameters, self.held_values)
         # coordinates without a value in a name begin in the middle of the bounds, or anywhere
@@ -56,7 +56,7 @@ class Landscape:
         slopes, self._arguments = list(equations.slopes), (*self.parameters, *self.symbols)
         self._slopes, self._terms = self._lambdify(slopes), self._lambdify([magnitude(e) for e in slopes])
         self._a = self._lambdify(equations.a.subs(equations.still)) if equations.v else None
-        #: third derivatives of V and first ones of a, a list of arrays
+        #: third derivatives of V and first derivatives of a, a list of arrays
         self.third = compile_expression(self._arguments, equations.third) if equations.natural else None
         quantities, gradients = system.conserved_quantities.values(), list(equations.gradients)
         hessians = [e for quantity in quantities for e in sp.hessian(quantity, equations.states)]
@@ -71,7 +71,7 @@ class Landscape:
 
     @cached_property
     def tape(self) -> Tape:
-        """F of the free coordinates; the held coordinates are parameters."""
+        """F of the free coordinates; the fixed coordinates are parameters."""
         return self.full_tape if len(self.free) == self.m else self._tape([self.F[i] for i in self.free])
 
     @cached_property
@@ -88,7 +88,7 @@ class Landscape:
 
     @cached_property
     def path_tape(self) -> Tape:
-        """F of the free coordinates as a function of these and of the parameters; held coordinates are substituted."""
+        """F of the free coordinates as a function of these and of the parameters; fixed coordinates are substituted."""
         values = {
             x: hold
             for i, (x, hold) in enumerate(zip(self.symbols, self.held_values, strict=True))
@@ -162,7 +162,7 @@ class Landscape:
         return self._evaluate(self._bounds, (self.m, 2), parameters)
 
     def holds(self, parameters):
-        """Return the values of held coordinates, shape (points, m)."""
+        """Return the values of fixed coordinates, shape (points, m)."""
         return self._evaluate(self._holds, (self.m,), parameters)
 
     def labels(self, parameters):

@@ -1,7 +1,7 @@
 """A described system x' = f(x, t; p): its equations, its generated integrators, its equilibria and its motions.
 
-What is measured near equilibria stands in `normal_modes` (of natural systems, mode by mode) and in `relative` (of all
-others, by eigenvalues).
+The measurements near equilibria are in `normal_modes` (of natural systems, mode by mode) and in `relative` (of all
+other systems, by eigenvalues).
 """
 
 import threading
@@ -40,7 +40,7 @@ class Model:
         self.equations = derive(system)
         self.names = tuple(system.parameters)
         energy = ("energy",) if self.equations.conservative else ()
-        self.quantities = tuple(system.conserved_quantities) or energy  #: names of what is conserved
+        self.quantities = tuple(system.conserved_quantities) or energy  #: names of the conserved quantities
         self._lock, self._perturbed = threading.Lock(), {}
 
     @cached_property
@@ -93,7 +93,7 @@ class Model:
 
     @cached_property
     def symmetries(self) -> Symmetries:
-        """What the equations prove of all motions near equilibria."""
+        """Facts about all motions that the equations prove near equilibria."""
         return Symmetries(self.equations)
 
     @cached_property
@@ -149,7 +149,7 @@ class Model:
         return self.measurement.survey(self, points, *settings, **further)
 
     def parameters(self, points, size: int) -> list[np.ndarray]:
-        """Return one array (size,) for each parameter, in the description's order; one of zeros if there are none."""
+        """Return one array (size,) for each parameter, in the description's order; zeros if there are none."""
         return [np.asarray(points[name], dtype=np.float64) for name in self.names] or [np.zeros(size)]
 
     def equilibria(self, parameters: list[np.ndarray]) -> equilibria.Equilibria:

@@ -135,7 +135,7 @@ def _neighbourhood(landscape, parameters, place, terms, i):
 
 
 def bounding_terms(landscape, parameters, place, terms, sizes):
-    """Return the terms of V″, with |V″| within the sizes for terms that vanish, and True for the replaced ones.
+    """Return the terms of V″, with |V″| within the sizes for terms that vanish, and True for replaced terms.
 
     Args:
         landscape: F and its slopes.

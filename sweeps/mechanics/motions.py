@@ -173,7 +173,7 @@ def solve_between_jumps(model, parameters, start, times, tolerance: float, min_s
 
 
 def _add_comparison_times(times):
-    """Return times with COMPARISON_TIMES more, evenly over each run, and the indices of the original ones.
+    """Return times with COMPARISON_TIMES more, evenly over each run, and the indices of the original times.
 
     At a single time two different solutions may agree by chance.
     """

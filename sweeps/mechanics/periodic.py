@@ -50,11 +50,11 @@ SEGMENT_NUMBERS = [k * 2**j for j in range(9) for k in (4, 5, 6, 7)]  # allowed 
 FIRST_STEPS = 2  # Taylor steps of a segment in the first try
 MAX_AMPLITUDE_EFFECT = 0.1  # relative change of a segment's matrix by the amplitude; beyond: perturbation_too_large
 MAX_GROUP_ENTRIES = 262_144  # segments times entries of the matrices of points that are integrated together
-BOUNDS_CHUNK = 2048  # points whose bounds are computed together: their arrays fit into the processor's cache
+BOUNDS_CHUNK = 2048  # points with bounds that are computed together: their arrays fit into the processor's cache
 MIN_REDUCTION = 0.25  # a difference that a refinement reduces by less than this factor is rounding or amplitude
-MAX_TRACE_DIFFERENCE = 1e-6  # relative to the matrix; a certificate whose traces from two phases differ by more fails
+MAX_TRACE_DIFFERENCE = 1e-6  # relative to the matrix; a certificate fails if its traces from two phases differ by more
 MAX_ROUNDING = 1e-11  # relative to the matrix; larger differences are not rounding, even if they no longer fall
-MAX_STEPS = 1 << 14  # steps in a period, of which the last refinements are made
+MAX_STEPS = 1 << 14  # steps in a period, for the last refinements
 MAX_RATE_AT_REST = 64 * float(np.finfo(np.float64).eps)  # relative to the largest rates; below, the base is at rest
 COARSE_ERROR_SHARE = 0.1  # error of the finer flow over the difference of both: order 16, 5/4 times the steps
 FLOW_ROUNDING = 8 * float(np.finfo(np.float64).eps)  # rounding error of the variational flow's matrices
@@ -198,7 +198,7 @@ class Variation:
         )
 
     def slope_sum(self, parameters, x, phases, at_rest) -> tuple[np.ndarray, np.ndarray]:
-        """Return factors (phases, terms) and slopes (terms, entries, points), whose products add up at each phase.
+        """Return factors (phases, terms) and slopes (terms, entries, points), for a sum of products at each phase.
 
         If slopes are no such sums, there are no factors, and `slopes` are those at all phases.
 
@@ -454,7 +454,7 @@ class BaseMotions:
         return curves
 
     def _polish(self, which, nodes):
-        """Find states at the starts of K segments, each of which ends at the next start; `nodes` are changed in place.
+        """Find states at the starts of K segments that end at the next start; `nodes` are changed in place.
 
         The motion is locally unique (Newton and Kantorovich) if, within the uncertainty of states and slopes of the
         segments' maps, the slopes change by less than half of their least singular value.

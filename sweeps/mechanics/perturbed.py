@@ -110,7 +110,7 @@ class PerturbedCode(Series):
         return np.eye(n)[: index_in_block.max() + 1, index_in_block], np.where(same_block, index_in_block, -1)
 
     def starts(self, parameters, place, epsilon, step, x) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of base motions (segments, rows, points) and of perturbed ones (motions, segments, …).
+        """Return the rows of base motions (segments, rows, points) and perturbed motions (motions, segments, …).
 
         Args:
             parameters: a list of arrays (points,).
@@ -211,7 +211,7 @@ class PerturbedCode(Series):
         for i in range(self.time):
             ends[False] += self._truncation_lines(self._row_text("e", i), self._term_names("H", states[i]))
         truncation_row = self._row_text("E", 0)
-        while sums:  # functions on which others depend are added
+        while sums:  # functions on which further rows depend are added
             for kind, at, number, row in sums:
                 summed_rows.add((row, at))
                 series = self._term_names(kind, number)

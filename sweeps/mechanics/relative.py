@@ -1,7 +1,7 @@
 """Relative equilibria: eigenvalues of the linear motion by theory, and measured from motions that do not know theory.
 
 *Units.* With |J| the absolute values of the Jacobian's terms, the states' sizes are the Perron vector of |J|, and the
-scale S, a bound on every possible rate, is its Perron root (slightly more: each state depends on each other state by at
+scale S, a bound on every possible rate, is its Perron root (slightly more: each state depends on every state by at
 least a hundredth). Both come from the sizes of terms, so they do not vanish if terms cancel, and no unit counts.
 
 *Conserved quantities.* Motions stay on the level sets of conserved quantities, so perturbations are tangent to these,
@@ -412,7 +412,7 @@ def _level_set_basis(gradients, n):
 
 
 def _eigen_columns(matrix, S):
-    """Return ordered eigenvalues, their condition numbers, and the joint one of the eigenvectors."""
+    """Return ordered eigenvalues, their condition numbers, and the joint condition number of the eigenvectors."""
     values, _ = _order_eigenvalues(matrices.eigenvalues(matrix), S)
     condition = jacobians.condition_numbers(matrix, values, S)
     joint, rows = (np.full(len(S), np.inf), np.flatnonzero(~(condition.max(1, initial=0.0) < MIN_DEFECTIVE_CONDITION)))
@@ -508,7 +508,7 @@ def _regime_on_family(regime, dimension, re, im, re_error, im_error):
     """Return the regimes, with STABLE for members of families of equilibria that attract.
 
     Each direction along a family has an eigenvalue 0. If as many as the family's dimension are 0 within their errors,
-    and all remaining ones decay, a motion nearby ends at a member (Aulbach, J. Math. Anal. Appl. 101 (1984) 543).
+    and all remaining modes decay, a motion nearby ends at a member (Aulbach, J. Math. Anal. Appl. 101 (1984) 543).
     """
     is_zero, decays = (np.abs(re) <= re_error) & (np.abs(im) <= im_error), re + re_error < 0
     is_attracting = (dimension > 0) & (is_zero.sum(1) == dimension) & (is_zero | decays).all(1)

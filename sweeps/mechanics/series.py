@@ -1,6 +1,6 @@
 r"""Power series of motions however far from an equilibrium, written out as lines: 20 terms, for 32 lanes.
 
-Each node of the graph has terms :math:`U_n` (coefficient times h^n), which follow from the ones before them,
+Each node of the graph has terms :math:`U_n` (coefficient times h^n), which follow from the terms before them,
 
 .. math:: (UV)_n = \sum_{k=0}^n U_kV_{n-k}, \qquad (U/V)_n = \Big(U_n - \sum_{k=1}^n V_kW_{n-k}\Big)\Big/V_0, \qquad
           f(U)_n = \frac1n\sum_{k=1}^n k\,U_k\,f'(U)_{n-k}, \qquad A_0V_n = F_n - \sum_{k=1}^n A_kV_{n-k}
@@ -28,7 +28,7 @@ MAX_CHANGE, MAX_VISIBLE = (4.0, 100.0)  # of exponentials: change in a step; bey
 
 
 def sum_text(terms: list[str]) -> str:
-    """Return the sum of terms, some of which begin with a minus."""
+    """Return the text of a sum of terms, which may begin with a minus."""
     return " + ".join(terms).replace("+ -", "- ")
 
 
@@ -41,7 +41,7 @@ class Series(Generated):
 
     def __init__(self, graph: Graph, still: bool = False):
         self.graph, self.still, self.time = graph, still, len(graph.rates) - 1
-        self._lines: dict[bool, list[str]] = {True: [], False: []}  # of the motion, of perturbed ones
+        self._lines: dict[bool, list[str]] = {True: [], False: []}  # lines of the motion, and of perturbed motions
         self._names: dict[tuple, str | None] = {}
         self.base: dict[tuple, int] = {}  #: (kind, number) → row
         self.perturbed: dict[tuple, int] = {}  #: the same of perturbed motions
@@ -234,7 +234,7 @@ class Moving(Series):
         """Yield lines for the change of arguments in a step over its bound.
 
         It is negative if the functions' series fail, so that the functions are evaluated again after the step. For a
-        power u^n the bound holds for n ln |u|.
+        power u^n the bound is that of n ln |u|.
         """
         shares, unseen = [], []
         for k, n in self._bounded_arguments:

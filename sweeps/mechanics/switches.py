@@ -1,4 +1,4 @@
-"""Discontinuous functions of the time in expressions, and the symbols that stand for them: switches.
+"""Discontinuous functions of the time in expressions, and their symbols: switches.
 
 `sign`, `floor` and the conditions of `Piecewise` are constant between jumps. With a symbol in place of each all that is
 left of an expression is smooth: |g| is sign(g) g. `sweeps.mechanics.jumps` finds when they jump.
@@ -12,7 +12,7 @@ from sweeps.schema.refusals import DescriptionError
 
 
 class Switch(NamedTuple):
-    """What is constant between jumps."""
+    """A quantity that is constant between jumps."""
 
     symbol: sp.Symbol
     value: sp.Expr  #: a function of the time, the parameters and earlier switches
@@ -81,7 +81,7 @@ class Rewriting:
         return total
 
     def _holds(self, condition):
-        """Return 1 where a condition holds, else 0."""
+        """Return 1 if a condition is met, else 0."""
         if isinstance(condition, sp.And):
             return sp.Mul(*map(self._holds, condition.args))
         if isinstance(condition, sp.Or):

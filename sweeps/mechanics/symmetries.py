@@ -77,7 +77,7 @@ class Symmetries:
             parameters: List of arrays (points,).
             place: Equilibria, shape (points, m).
             terms: Absolute values of the Jacobian's terms, shape (points, m, n). Their zeros separate states into two
-                classes, each of which is coupled with the other class only. If each change of signs moves the
+                classes that are coupled only with each other. If each change of signs moves the
                 equilibrium, these classes are the only proof.
         """
         if self.equations.conservative:

@@ -1,7 +1,7 @@
 r"""The integrator of a system near its equilibria: its Taylor series of order 12, written out for 32 lanes.
 
 It is the integrator of :mod:`kernels.free.direct` for any right-hand side: with terms :math:`u_n` (coefficient times
-h^n) each node of the graph gives its n-th term from the ones before it,
+h^n) each node of the graph gives its n-th term from the terms before it,
 
 .. math:: (uv)_n = (U + u_0) v_n + (V + v_0) u_n + \sum_{k=1}^{n-1} u_k v_{n-k}, \qquad
           (u/v)_n = \Big(u_n - (W + w_0) v_n - \sum_{k=1}^{n-1} v_k w_{n-k}\Big)\Big/(V + v_0), \qquad
@@ -105,7 +105,7 @@ class Generated:
 
     @property
     def title(self) -> str:
-        """The system's title as it stands in the text."""
+        """The system's title, escaped for the text."""
         return in_quotes(self.graph.equations.system.title)
 
     @property

@@ -2,7 +2,7 @@
 
 The azimuth is cyclic, so its momentum L is a parameter and the effective potential V + L²/(2 m r² sin²θ) remains. The
 radial oscillation has √(s + 2) times the orbital rate: twice it in the harmonic well (s = 2), once it in Kepler's
-potential (s = −1); the other mode tilts the orbit's plane, at the orbital rate whatever s is.
+potential (s = −1); the second mode tilts the orbit's plane, at the orbital rate whatever s is.
 """
 
 from sympy import Matrix, cos, pi, sin

@@ -1,7 +1,7 @@
 """A linear triatomic molecule A-B-A along its line: it moves as a whole, stretches evenly, and stretches oddly.
 
-V depends on the distances alone, so the molecule's equilibria form a line: the first atom is held while they are
-looked for, and the mode along the line is flat (ω² = 0). The bonds are Morse's, so V‴ does not vanish.
+V depends on the distances alone, so the molecule's equilibria form a line: the first atom is fixed while they are
+searched, and the mode along the line is flat (ω² = 0). The bonds are Morse's, so V‴ does not vanish.
 """
 
 from sympy import exp, sqrt

@@ -1,6 +1,6 @@
 """A spherical pendulum (r = l) about its conical motion, by the reduced potential.
 
-The azimuth is cyclic; its momentum L stands for the cone's angle. About the cone at θ0 the lecture's result is
+The azimuth is cyclic; its momentum L determines the cone's angle. About the cone at θ0 the lecture's result is
 ω² = (g/l)(1 + 3 cos²θ0)/cos θ0.
 """
 

@@ -1,6 +1,6 @@
 """A disc on a turning shaft that is stiffer in one direction than across it, seen from the room.
 
-Its stiffness turns with it: k (1 + d) along one axis of the shaft and k (1 - d) along the other, so the equations have
+Its stiffness turns with it: k (1 + d) along one axis of the shaft and k (1 - d) along the second, so the equations have
 the period of a half turn. In axes that turn along they are constant: between √(k (1 - d)/m) and √(k (1 + d)/m) the
 whirl grows.
 """

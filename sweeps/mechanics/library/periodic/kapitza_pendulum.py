@@ -1,4 +1,4 @@
-"""A pendulum on a rod whose pivot is shaken to and fro: fast enough, it stands upside down.
+"""A pendulum on a rod with a pivot that is shaken to and fro: upside down is stable if it is fast enough.
 
 The pivot moves by A cos νt along a line that leans by `direction` from the vertical. Shaken vertically, hanging and
 inverted are equilibria at all times; else the pendulum swings about them with the pivot's period.

@@ -1,4 +1,4 @@
-"""Two rods in a chain with a spring in their joint, whose pivot is shaken vertically: combination resonances.
+"""Two rods in a chain with a spring in their joint and a pivot that is shaken vertically: combination resonances.
 
 Without the spring the shaking drives each mode alone. With it the modes are coupled, and a shaking at the sum of their
 frequencies makes both grow together: multipliers of opposite signature meet on the unit circle.

@@ -1,6 +1,6 @@
 """An ion in a linear radio-frequency trap: x'' + (a - 2 q cos 2τ) x = 0 and y'' - (a - 2 q cos 2τ) y = 0.
 
-What holds it in one plane drives it out in the other, half a period later the other way round; τ = Ωt/2.
+The field that confines it in one plane expels it in the second, half a period later vice versa; τ = Ωt/2.
 """
 
 from sympy import cos, cosh, pi, sinh

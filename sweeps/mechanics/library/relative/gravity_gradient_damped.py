@@ -1,8 +1,8 @@
-"""The satellite of `gravity_gradient` with a viscous slug: what damping does to its two stable regions.
+"""The satellite of `gravity_gradient` with a viscous slug: the effect of damping on its two stable regions.
 
 The slug is a sphere of moment J (here in units of the roll moment) that turns at s within the body, and drags with
 κ (ω − s): it takes no torque from the Earth. Lagrange's region decays. In DeBra and Delp's, which gyroscopic forces
-hold up, the slightest damping makes the motion grow (Thomson and Tait; Chetaev).
+stabilise, the slightest damping makes the motion grow (Thomson and Tait; Chetaev).
 """
 
 from sympy import cos, pi, sin, tan

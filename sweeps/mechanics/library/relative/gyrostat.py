@@ -1,4 +1,4 @@
-"""A gyrostat: a body with a rotor inside, whose momentum h along axis 2 is constant, spins about axis 2.
+"""A gyrostat: a body with a rotor of constant momentum h along axis 2, spins about axis 2.
 
 I ω' = (I ω + h e2) × ω. About it Ω² = [(I2 − I3) W + h] [(I2 − I1) W + h] / (I1 I3): the rotor works as if axis 2 had
 h/W more of a moment, so that one fast enough saves the middle axis.

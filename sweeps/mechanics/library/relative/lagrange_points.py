@@ -1,7 +1,7 @@
 """L4 and L5 of the restricted problem of three bodies: stable for a mass ratio below Routh's 0.0385208965.
 
 Lengths in units of the bodies' distance; the frame turns with them at n, and gravity is n² times the masses' shares.
-Both points are maxima of the potential: Coriolis' force alone holds a body there.
+Both points are maxima of the potential: Coriolis' force alone keeps a body there.
 """
 
 from sympy import Rational, sqrt

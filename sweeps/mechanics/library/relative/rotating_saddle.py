@@ -1,4 +1,4 @@
-"""A particle on a surface that turns: a saddle holds it if it turns fast enough, and not if the air resists.
+"""A particle on a surface that turns: a saddle confines it if it turns fast enough, and not if the air resists.
 
 In axes that turn at W, T = m [(x' − W y)² + (y' + W x)²]/2 and V = (kx x² + ky y²)/2. Without drag it is stable for
 kx, ky > m W², and again where both are less and the saddle is not too steep; drag relative to the air at rest takes the
