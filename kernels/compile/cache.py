@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept, and whether they are still what was stored.
+"""Cache of compiled kernels: one file per signature, with a checksum of its content and of its sources.
 
 Numba's own cache does not see an edit of an imported file, loses entries when two processes store at once, and runs
 whatever lies in its files. Here each signature of each kernel has a file of its own, named by both, which begins with a

@@ -1,4 +1,4 @@
-"""Which kernels are these: hashes of their sources, of the compiler's versions and settings, and of the processor.
+"""Hashes of kernels: of their sources, of the compiler's versions and settings, and of the processor.
 
 A map carries the fingerprint of what made it: of those files alone that its own kernels import. Compiled kernels carry
 the stamp of their file (:mod:`kernels.compile.cache`).
@@ -19,7 +19,7 @@ CODE_SETTINGS = (  # they change bits
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_OPT", "NUMBA_LOOP_VECTORIZE"),
     *("NUMBA_SLP_VECTORIZE", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK", "NUMBA_DEBUGINFO"),
 )
-SETTINGS_FILE = ".numba_config.yaml"  # in the folder where a process starts: the same settings, says Numba
+SETTINGS_FILE = ".numba_config.yaml"  # Numba reads the same settings from this file in the working directory
 PROCESSOR = ("vendor_id", "cpu family", "model", "model name", "stepping", "flags", "Features", "CPU part")  # Linux's
 IMPORTS = re.compile(r"(?:^|[:;])[ \t]*((?:from|import)\b(?:\\\n|[^\n(;#])*(?:\([^)]*\))?)", re.MULTILINE)
 

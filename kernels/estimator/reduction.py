@@ -68,7 +68,7 @@ def is_small(ca, epsilon, span):
     """Return True if the first order suffices: no spin changes by more than SMALL_WANDER.
 
     Args:
-        ca (float): Euler coefficient of the spin axis.
+        `ca` (float): Euler coefficient of the spin axis.
         epsilon (float): Relative size of the perturbation.
         span (float): Length of the run, radians of spin.
     """

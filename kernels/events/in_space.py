@@ -252,7 +252,7 @@ def wandering(Ia, Ib, Ic, b, c):
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """Return the columns of IN_SPACE of points, in units; arguments as for :func:`kernels.near_axis.survey.measured`.
+    """Return the columns of IN_SPACE, in units; arguments as in :func:`kernels.near_axis.survey.measure_points`.
 
     The tolerance is of the attitude, rad. Columns, shape (n,): attitude_error (rad), psi_rate, psi_rate_error,
     space_rate_exact (rad s-1), geometric_phase_residual (rad).

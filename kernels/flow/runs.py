@@ -113,7 +113,7 @@ def steps_per_sample(epsilon, sampling):
     truncation = np.array([direct.truncation(a, ORDER) for a in sizes.tolist()])[index]
     excess = sampling.intervals * sampling.spacing ** (ORDER + 1) * truncation / sampling.tolerance
     min_steps = math.ceil(sampling.spacing / MAX_STEP)
-    return np.clip(np.ceil(np.maximum(excess, 1e-300) ** (1.0 / ORDER)), min_steps, direct.MOST_STEPS).astype(np.int64)
+    return np.clip(np.ceil(np.maximum(excess, 1e-300) ** (1.0 / ORDER)), min_steps, direct.MAX_STEPS).astype(np.int64)
 
 
 def plan_example() -> None:

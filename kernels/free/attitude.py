@@ -265,7 +265,7 @@ def half_turn(t, top):
         half, short = math.copysign(FAR, half), short * (FAR / abs(half))
     sn, cn, dn = climb(half, top.ladder)
     zr, zi = middle_shift(turning, sn, cn, dn)
-    _, _, x_d = elliptic_constants.advance(w, c, p, short, sn, cn, dn)
+    _, _, x_d = elliptic_constants.advance_by_role(w, c, p, short, sn, cn, dn)
     bend = math.atan2(zi, g_d * x_d + zr) - math.atan2(zi, turning.a + zr)
     return 0.5 * turning.R * t + turning.Q * J + turning.sigma * bend
 
@@ -276,7 +276,7 @@ def direction(t, top):
     p, _, _, _, c, w, _ = top.motion
     g = top.frame.g
     sn, cn, dn = climb(p * t, top.ladder)
-    x_s, x_c, x_d = elliptic_constants.advance(w, c, p, t, sn, cn, dn)
+    x_s, x_c, x_d = elliptic_constants.advance_by_role(w, c, p, t, sn, cn, dn)
     x_j, x_k = (x_s, x_c) if top.frame.on_j else (x_c, x_s)
     return g[0] * x_d, g[1] * x_j, g[2] * x_k
 

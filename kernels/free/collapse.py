@@ -1,7 +1,7 @@
-r"""Scaling collapse: which points of a block have one and the same motion, up to units.
+r"""Scaling collapse: points with the same motion up to units.
 
 A common factor of the moments drops out of Euler's equations, and the spin rate is no more than a unit of time. So the
-motion of a point, in radians of spin and in units of the nudge, depends on
+motion of a point, in radians of spin and in units of the perturbation, depends on
 
 .. math:: (I_a/I_c,\ I_b/I_c,\ \varepsilon,\ \varphi,\ \mathrm{sign}\,\omega_0)
 
@@ -16,7 +16,7 @@ import numpy as np
 from kernels.compile.jit import INLINE, OPTIONS, njit
 from kernels.free import rigid_body
 
-FREE = np.int32(-1)
+EMPTY_SLOT = np.int32(-1)
 
 
 @njit(**INLINE)
@@ -37,7 +37,7 @@ def _hash(x, y, z, u, v):
 
 @njit(nogil=True, **OPTIONS)
 def distinct(points):
-    """Return the distinct motions of Spins and the motion of each point; what is no number has one of its own.
+    """Return the distinct motions of Spins and the motion of each point; a point with NaN or inf has its own.
 
     Returns:
         first (numpy.ndarray of int64, shape (m,)): The first point of each motion, in ascending order.
@@ -45,28 +45,28 @@ def distinct(points):
     """
     I1, I2, I3, axis, omega0, epsilon, phase = points
     n = I1.size
-    room = 1
-    while room < 2 * n:
-        room *= 2
-    table, keys = np.full(room, FREE, dtype=np.int32), np.empty((n, 5))
+    table_size = 1
+    while table_size < 2 * n:
+        table_size *= 2
+    table, keys = np.full(table_size, EMPTY_SLOT, dtype=np.int32), np.empty((n, 5))
     first, motion = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
-    count, last = 0, FREE
+    count, last = 0, EMPTY_SLOT
     for i in range(n):
         Ia, Ib, Ic = rigid_body.relabel(I1[i], I2[i], I3[i], axis[i])
         key = (Ia / Ic, Ib / Ic, epsilon[i], phase[i], 1.0 if omega0[i] > 0.0 else -1.0)
-        nth = FREE
+        nth = EMPTY_SLOT
         if math.isfinite(key[0] + key[1] + key[2] + key[3] + omega0[i]):
-            # in most grids a point differs from the one before by its spin rate alone
-            if last != FREE and _is_same(keys, last, key):
+            # in most grids a point differs from the previous one only by its spin rate
+            if last != EMPTY_SLOT and _is_same(keys, last, key):
                 nth = last
             else:
-                slot = np.int64(_hash(*key) & np.uint64(room - 1))
-                while table[slot] != FREE and not _is_same(keys, table[slot], key):
-                    slot = (slot + 1) & (room - 1)
+                slot = np.int64(_hash(*key) & np.uint64(table_size - 1))
+                while table[slot] != EMPTY_SLOT and not _is_same(keys, table[slot], key):
+                    slot = (slot + 1) & (table_size - 1)
                 nth = table[slot]
-                if nth == FREE:
+                if nth == EMPTY_SLOT:
                     table[slot] = count
-        if nth == FREE:
+        if nth == EMPTY_SLOT:
             nth = np.int32(count)
             first[nth] = i
             keys[nth, 0], keys[nth, 1], keys[nth, 2], keys[nth, 3], keys[nth, 4] = key
@@ -77,5 +77,5 @@ def distinct(points):
 
 @njit(**INLINE)
 def _is_same(keys, number, key):
-    same = (keys[number, 0] == key[0]) & (keys[number, 1] == key[1]) & (keys[number, 2] == key[2])
-    return same & (keys[number, 3] == key[3]) & (keys[number, 4] == key[4])
+    is_equal = (keys[number, 0] == key[0]) & (keys[number, 1] == key[1]) & (keys[number, 2] == key[2])
+    return is_equal & (keys[number, 3] == key[3]) & (keys[number, 4] == key[4])

@@ -58,7 +58,7 @@ def two_product(x, y):
 
 @njit(**INLINE)
 def double_product(xh, xl, yh, yl):
-    """Return the product of two double-doubles, relative error about 1e-31."""
+    """Return the product of the double-doubles (`xh`, `xl`) and (`yh`, `yl`), relative error about 1e-31."""
     r, e = two_product(xh, yh)
     e += xh * yl + xl * yh
     return two_sum(r, e)
@@ -144,7 +144,7 @@ def climb(u, means):
 
 @formula
 def duplicate(sn, cn, dn, m):
-    """Return (sn, cn, dn) of twice the argument: DLMF 22.6.5-7, with cn and dn as one minus a rest."""
+    """Return (`sn`, `cn`, `dn`) of twice the argument, `m` the parameter: DLMF 22.6.5-7, by 1 - cn and 1 - dn."""
     ss, sd, sc = sn * sn, sn * dn, sn * cn
     D = 2.0 / (1.0 - m * ss * ss)
     return sc * dn * D, 1.0 - sd * sd * D, 1.0 - m * sc * sc * D

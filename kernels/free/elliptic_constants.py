@@ -1,7 +1,7 @@
-"""The constants of a free rotation and its addition theorems, in scalars: what the closed form stands on.
+"""Constants of a free rotation and its addition theorems, in scalars, for the closed forms.
 
-Equations, symbols, scales and sources: :mod:`kernels.free.exact`, which makes rotations of them, and
-:mod:`kernels.free.attitude`, which makes attitudes.
+Equations, symbols, scales and sources: :mod:`kernels.free.exact`, which computes rotations from them, and
+:mod:`kernels.free.attitude`, which computes attitudes.
 """
 
 import math
@@ -16,7 +16,7 @@ from kernels.free.elliptic import double_product, two_product, two_sum
 
 @njit(**INLINE)
 def unit_of(x1, x2, x3):
-    """Return the power of two next above the largest of three magnitudes, 2^-1022 to 2^1023; 1 if all are zero."""
+    """Return the power of two next above max(|`x1`|, |`x2`|, |`x3`|), 2^-1022 to 2^1023; 1 if all are zero."""
     largest = max(abs(x1), abs(x2), abs(x3))
     exponent = np.float64(largest).view(np.int64) >> 52  # as stored: of 1 it is 1023
     unit = np.int64(min(exponent + 1, 2046) << 52).view(np.float64)
@@ -25,35 +25,35 @@ def unit_of(x1, x2, x3):
 
 @njit(**INLINE)
 def scaled(x1, x2, x3):
-    """Return three numbers in a unit of their own, and the unit: ``(x1/unit, x2/unit, x3/unit, unit)``."""
+    """Return `x1`, `x2`, `x3` in units of their :func:`unit_of`, and this unit."""
     unit = unit_of(x1, x2, x3)
     return x1 / unit, x2 / unit, x3 / unit, unit
 
 
 @formula
 def coefficients(I1, I2, I3):
-    """Return ``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless; the differences before the ratios."""
+    """Return ``c_i = (I_j - I_k)/I_i`` of Euler's equations, dimensionless, for moments I1, I2, I3."""
     return (I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3
 
 
 @njit(**INLINE)
-def pick(axis, x1, x2, x3):
-    """Return the value that belongs to ``axis`` (1, 2 or 3)."""
+def axis_value(axis, x1, x2, x3):
+    """Return the value of ``axis`` (1, 2 or 3) from those of the three axes, `x1`, `x2`, `x3`."""
     return x1 if axis == 1 else (x2 if axis == 2 else x3)
 
 
 @njit(**INLINE)
 def by_role(sn_axis, cn_axis, dn_axis, x1, x2, x3):
-    """Return the values of the axes 1, 2, 3 in the order of the roles sn, cn, dn."""
-    return pick(sn_axis, x1, x2, x3), pick(cn_axis, x1, x2, x3), pick(dn_axis, x1, x2, x3)
+    """Return the values `x1`, `x2`, `x3` of the axes 1, 2, 3 in the order of sn_axis, cn_axis, dn_axis."""
+    return axis_value(sn_axis, x1, x2, x3), axis_value(cn_axis, x1, x2, x3), axis_value(dn_axis, x1, x2, x3)
 
 
 @njit(**INLINE)
-def order(I1, I2, I3):
-    """Return the axes (1, 2, 3) of the least, the middle and the greatest moment; three different ones, ties or not."""
+def inertia_order(I1, I2, I3):
+    """Return the axes (1, 2, 3) of the least, the middle and the greatest of I1, I2, I3, all different."""
     greatest = 1 if (I1 >= I2) & (I1 >= I3) else (2 if I2 >= I3 else 3)
-    least = 3 if (I3 <= I1) & (I3 <= I2) else (2 if I2 <= I1 else 1)
-    return least, 6 - least - greatest, greatest
+    smallest = 3 if (I3 <= I1) & (I3 <= I2) else (2 if I2 <= I1 else 1)
+    return smallest, 6 - smallest - greatest, greatest
 
 
 @njit(**INLINE)
@@ -78,11 +78,13 @@ def separatrix_offset(I_min, I_mid, I_max, w_min, w_max):
 def constants(I1, I2, I3, w1, w2, w3):
     """Return p, m, m1 and axes of a trajectory as :class:`Motion` has them, straight-line code for loops over lanes.
 
-    For moments and angular velocities near one (the largest of each between 1e-50 and 1e50), p in the unit of w.
+    Args:
+        I1, I2, I3, w1, w2, w3 (float): Moments and angular velocity near one, the largest between 1e-50 and 1e50; p is
+            in the unit of w.
     """
-    least, sn_axis, greatest = order(I1, I2, I3)
-    I_min, I_mid, I_max = by_role(least, sn_axis, greatest, I1, I2, I3)
-    w_min, w_s, w_max = by_role(least, sn_axis, greatest, w1, w2, w3)
+    smallest, sn_axis, greatest = inertia_order(I1, I2, I3)
+    I_min, I_mid, I_max = by_role(smallest, sn_axis, greatest, I1, I2, I3)
+    w_min, w_s, w_max = by_role(smallest, sn_axis, greatest, w1, w2, w3)
     N = separatrix_offset(I_min, I_mid, I_max, w_min, w_max)
     b_min, b_s, b_max = (I_max - I_mid) / I_min, (I_max - I_min) / I_mid, (I_mid - I_min) / I_max
     above = N >= 0.0
@@ -92,12 +94,12 @@ def constants(I1, I2, I3, w1, w2, w3):
     safe = p2 if p2 > 0.0 else 1.0
     m = min(1.0, b_d * (b_c * (w_s * w_s) + b_s * (w_c * w_c)) / safe) if p2 > 0.0 else 0.0
     m1 = min(1.0, b_s * ((abs(N) / I_min) / I_max) / safe) if p2 > 0.0 else 1.0
-    return math.sqrt(p2), m, m1, sn_axis, (least if above else greatest), (greatest if above else least)
+    return math.sqrt(p2), m, m1, sn_axis, (smallest if above else greatest), (greatest if above else smallest)
 
 
 @njit(**INLINE)
 def by_axis(axes, x_s, x_c, x_d):
-    """Return the values of the roles sn, cn, dn, which run on ``axes``, in the order of the axes 1, 2, 3."""
+    """Return the values `x_s`, `x_c`, `x_d` of the roles sn, cn, dn, on ``axes``, in the order of the axes 1, 2, 3."""
     sn_axis, cn_axis, _ = axes
     x1 = x_s if sn_axis == 1 else (x_c if cn_axis == 1 else x_d)
     x2 = x_s if sn_axis == 2 else (x_c if cn_axis == 2 else x_d)
@@ -109,17 +111,17 @@ class Motion(NamedTuple):
     """One trajectory, set up by :func:`set_up`: every closed form here starts from it."""
 
     p: float  #: elliptic frequency: the arguments of sn, cn and dn advance by p t
-    m: float  #: parameter, and m1 = 1 - m, each with its own relative precision; m = 0 where p = 0
+    m: float  #: parameter, and m1 = 1 - m, each with its own relative precision; m = 0 if p = 0
     m1: float
-    axes: tuple  #: on which sn, cn and dn run: sn on the middle axis, dn on the one the polhode goes round
+    axes: tuple  #: axes of sn (the intermediate one), cn, and dn (the one that the polhode encircles)
     c: tuple  #: Euler coefficients in the order of these roles
     w: tuple  #: angular velocity at the start, likewise
-    unit: float  #: what p and w are to be multiplied by, rad/s: a power of two
+    unit: float  #: unit of p and w, rad/s: a power of two
 
 
 @njit(**INLINE)
 def set_up_near_one(I1, I2, I3, w1, w2, w3):
-    """Return :func:`set_up` for moments and angular velocities near one, as for :func:`constants`, of unit one."""
+    """Return :func:`set_up` for I1, I2, I3, w1, w2, w3 near one, as in :func:`constants`, with the unit 1."""
     p, m, m1, sn_axis, cn_axis, dn_axis = constants(I1, I2, I3, w1, w2, w3)
     c1, c2, c3 = coefficients(I1, I2, I3)
     c = by_role(sn_axis, cn_axis, dn_axis, c1, c2, c3)
@@ -129,7 +131,12 @@ def set_up_near_one(I1, I2, I3, w1, w2, w3):
 
 @njit(**OPTIONS)
 def set_up(I1, I2, I3, w1, w2, w3):
-    """Return the :class:`Motion` of a body (principal moments, kg m2, > 0) from an angular velocity (rad/s)."""
+    """Return the :class:`Motion` of a body.
+
+    Args:
+        I1, I2, I3 (float): Principal moments of inertia > 0, kg m2.
+        w1, w2, w3 (float): Angular velocity at the start, rad/s.
+    """
     I1, I2, I3, _ = scaled(I1, I2, I3)
     w1, w2, w3, unit = scaled(w1, w2, w3)
     p, m, m1, axes, c, w, _ = set_up_near_one(I1, I2, I3, w1, w2, w3)
@@ -137,11 +144,16 @@ def set_up(I1, I2, I3, w1, w2, w3):
 
 
 @njit(**INLINE)
-def advance(w, c, p, t, sn, cn, dn):
-    """Return the components w by role, a time t later, by the addition theorems; (sn, cn, dn) those of ``p t``.
+def advance_by_role(w, c, p, t, sn, cn, dn):
+    """Return the components of the angular velocity by role, a time t later, by the addition theorems.
 
     Numerators and D are divided by the square of ``r = max(dn, |sn| D0)``, so that neither underflows near
     the separatrix, where cn and dn get as small as sqrt(m1).
+
+    Args:
+        `w`, `c` (tuple of 3 float): Components at the start, and Euler coefficients, by role.
+        `p`, `t` (float): Elliptic frequency, and time.
+        `sn`, `cn`, `dn` (float): Jacobi's functions of p t.
     """
     w_s, w_c, w_d = w
     c_s, c_c, c_d = c
@@ -170,8 +182,15 @@ def is_stationary(c, w):
     )
 
 
-def checked(moments, omega_start, times=()):
-    """Return moments, angular velocity and times of a free body as arrays, refused where they are none."""
+def check_motion(moments, omega_start, times=()):
+    """Return the arguments of a closed form as arrays.
+
+    Args:
+        moments, omega_start, times (array_like): As in :func:`kernels.free.exact.rotation`.
+
+    Raises:
+        ValueError: If a shape is wrong, a number is not finite, or a moment is not positive.
+    """
     moments, start, times = (np.asarray(x, dtype=np.float64, order="C") for x in (moments, omega_start, times))
     if moments.shape != (3,) or not (np.isfinite(moments).all() and (moments > 0.0).all()):
         raise ValueError(f"moments must be three finite numbers above zero, not {moments}")

@@ -74,7 +74,15 @@ import numpy as np
 from kernels.compile.jit import INLINE, OPTIONS, njit
 from kernels.compile.llvm_formulas import formula
 from kernels.free.elliptic import K, climb, jacobi_short, ladder
-from kernels.free.elliptic_constants import advance, by_axis, checked, is_stationary, pick, set_up, set_up_near_one
+from kernels.free.elliptic_constants import (
+    advance_by_role,
+    axis_value,
+    by_axis,
+    check_motion,
+    is_stationary,
+    set_up,
+    set_up_near_one,
+)
 
 
 @njit(**OPTIONS)
@@ -85,7 +93,7 @@ def fill_rotation(moments, start, times, out):
     for i in range(times.shape[0]):
         t = times[i] * unit
         sn, cn, dn = climb(p * t, means)
-        x1, x2, x3 = by_axis(axes, *advance(w, c, p, t, sn, cn, dn))
+        x1, x2, x3 = by_axis(axes, *advance_by_role(w, c, p, t, sn, cn, dn))
         out[i, 0], out[i, 1], out[i, 2] = x1 * unit, x2 * unit, x3 * unit
 
 
@@ -108,7 +116,7 @@ def rotation(moments, omega_start, times):
     Raises:
         ValueError: If a shape or a value is none of these.
     """
-    moments, start, times = checked(moments, omega_start, times)
+    moments, start, times = check_motion(moments, omega_start, times)
     out = np.empty((times.size, 3))
     fill_rotation(moments, start, times, out)
     return out
@@ -216,8 +224,8 @@ def max_tilt(top, axis):
     """
     if is_stationary(top.c, top.w):
         w1, w2, w3 = by_axis(top.axes, *top.w)
-        across = pick(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
-        return math.atan2(across, abs(pick(axis, w1, w2, w3)))
+        across = axis_value(axis, math.hypot(w2, w3), math.hypot(w3, w1), math.hypot(w1, w2))
+        return math.atan2(across, abs(axis_value(axis, w1, w2, w3)))
     sn_axis, cn_axis, _ = top.axes
     A_s, A_c, A_d = amplitudes(top)
     A_s, near, far = abs(A_s), math.sqrt(top.m1) * abs(A_d), abs(A_d)
@@ -260,7 +268,7 @@ def polhode(moments, omega_start, n):
 
     Source: Landau and Lifshitz, Mechanics, section 37; the polhode is Poinsot's (1834).
     """
-    moments, start, _ = checked(moments, omega_start)
+    moments, start, _ = check_motion(moments, omega_start)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
         raise ValueError(f"n must be a whole number, at least 2, not {n!r}")
     out, top = np.tile(start, (n, 1)), set_up(*moments, *start)
@@ -297,7 +305,7 @@ def attitude(moments, omega_start, times):
     Raises:
         ValueError: If a shape or a value is none of these.
     """
-    moments, start, times = checked(moments, omega_start, times)
+    moments, start, times = check_motion(moments, omega_start, times)
     if not start.any():
         raise ValueError("omega_start must not be zero: nothing turns")
     out = np.empty((times.size, 4))

@@ -1,7 +1,7 @@
-r"""The exact solution of a small motion at equal spacings, by a recurrence of three terms.
+r"""Exact solution of a small motion at equal spacings, by a recurrence of three terms.
 
-**Addition theorem.** Of any solution of Euler's equations ``dw_i/dt = c_i w_j w_k`` the three ``X_i = c_j c_k w_i^2``
-keep their differences (:mod:`kernels.free.exact`). There is one even function P of the spacing h with
+**Addition theorem.** For any solution of Euler's equations ``dw_i/dt = c_i w_j w_k`` the differences of the three ``X_i
+= c_j c_k w_i^2`` are constant (:mod:`kernels.free.exact`). There is one even function P of the spacing h with
 
 .. math:: w_i(t+h) + w_i(t-h) = \frac{2f_jf_k}{P - \Delta(t)}\,w_i(t), \qquad
           w_i(t+h) - w_i(t-h) = \frac{2c_if_i}{P - \Delta(t)}\,w_j(t)\,w_k(t)
@@ -18,18 +18,18 @@ and no parameter is near one. The mean of the X apart, P is Weierstrass' functio
 .. math:: \delta_{n+1} = \delta_n + \left[g + (2 + g)\frac e{1 - e}\right]w_n, \qquad w_{n+1} = w_n + \delta_{n+1},
           \qquad e = q\,w_b^2
 
-where g is formed without a difference from 2, and what Δ has of the start is taken into g and q. Each component has a
-g of its own; all share e. Two transverse components need nothing of the third, and a third of the exact step's work.
+where g is formed without a difference from 2, and the start's part of Δ is included in g and q. Each component has a
+g of its own; all share e. Two transverse components do not need the third, and a third of the exact step's work.
 
-**Small motions only.** Where no spin can wander by more than 1e-8 of itself
+**Small motions only.** If no spin can change by more than 1e-8 of itself
 (:func:`kernels.estimator.reduction.is_small`), e is below 1e-8 over the number of samples while the window is open and
 below 1e-4 over it in the log slope's: ``e + e^2`` stands for ``e/(1 - e)``, which leaves out 1e-12 at most, and no
 division is left in the loop. Large motions would lose digits besides, because here a component does not know of the
 other: roundings of one at its largest grow while it falls back towards the spin axis. They are left to
 :func:`kernels.free.exact.step`.
 
-**Rounding.** A rounding of a sample or of a difference goes on as a motion of its own size beside the true one: over n
-samples some sqrt(n) roundings of the largest transverse size so far, a little less than by the exact step.
+**Rounding.** A rounding of a sample or of a difference continues as a motion of its own size, added to the true one:
+over n samples some sqrt(n) roundings of the largest transverse size so far, a little less than by the exact step.
 
 Sources: DLMF 23.9.2-23.9.5 (Laurent series), 22.8 and 23.10 (addition theorems).
 """
@@ -45,7 +45,10 @@ def weierstrass(e1, e2, e3):
     """Return ``wp(1) - 1`` for lattice values e_i of sum zero and sizes below 1/3: relative error of wp 1e-16.
 
     a_n goes as (2n - 1)/r^(2n), r the distance of the nearest pole but that at 0: where the square of the elliptic
-    frequency is below 1/4, r is above 2 pi, and what is cut off below 1e-18.
+    frequency is below 1/4, r is above 2 pi, and the omitted terms are below 1e-18.
+
+    Args:
+        e1, e2, e3 (float): The lattice values.
     """
     a2 = (e1 * e1 + e2 * e2 + e3 * e3) * 0.1
     a3 = (e1 * e2 * e3) * (1 / 7)
@@ -63,11 +66,11 @@ def weierstrass(e1, e2, e3):
 
 @formula
 def constants(moments, epsilon, start, h):
-    """Return what the first step adds to each component (da, db, dc), and the recurrence's ga, gb, gc and q.
+    """Return the first differences of the components (da, db, dc), and the recurrence's ga, gb, gc and q.
 
     Args:
         moments (tuple of 3 float): Moments in cyclic order, of the spin axis first, in any common unit near one.
-        epsilon (float): The nudge; transverse components count in units of it.
+        epsilon (float): Relative size of the perturbation, the unit of the transverse components.
         start (tuple of 3 float): Start, in units of the spin (a = 1 or -1).
         h (float): Spacing, radians of spin: ``h max(1, max|c_i|) <= 1/2``, which keeps ``(p h)^2`` below a half.
     """
@@ -77,7 +80,7 @@ def constants(moments, epsilon, start, h):
     xa, xb, xc = cb * cc * h2 * (a * a), of_b * (b * b), ca * cb * e2 * h2 * (c * c)
     mean = (xa + xb + xc) * (1 / 3)
     per_P = 1.0 / (1.0 + (weierstrass(mean - xa, mean - xb, mean - xc) - mean))
-    # xb and xc are below 1e-10: f_b = 1 + yb/2 and f_c = 1 + yc/2, squares left out
+    # xb and xc are below 1e-10: f_b = 1 + yb/2 and f_c = 1 + yc/2, without squares
     ya, yb, yc = xa * per_P, xb * per_P, xc * per_P
     fa, along = math.sqrt(1.0 + ya), h * math.sqrt(per_P)
     linear = 2.0 * ya / (1.0 + fa)  # 2(f_a - 1)
@@ -90,13 +93,19 @@ def constants(moments, epsilon, start, h):
 
 
 @formula
-def bend(b, q):
+def bend_factor(b, q):
     """Return ``e/(1 - e)`` but for e^3: small motions' differences grow as ``[g + (2 + g) e/(1 - e)] x``."""
     e = q * (b * b)
     return e + e * e
 
 
 @formula
-def bent(dx, x, g, bend):
-    """Return the next first difference of a component, from this one and the component between them."""
-    return dx + x * (g + (2.0 + g) * bend)
+def next_difference(dx, x, g, bend_factor):
+    """Return a component's next first difference.
+
+    Args:
+        dx (float): This first difference.
+        x (float): The component between the two.
+        g, bend_factor (float): The component's g, and e/(1 - e).
+    """
+    return dx + x * (g + (2.0 + g) * bend_factor)

@@ -1,10 +1,10 @@
-r"""Euler's equations of the free rigid body, and what they conserve.
+r"""Euler's equations of the free rigid body, and their conserved quantities.
 
 .. math:: I_a \dot\omega_a = (I_b - I_c)\,\omega_b\omega_c \qquad (a, b, c) \text{ cyclic}
 
 or, with the Euler coefficients :math:`c_a = (I_b - I_c)/I_a`, simply
-:math:`\dot\omega_a = c_a\,\omega_b\omega_c`. A common factor of the moments drops out of every c_i, and a body that can
-exist (:math:`I_a \le I_b + I_c`) has :math:`|c_i| \le 1`.
+:math:`\dot\omega_a = c_a\,\omega_b\omega_c`. A common factor of the moments drops out of every c_i, and a possible body
+(:math:`I_a \le I_b + I_c`) has :math:`|c_i| \le 1`.
 
 Conserved along every solution:
 
@@ -13,7 +13,7 @@ Conserved along every solution:
 * their combination that vanishes on the principal axis a, the perturbation's own invariant,
   :math:`J = I_b(I_b - I_a)\,\omega_b^2 + I_c(I_c - I_a)\,\omega_c^2 = L^2 - 2E I_a`.
   Divided by :math:`I_bI_c` it is :math:`c_b\omega_c^2 - c_c\omega_b^2`, which is the form used here: for a small
-  perturbation 2E and L² see nothing of an error that J shows in full.
+  perturbation 2E and L² hardly change with an error that changes J in full.
 
 Source: Landau and Lifshitz, Mechanics, section 36, equations (36.5) and 37.1.
 """
@@ -25,18 +25,18 @@ import numpy as np
 from kernels.compile import columns
 from kernels.compile.jit import INLINE, njit
 from kernels.compile.llvm_formulas import formula
-from kernels.free.triangle import ascending
+from kernels.free.triangle import sort_moments
 
 ASYMMETRIC, OBLATE, PROLATE, SPHERE = range(4)
 
 
 class Spins(NamedTuple):
-    """Perturbed spins, arrays of shape (n,) in the one form that kernels are compiled for (:func:`points_of`)."""
+    """Perturbed spins, arrays of shape (n,) of the types that kernels are compiled for (:func:`points_of`)."""
 
     I1: np.ndarray  #: principal moments in a common unit, > 0
     I2: np.ndarray
     I3: np.ndarray
-    axis: np.ndarray  #: of the spin: 1, 2 or 3
+    axis: np.ndarray  #: axis of the spin: 1, 2 or 3
     omega0: np.ndarray  #: rad s-1, not 0
     epsilon: np.ndarray  #: size of the perturbation relative to the spin, between 0 and 1
     phase: np.ndarray  #: its direction in the (b, c) plane, rad
@@ -63,7 +63,7 @@ def cyclic(axis):
 
 @njit(**INLINE)
 def relabel(x1, x2, x3, axis):
-    """Return the values of the axes 1, 2, 3 in cyclic order from ``axis`` on: (I_a, I_b, I_c) of a spin axis."""
+    """Return the values `x1`, `x2`, `x3` of the axes 1, 2, 3 in cyclic order from ``axis`` on, as (I_a, I_b, I_c)."""
     return (
         x1 if axis == 1 else (x2 if axis == 2 else x3),
         x2 if axis == 1 else (x3 if axis == 2 else x1),
@@ -76,32 +76,55 @@ def euler_coefficients(Ia, Ib, Ic):
     """Return c_i = (I_j - I_k)/I_i of Euler's equations, of moments in cyclic order in any common unit.
 
     The difference is formed before the ratio: the sign of each is exact, down to moments one ulp apart.
+
+    Args:
+        Ia, Ib, Ic (float): Moments of inertia, the spin axis first.
     """
     return (Ib - Ic) / Ia, (Ic - Ia) / Ib, (Ia - Ib) / Ic
 
 
 @formula
 def derivative(wa, wb, wc, ca, cb, cc):
-    """Return the right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2."""
+    """Return the right-hand side of Euler's equations: (c_a w_b w_c, c_b w_c w_a, c_c w_a w_b), in rad s-2.
+
+    Args:
+        wa, wb, wc (float): Angular velocity, rad s-1.
+        ca, cb, cc (float): Euler coefficients.
+    """
     return ca * (wb * wc), cb * (wc * wa), cc * (wa * wb)
 
 
 @formula
 def twice_energy(wa, wb, wc, Ia, Ib, Ic):
-    """Return twice the kinetic energy, 2E = sum I_i w_i^2 (kg m2 s-2 for moments in kg m2)."""
+    """Return twice the kinetic energy, 2E = sum I_i w_i^2, kg m2 s-2.
+
+    Args:
+        wa, wb, wc (float): Angular velocity, rad s-1.
+        Ia, Ib, Ic (float): Moments of inertia, kg m2.
+    """
     return Ia * (wa * wa) + (Ib * (wb * wb) + Ic * (wc * wc))
 
 
 @formula
 def squared_momentum(wa, wb, wc, Ia, Ib, Ic):
-    """Return the squared angular momentum, L^2 = sum (I_i w_i)^2 (kg2 m4 s-2 for moments in kg m2)."""
+    """Return the squared angular momentum, L^2 = sum (I_i w_i)^2, kg2 m4 s-2.
+
+    Args:
+        wa, wb, wc (float): Angular velocity, rad s-1.
+        Ia, Ib, Ic (float): Moments of inertia, kg m2.
+    """
     La, Lb, Lc = Ia * wa, Ib * wb, Ic * wc
     return La * La + (Lb * Lb + Lc * Lc)
 
 
 @formula
 def perturbation_invariant(wb, wc, cb, cc):
-    """Return J/(I_b I_c) = c_b w_c^2 - c_c w_b^2 and the sum of its absolute terms, its scale (both s-2)."""
+    """Return J/(I_b I_c) = c_b w_c^2 - c_c w_b^2 and the sum of its absolute terms, both s-2.
+
+    Args:
+        wb, wc (float): Transverse components of the angular velocity, rad s-1.
+        cb, cc (float): Euler coefficients.
+    """
     p = cb * (wc * wc)
     q = cc * (wb * wb)
     return p - q, abs(p) + abs(q)
@@ -110,9 +133,15 @@ def perturbation_invariant(wb, wc, cb, cc):
 def shape(I1, I2, I3):
     """Return the symmetry class: ASYMMETRIC, OBLATE (two least equal), PROLATE (two greatest equal) or SPHERE.
 
-    As int8, of moments in a common unit, which are broadcast. Equality is exact equality of floats.
+    Equality is exact equality of floats.
+
+    Args:
+        I1, I2, I3 (array_like): Moments in a common unit; they are broadcast together.
+
+    Returns:
+        numpy.ndarray of int8: The symmetry classes.
     """
-    least, middle, greatest = ascending(I1, I2, I3)
-    oblate, prolate = least == middle, middle == greatest
+    smallest, middle, greatest = sort_moments(I1, I2, I3)
+    oblate, prolate = smallest == middle, middle == greatest
     kind = np.select([oblate & prolate, oblate, prolate], [SPHERE, OBLATE, PROLATE], ASYMMETRIC)
     return kind.astype(np.int8)

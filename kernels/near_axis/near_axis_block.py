@@ -1,20 +1,21 @@
-r"""Lanes: W perturbed rotations side by side, integrated, sampled and summed up, with nothing kept but sums.
+r"""Integration of blocks of W perturbed rotations, which adds up their samples as they come.
 
-Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse components in units of the nudge,
+Time runs in radians of spin, :math:`\tau = |\omega_0|t`, and the transverse components in units of the
+perturbation,
 :math:`\omega_b = \varepsilon|\omega_0|\beta`, :math:`\omega_c = \varepsilon|\omega_0|\gamma`,
 :math:`\omega_a = |\omega_0|\alpha`. In these Euler's equations keep their form,
 
 .. math:: \alpha' = c_a\varepsilon^2\,\beta\gamma, \qquad \beta' = c_b\,\gamma\alpha, \qquad \gamma' = c_c\,\alpha\beta
 
-so every point takes the same work whatever its spin rate, and no nudge is too small to square.
+so every point takes the same work whatever its spin rate, and no perturbation is too small to square.
 
 *Shape.* Structure of arrays in one flat scratch array, the row x of lane l at
 ``S[row.x + l]``; see :mod:`kernels.compile.blocks`.
 
-*Certificate.* Beside the direct solution runs the exact one, by the exact step of :mod:`kernels.free.exact` over each
-sample interval, or by its recurrence (:mod:`kernels.free.recurrence`) where the motion is small; neither shares code
+*Certificate.* The exact solution is computed with the direct one, by the exact step of :mod:`kernels.free.exact` over
+each sample interval, or by its recurrence (:mod:`kernels.free.recurrence`) if the motion is small; neither shares code
 with the direct one. The distance of the two in the transverse plane, relative to the largest transverse size reached so
-far, is what the direct integration may be trusted to.
+far, is the error of the direct integration.
 """
 
 from typing import NamedTuple
@@ -62,21 +63,21 @@ CLEARED_ROWS = (  # sums and maxima, 0 at the start
     *(row.q_exponent, row.distance2, row.sx, row.ss, row.sw, row.wander),
 )
 
-NONE, FIRST_ORDER, WHOLE = range(3)  # how much of the reduction is done: see :mod:`kernels.estimator.reduction`
+NO_REDUCTION, FIRST_ORDER, FULL_REDUCTION = range(3)  # orders of the reduction, :mod:`kernels.estimator.reduction`
 
 
 class Work(NamedTuple):
-    """Groups of columns computed beside the measurement; compiled code takes it as a plain tuple of bool."""
+    """Groups of columns computed in addition to the rate²; compiled code takes it as a plain tuple of bool."""
 
-    certified: bool  #: by comparison with the exact solution
-    invariants: bool
-    logged: bool  #: the log slope
-    reducing: bool  #: to zero amplitude
-    rated: bool  #: rates beside their squares; the log slope needs them
+    with_exact: bool  #: the comparison with the exact solution
+    with_invariants: bool  #: the changes of energy, momentum and the perturbation's invariant
+    with_log: bool  #: the log slope
+    with_reduction: bool  #: the reduction to zero amplitude
+    with_rates: bool  #: rates in addition to their squares; the log slope needs them
 
 
 @njit(**OPTIONS)
-def begin(S):
+def begin_block(S):
     """Take sample 0 of every lane: set up state, steps and invariants, clear the sums and open the windows."""
     whole_vectors()
     for lane in range(W):
@@ -115,7 +116,7 @@ def begin_exact(S):
 
 @njit(**OPTIONS)
 def begin_recurrence(S):
-    """Set up as :func:`begin_exact` where the motion is small: its recurrence in place of its step."""
+    """Set up the recurrence of a small motion, in place of :func:`begin_exact`."""
     whole_vectors()
     for lane in range(W):
         a, b, c = S[row.spin + lane], S[row.cosine + lane], S[row.sine + lane]
@@ -128,7 +129,7 @@ def begin_recurrence(S):
 
 @njit(**OPTIONS)
 def begin_invariants(S):
-    """Note the invariants of every lane at its start."""
+    """Store the invariants of every lane at its start."""
     whole_vectors()
     for lane in range(W):
         greatest = max(S[row.Ia + lane], max(S[row.Ib + lane], S[row.Ic + lane]))
@@ -142,11 +143,11 @@ def begin_invariants(S):
         S[row.J_start + lane], S[row.J_scale + lane] = J, scale
 
 
-def _advance_of(step):
+def _advance_by(step):
     """Return a function that takes steps of one kind in all lanes."""
 
     @njit(name=f"advance_{step.__name__}", **OPTIONS)
-    def advance(S, steps):
+    def advance_lanes(S, steps):
         whole_vectors()
         for _ in range(steps):
             for lane in range(W):
@@ -154,11 +155,11 @@ def _advance_of(step):
                 coefficients = S[row.ka + lane], S[row.kb + lane], S[row.kc + lane]
                 S[row.a + lane], S[row.b + lane], S[row.c + lane] = step(a, b, c, *coefficients)
 
-    return advance
+    return advance_lanes
 
 
 _taylor_8, _near_8, _nearest_8, _taylor_10, _near_10, _nearest_10, _taylor_12, _near_12, _nearest_12 = map(
-    _advance_of, taylor.STEPS
+    _advance_by, taylor.STEPS
 )
 
 
@@ -177,16 +178,21 @@ def _advance_recurrence(S):
     for lane in range(W):
         a, b = S[row.a + lane] + S[row.da + lane], S[row.b + lane] + S[row.db + lane]
         c = S[row.c + lane] + S[row.dc + lane]
-        bend = recurrence.bend(b, S[row.bend + lane])
-        S[row.da + lane] = recurrence.bent(S[row.da + lane], a, S[row.ga + lane], bend)
-        S[row.db + lane] = recurrence.bent(S[row.db + lane], b, S[row.gb + lane], bend)
-        S[row.dc + lane] = recurrence.bent(S[row.dc + lane], c, S[row.gc + lane], bend)
+        bend = recurrence.bend_factor(b, S[row.bend + lane])
+        S[row.da + lane] = recurrence.next_difference(S[row.da + lane], a, S[row.ga + lane], bend)
+        S[row.db + lane] = recurrence.next_difference(S[row.db + lane], b, S[row.gb + lane], bend)
+        S[row.dc + lane] = recurrence.next_difference(S[row.dc + lane], c, S[row.gc + lane], bend)
         S[row.a + lane], S[row.b + lane], S[row.c + lane] = a, b, c
 
 
 @njit(**OPTIONS)
-def advance(S, step, steps):
-    """Advance every lane by a sample interval, by so many steps of :mod:`kernels.near_axis.propagators`."""
+def advance_lanes(S, step, steps):
+    """Advance every lane by a sample interval.
+
+    Args:
+        `S` (numpy.ndarray, shape (ROWS * W,)): Scratch; the rows a, b, c are changed.
+        step, steps (int): Step of :mod:`kernels.near_axis.propagators`, and its number in the interval.
+    """
     if step == propagators.TAYLOR_8:
         _taylor_8(S, steps)
     elif step == propagators.NEAR_8:
@@ -212,22 +218,22 @@ def advance(S, step, steps):
 
 
 @njit(**OPTIONS)
-def note_excess(S):
-    """Leave the spin's excess at the second sample to :func:`guess`, in the row u1."""
+def store_excess(S):
+    """Store the spin's excess at the second sample in the row u1, for :func:`set_first_guess`."""
     whole_vectors()
     for lane in range(W):
         S[row.u1 + lane] = S[row.a + lane] * S[row.spin + lane] - 1.0
 
 
 @njit(**OPTIONS)
-def guess(S):
+def set_first_guess(S):
     """Set the first guess of every lane; the current state is the third sample.
 
-    A motion that surely turns has no log slope, and its ellipse is not followed as if it grew. Returns whether some
-    lane may have one. Products of βγ are left to :func:`begin_reduction` in the rows half, own and across.
+    A motion that certainly rotates has no log slope. Returns whether any lane may have one. Products of βγ are stored
+    for :func:`begin_reduction` in the rows half, own and across.
     """
     whole_vectors()
-    growing = 0
+    num_growing = 0
     for lane in range(W):
         b, c, b1, c1 = S[row.b + lane], S[row.c + lane], S[row.b1 + lane], S[row.c1 + lane]
         b2, c2 = S[row.b2 + lane], S[row.c2 + lane]
@@ -237,28 +243,38 @@ def guess(S):
         S[row.half + lane], S[row.own + lane], S[row.across + lane] = middle, middle - first, b * c - first
         turns = S[row.guess + lane] > measure.MIN_ROTATING_D
         S[row.log_open + lane] = 0.0 if turns else S[row.log_open + lane]
-    for lane in range(W):  # by itself: in the loop above it would keep that from being packed
-        growing |= 0 if S[row.guess + lane] > measure.MIN_ROTATING_D else 1
-    return growing > 0
+    for lane in range(W):  # a separate loop: the one above would not be packed with it
+        num_growing |= 0 if S[row.guess + lane] > measure.MIN_ROTATING_D else 1
+    return num_growing > 0
 
 
 @njit(**OPTIONS)
 def begin_reduction(S):
-    """Set what the reduction of every lane takes from the first guess and the samples that it stands on."""
+    """Set the constants of the reduction of every lane, from its first guess and first three samples."""
     whole_vectors()
     for lane in range(W):
-        a1, middle, over, twice_over = S[row.u1 + lane], S[row.half + lane], S[row.own + lane], S[row.across + lane]
+        a1, middle, difference, double_difference = (
+            S[row.u1 + lane],
+            S[row.half + lane],
+            S[row.own + lane],
+            S[row.across + lane],
+        )
         quadrature, first, second, third, along, slope = reduction.constants(S[row.guess + lane], S[row.drive + lane])
         S[row.quadrature + lane], S[row.first + lane], S[row.second + lane] = quadrature, first, second
         S[row.third + lane], S[row.along + lane], S[row.slope + lane] = third, along, slope
-        S[row.u1 + lane], S[row.half + lane] = 0.5 * a1 - quadrature * over, 0.5 * a1 + quadrature * middle
-        by, off, S[row.across + lane] = reduction.first_order(S[row.guess + lane], S[row.drive + lane], a1, twice_over)
-        S[row.own + lane] = first * (by * a1 + off)
-        S[row.own_slope + lane], S[row.own_offset + lane] = first * by * S[row.spin + lane], first * (off - by)
+        S[row.u1 + lane], S[row.half + lane] = 0.5 * a1 - quadrature * difference, 0.5 * a1 + quadrature * middle
+        factor, offset, S[row.across + lane] = reduction.first_order(
+            S[row.guess + lane], S[row.drive + lane], a1, double_difference
+        )
+        S[row.own + lane] = first * (factor * a1 + offset)
+        S[row.own_slope + lane], S[row.own_offset + lane] = (
+            first * factor * S[row.spin + lane],
+            first * (offset - factor),
+        )
 
 
 @njit(**INLINE)
-def _take_part(S, lane, excess):
+def _full_factors(S, lane, excess):
     """Return the clock up to this sample, and the factors of the amplitude's part of the triple that it ends."""
     half = 0.5 * excess
     product = S[row.quadrature + lane] * (S[row.b + lane] * S[row.c + lane])
@@ -270,35 +286,35 @@ def _take_part(S, lane, excess):
 
 
 @formula
-def _line(x, slope, start):
+def _linear(x, slope, start):
     return x * slope + start
 
 
 @njit(**INLINE)
-def _take_first_order(S, lane):
+def _first_order_factors(S, lane):
     """Return both factors to the first order."""
     along = S[row.own + lane]
-    S[row.own + lane] = _line(S[row.a + lane], S[row.own_slope + lane], S[row.own_offset + lane])
+    S[row.own + lane] = _linear(S[row.a + lane], S[row.own_slope + lane], S[row.own_offset + lane])
     return along, S[row.across + lane] * (S[row.b1 + lane] * S[row.c1 + lane])
 
 
 @formula
-def _less_amplitude(r, along, across, x, x1, x2):
+def _reduced_residual(r, along, across, x, x1, x2):
     """Return a component's residual without the amplitude's part of its triple."""
     return (r - along * x1) - across * ((x - x1) + (x1 - x2))
 
 
-def _sample_of(reduced):
-    """Return a function that takes a sample with one part of the reduction; decided when it is compiled.
+def _add_sample_with(reduced):
+    """Return a function that adds a sample, for one order of the reduction, known when it is compiled.
 
-    What regimes, certificates and log slopes are told from is not kept where nobody reads it.
+    Rows that are not read with this order are not written.
     """
-    followed, whole = reduced != NONE, reduced == WHOLE
+    is_reduced, is_full = reduced != NO_REDUCTION, reduced == FULL_REDUCTION
 
     @njit(name=f"sample_{reduced}", **OPTIONS)
-    def sample(S, triple):
+    def add_sample(S, triple):
         whole_vectors()
-        opened = 0  # a whole number: its or-reduction stays packed
+        num_open = 0  # a whole number: its or-reduction stays packed
         for lane in range(W):
             b, c = S[row.b + lane], S[row.c + lane]
             b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
@@ -306,7 +322,7 @@ def _sample_of(reduced):
             start = S[row.start_size2 + lane]
             inside = (S[row.is_open + lane] > 0.0) & (size <= measure.MAX_GROWTH * measure.MAX_GROWTH * start)
             inside = inside & (size >= measure.MIN_SIZE * measure.MIN_SIZE * start)
-            if whole:
+            if is_full:
                 excess = S[row.a + lane] * S[row.spin + lane] - 1.0
                 wander = abs(excess)
                 is_early = S[row.samples + lane] < reduction.MIN_FOLLOWED_SAMPLES
@@ -321,34 +337,36 @@ def _sample_of(reduced):
             S[row.rx + lane] += measure.dot(rb, rc, b1, c1) if counts else 0.0
             S[row.rr + lane] += measure.dot(rb, rc, rb, rc) if counts else 0.0
             S[row.xx + lane] += xx if counts else 0.0
-            if followed:
-                if whole:
-                    along, across, mu = _take_part(S, lane, excess)
+            if is_reduced:
+                if is_full:
+                    along, across, mu = _full_factors(S, lane, excess)
                     S[row.sw + lane] += xx * (mu * (2.0 + mu)) if counts else 0.0
                 else:
-                    along, across = _take_first_order(S, lane)
-                sb = _less_amplitude(rb, along, across, b, b1, b2)
-                sc = _less_amplitude(rc, along, across, c, c1, c2)
+                    along, across = _first_order_factors(S, lane)
+                sb = _reduced_residual(rb, along, across, b, b1, b2)
+                sc = _reduced_residual(rc, along, across, c, c1, c2)
                 S[row.sx + lane] += measure.dot(sb, sc, b1, c1) if counts else 0.0
                 S[row.ss + lane] += measure.dot(sb, sc, sb, sc) if counts else 0.0
-                turn = measure.dot(b1, c1, c, -b)
-                turn = turn * (1.0 + excess) if whole else turn
-                S[row.turning + lane] += turn if inside else 0.0
+                rotation = measure.dot(b1, c1, c, -b)
+                rotation = rotation * (1.0 + excess) if is_full else rotation
+                S[row.turning + lane] += rotation if inside else 0.0
             S[row.max_size2 + lane] = size if inside & (size > S[row.max_size2 + lane]) else S[row.max_size2 + lane]
             S[row.b2 + lane], S[row.c2 + lane] = b1, c1
             S[row.b1 + lane], S[row.c1 + lane] = b, c
-            opened |= 1 if inside else 0
-        return opened > 0
+            num_open |= 1 if inside else 0
+        return num_open > 0
 
-    return sample
+    return add_sample
 
 
-_sample_alone, _sample_first_order, _sample_whole = (_sample_of(reduced) for reduced in (NONE, FIRST_ORDER, WHOLE))
+_sample_alone, _sample_first_order, _sample_whole = (
+    _add_sample_with(reduced) for reduced in (NO_REDUCTION, FIRST_ORDER, FULL_REDUCTION)
+)
 
 
 @formula
-def _left(ahead, back, two_guess, x):
-    """Return residual of two successive differences after D_0."""
+def _residual(ahead, back, two_guess, x):
+    """Return the residual of two successive differences after D_0."""
     return (ahead - back) + two_guess * x
 
 
@@ -356,39 +374,46 @@ def _left(ahead, back, two_guess, x):
 def _exact_sample(state, sums, constants):
     """Return the next step of the recurrence and its sample, of one lane, in registers."""
     b1, c1, back_b, back_c, xx, db, dc = state
-    weight, used, sum_rx, sum_rr, sum_xx = sums
-    gb, gc, q, two_guess, least, most = constants
+    weight, samples_used, sum_rx, sum_rr, sum_xx = sums
+    gb, gc, q, two_guess, min_size2, max_size2 = constants
     b, c = b1 + db, c1 + dc
-    bend = recurrence.bend(b, q)
-    db, dc = recurrence.bent(db, b, gb, bend), recurrence.bent(dc, c, gc, bend)
+    bend = recurrence.bend_factor(b, q)
+    db, dc = recurrence.next_difference(db, b, gb, bend), recurrence.next_difference(dc, c, gc, bend)
     size = measure.dot(b, c, b, c)
-    inside = (weight > 0.0) & (size <= most) & (size >= least)
+    inside = (weight > 0.0) & (size <= max_size2) & (size >= min_size2)
     weight = 1.0 if inside else 0.0
     ahead_b, ahead_c = b - b1, c - c1  # of the samples as they are rounded
-    rb, rc = _left(ahead_b, back_b, two_guess, b1), _left(ahead_c, back_c, two_guess, c1)
+    rb, rc = _residual(ahead_b, back_b, two_guess, b1), _residual(ahead_c, back_c, two_guess, c1)
     sum_rx += measure.dot(rb, rc, b1, c1) if inside else 0.0
     sum_rr += measure.dot(rb, rc, rb, rc) if inside else 0.0
     sum_xx += xx if inside else 0.0
-    return (b, c, ahead_b, ahead_c, size, db, dc), (weight, used + weight, sum_rx, sum_rr, sum_xx)
+    return (b, c, ahead_b, ahead_c, size, db, dc), (weight, samples_used + weight, sum_rx, sum_rr, sum_xx)
 
 
 def _exact_samples_of(count):
     """Return a function of several steps of the recurrence, each with its sample, after the first guess.
 
-    The spin is not followed: no rate is told from it. What lies in registers goes to memory and back once.
+    The spin is not computed: no rate depends on it. Registers are written to memory once per call.
     """
 
     @njit(name=f"exact_samples_{count}", **OPTIONS)
     def samples(S):
         whole_vectors()
-        opened = 0
+        num_open = 0
         for lane in range(W):
             b1, c1, b2, c2 = S[row.b1 + lane], S[row.c1 + lane], S[row.b2 + lane], S[row.c2 + lane]
             state = (b1, c1, b1 - b2, c1 - c2, measure.dot(b1, c1, b1, c1), S[row.db + lane], S[row.dc + lane])
             sums = (S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane])
-            least = measure.MIN_SIZE * measure.MIN_SIZE * S[row.start_size2 + lane]
-            most = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.start_size2 + lane]
-            constants = (S[row.gb + lane], S[row.gc + lane], S[row.bend + lane], 2.0 * S[row.guess + lane], least, most)
+            min_size2 = measure.MIN_SIZE * measure.MIN_SIZE * S[row.start_size2 + lane]
+            max_size2 = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.start_size2 + lane]
+            constants = (
+                S[row.gb + lane],
+                S[row.gc + lane],
+                S[row.bend + lane],
+                2.0 * S[row.guess + lane],
+                min_size2,
+                max_size2,
+            )
             if count == 4:
                 state, sums = _exact_sample(state, sums, constants)
                 state, sums = _exact_sample(state, sums, constants)
@@ -399,8 +424,8 @@ def _exact_samples_of(count):
             S[row.is_open + lane], S[row.samples + lane], S[row.rx + lane], S[row.rr + lane], S[row.xx + lane] = sums
             S[row.b2 + lane], S[row.c2 + lane], S[row.b1 + lane], S[row.c1 + lane] = b1, c1, b, c
             S[row.b + lane], S[row.c + lane] = b, c
-            opened |= 1 if S[row.is_open + lane] > 0.0 else 0
-        return opened > 0
+            num_open |= 1 if S[row.is_open + lane] > 0.0 else 0
+        return num_open > 0
 
     return samples
 
@@ -410,13 +435,20 @@ _exact_sample_alone, _exact_samples = (_exact_samples_of(count) for count in (1,
 
 
 @njit(**OPTIONS)
-def sample(S, k, reduced):
-    """Take sample k of every lane: window, sense of turning and the sums of the recurrence and of its reduction.
+def add_sample(S, k, reduced):
+    """Add sample k of every lane: window, sense of rotation, sums of the recurrence and of its reduction.
 
-    A closed window selects the old value everywhere, so a lane that has left it no longer changes. The recurrence takes
-    part from the third sample on. Returns whether any lane's window is open.
+    A lane with a closed window no longer changes. Sums include a triple of samples from the third one on.
+
+    Args:
+        `S` (numpy.ndarray, shape (ROWS * W,)): Scratch.
+        `k` (int): Number of the sample, from 1.
+        reduced (int): Order of the reduction.
+
+    Returns:
+        bool: Whether any lane's window is open.
     """
-    if reduced == WHOLE:
+    if reduced == FULL_REDUCTION:
         return _sample_whole(S, k >= 2)
     if reduced == FIRST_ORDER:
         return _sample_first_order(S, k >= 2)
@@ -424,43 +456,45 @@ def sample(S, k, reduced):
 
 
 @njit(**INLINE)
-def _compare(S, lane, b, c):
-    """Note how far the direct solution is from the exact one."""
+def _compare_lane(S, lane, b, c):
+    """Update the largest distance of the direct solution from the exact one, (b, c)."""
     db, dc = S[row.b + lane] - b, S[row.c + lane] - c
-    apart, largest = measure.dot(db, dc, db, dc), S[row.max_size2 + lane]
-    # a ratio of two rows: no division; written so that a distance that is no number stays
-    keeps = (S[row.is_open + lane] == 0.0) | (apart * S[row.distance_size2 + lane] <= S[row.distance2 + lane] * largest)
-    S[row.distance2 + lane] = S[row.distance2 + lane] if keeps else apart
-    S[row.distance_size2 + lane] = S[row.distance_size2 + lane] if keeps else largest
+    distance2, size2 = measure.dot(db, dc, db, dc), S[row.max_size2 + lane]
+    # a ratio of two rows without division, written so that a NaN distance stays
+    keeps = (S[row.is_open + lane] == 0.0) | (
+        distance2 * S[row.distance_size2 + lane] <= S[row.distance2 + lane] * size2
+    )
+    S[row.distance2 + lane] = S[row.distance2 + lane] if keeps else distance2
+    S[row.distance_size2 + lane] = S[row.distance_size2 + lane] if keeps else size2
 
 
 @njit(**OPTIONS)
-def certify(S):
-    """Take one exact step of every lane and compare; after :func:`sample`, whose window counts."""
+def compare_exact(S):
+    """Take one exact step of every lane and compare; called after :func:`add_sample`, which sets the window."""
     whole_vectors()
     for lane in range(W):
         constants = S[row.qa + lane], S[row.qb + lane], S[row.qc + lane]
         a, b, c = exact.step(S[row.xa + lane], S[row.xb + lane], S[row.xc + lane], *constants)
         S[row.xa + lane], S[row.xb + lane], S[row.xc + lane] = a, b, c
-        _compare(S, lane, b, c)
+        _compare_lane(S, lane, b, c)
 
 
 @njit(**OPTIONS)
-def certify_near(S):
-    """Take one step as :func:`certify` where the motion is small: of its recurrence."""
+def compare_recurrence(S):
+    """Take one step of the recurrence of small motions and compare, as :func:`compare_exact`."""
     whole_vectors()
     for lane in range(W):
         b, c = S[row.xb + lane] + S[row.db + lane], S[row.xc + lane] + S[row.dc + lane]
-        bend = recurrence.bend(b, S[row.bend + lane])
-        S[row.db + lane] = recurrence.bent(S[row.db + lane], b, S[row.gb + lane], bend)
-        S[row.dc + lane] = recurrence.bent(S[row.dc + lane], c, S[row.gc + lane], bend)
+        bend = recurrence.bend_factor(b, S[row.bend + lane])
+        S[row.db + lane] = recurrence.next_difference(S[row.db + lane], b, S[row.gb + lane], bend)
+        S[row.dc + lane] = recurrence.next_difference(S[row.dc + lane], c, S[row.gc + lane], bend)
         S[row.xb + lane], S[row.xc + lane] = b, c
-        _compare(S, lane, b, c)
+        _compare_lane(S, lane, b, c)
 
 
 @njit(**OPTIONS)
-def watch_invariants(S):
-    """Compare the invariants of every lane with their start; after :func:`sample`, whose window counts."""
+def compare_invariants(S):
+    """Compare the invariants of every lane with their start; called after :func:`add_sample`."""
     whole_vectors()
     for lane in range(W):
         inside = S[row.is_open + lane] > 0.0
@@ -479,103 +513,108 @@ def watch_invariants(S):
 
 
 @njit(**OPTIONS)
-def log_sample(S):
-    """Add a sample to the log slope of every lane that is inside its window; those inside follow each other.
+def add_log_sample(S):
+    """Add a sample to the log slope of every lane inside its window; return whether any lane is inside.
 
-    Returns whether any lane is inside its window still.
+    The samples inside a window are consecutive.
     """
     whole_vectors()
-    going = 0  # a whole number: its or-reduction stays packed
+    num_logging = 0  # a whole number: its or-reduction stays packed
     for lane in range(W):
         size = measure.dot(S[row.b + lane], S[row.c + lane], S[row.b + lane], S[row.c + lane])
-        grown, is_open = measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane], S[row.is_open + lane] > 0.0
+        min_size2, is_open = (
+            measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane],
+            S[row.is_open + lane] > 0.0,
+        )
         log_open, n = S[row.log_open + lane], S[row.log_samples + lane]
         P, up = S[row.log_p + lane], S[row.p_exponent + lane]
-        Q, over = S[row.log_q + lane], S[row.q_exponent + lane]
-        sums = (log_open, n, P, up, Q, over, S[row.log_first + lane], S[row.log_last + lane])
-        inside, sums = measure.add_log_sample(size, grown, S[row.log_cap + lane], is_open, sums)
+        Q, difference = S[row.log_q + lane], S[row.q_exponent + lane]
+        sums = (log_open, n, P, up, Q, difference, S[row.log_first + lane], S[row.log_last + lane])
+        inside, sums = measure.add_log_sample(size, min_size2, S[row.log_cap + lane], is_open, sums)
         S[row.log_open + lane], S[row.log_samples + lane] = sums[:2]
         S[row.log_p + lane], S[row.p_exponent + lane], S[row.log_q + lane], S[row.q_exponent + lane] = sums[2:6]
         S[row.log_first + lane], S[row.log_last + lane] = sums[6:]
-        going |= 1 if inside else 0
-    return going > 0
+        num_logging |= 1 if inside else 0
+    return num_logging > 0
 
 
 @njit(**OPTIONS)
-def have_grown(S):
+def has_grown_lane(S):
     """Return True if some lane has been large enough for the log slope."""
     whole_vectors()
-    grown = 0
-    for lane in range(min(W, S.size)):  # so many that LLVM does not know: it would unroll so short a loop, not pack it
-        grown |= 1 if S[row.max_size2 + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane] else 0
-    return grown > 0
+    num_grown = 0
+    for lane in range(min(W, S.size)):  # a number unknown to LLVM, which would unroll so short a loop
+        num_grown |= (
+            1 if S[row.max_size2 + lane] >= measure.LOG_FROM * measure.LOG_FROM * S[row.start_size2 + lane] else 0
+        )
+    return num_grown > 0
 
 
 @njit(**OPTIONS)
-def were_logged(S):
-    """Return True if some lane's window of the log slope holds a sample."""
+def has_log_samples(S):
+    """Return True if some lane's log slope has a sample."""
     whole_vectors()
     logged = 0
-    for lane in range(min(W, S.size)):  # as in :func:`have_grown`
+    for lane in range(min(W, S.size)):  # as in :func:`has_grown_lane`
         logged |= 1 if S[row.log_samples + lane] > 0.0 else 0
     return logged > 0
 
 
 @njit(**INNER)
-def _follow_recurrence(S, left):
-    """Take the last samples of every lane by the recurrence."""
-    opened = True
-    while opened and left >= AT_ONCE:
-        opened, left = _exact_samples(S), left - AT_ONCE
-    while opened and left > 0:
-        opened, left = _exact_sample_alone(S), left - 1
+def _follow_recurrence(S, remaining):
+    """Add the remaining samples of every lane by the recurrence."""
+    is_open = True
+    while is_open and remaining >= AT_ONCE:
+        is_open, remaining = _exact_samples(S), remaining - AT_ONCE
+    while is_open and remaining > 0:
+        is_open, remaining = _exact_sample_alone(S), remaining - 1
 
 
 @njit(**OPTIONS)
-def follow(S, step, steps, intervals, work, reduced):
-    """Follow every lane through the run, or until the last window of the block has closed.
+def integrate_block(S, step, steps, intervals, work, reduced):
+    """Integrate every lane through the run, or until the last window of the block has closed.
 
     Args:
-        S (numpy.ndarray, shape (ROWS * W,)): Scratch, with the first nine rows filled, Ia to steps.
+        `S` (numpy.ndarray, shape (ROWS * W,)): Scratch, with the first nine rows filled, Ia to steps.
         step, steps (int): Step of :mod:`kernels.near_axis.propagators` for the whole block, RECURRENCE if and only if
-            ``reduced`` is not WHOLE in place of EXACT; and how many of them a sample interval takes.
+            ``reduced`` is not FULL_REDUCTION in place of EXACT; and their number in a sample interval.
         intervals (int): Number of sample intervals.
         work (tuple of 5 bool): Of :class:`Work`.
-        reduced (int): How much of the reduction to zero amplitude is done: NONE, FIRST_ORDER or WHOLE; the first two
-            only where the first order is enough (:func:`kernels.estimator.reduction.is_small`).
+        reduced (int): NO_REDUCTION, FIRST_ORDER or FULL_REDUCTION; one of the first two only if the first order
+            suffices (:func:`kernels.estimator.reduction.is_small`).
     """
-    certified, invariants, logged, _, _ = work
-    begin(S)
-    if certified or propagators.IS_EXACT[step]:
-        if reduced == WHOLE:
+    with_exact, with_invariants, with_log, _, _ = work
+    begin_block(S)
+    if with_exact or propagators.IS_EXACT[step]:
+        if reduced == FULL_REDUCTION:
             begin_exact(S)
         else:
             begin_recurrence(S)
-    if invariants:
+    if with_invariants:
         begin_invariants(S)
-    opened, growing, logging = True, False, False
-    at_once = step == propagators.RECURRENCE and reduced == NONE and not invariants
+    is_open, can_grow, is_logging = True, False, False
+    at_once = step == propagators.RECURRENCE and reduced == NO_REDUCTION and not with_invariants
     for k in range(1, intervals + 1):
         if at_once and k > 2:
             _follow_recurrence(S, intervals - 2)
             break
-        advance(S, step, steps)
+        advance_lanes(S, step, steps)
         if k == 2:
-            growing = guess(S)
-            if reduced != NONE:
+            can_grow = set_first_guess(S)
+            if reduced != NO_REDUCTION:
                 begin_reduction(S)
-        if opened:  # else every window has closed but the log slope's
-            opened = sample(S, k, reduced)
-            logging = logging or (growing and logged and have_grown(S))
+        if is_open:  # else at most the log slope's windows are open
+            is_open = add_sample(S, k, reduced)
+            is_logging = is_logging or (can_grow and with_log and has_grown_lane(S))
             if k == 1:
-                note_excess(S)
-            if certified and reduced == WHOLE:
-                certify(S)
-            elif certified:
-                certify_near(S)
-            if invariants:
-                watch_invariants(S)
-        if logging:
-            logging = log_sample(S) or opened
-        elif not opened:
+                store_excess(S)
+            if with_exact and reduced == FULL_REDUCTION:
+                compare_exact(S)
+            elif with_exact:
+                compare_recurrence(S)
+            if with_invariants:
+                compare_invariants(S)
+        if is_logging:
+            is_logging = add_log_sample(S) or is_open
+        elif not is_open:
             break

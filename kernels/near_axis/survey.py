@@ -1,13 +1,13 @@
-r"""The batch: a block of points in, a block of columns out, and nothing kept that is not a column.
+r"""Measurement of the rates of perturbed spins: arrays of points in, arrays of columns out.
 
-Points are taken a tile at a time. Those of it that need equally many steps of one order are followed together, W at a
-time (:mod:`kernels.near_axis.near_axis_block`); among them those of like growth stand together, so that a block ends
+Points are measured tile by tile. Points of a tile that need the same steps are integrated together, W at a
+time (:mod:`kernels.near_axis.near_axis_block`); points of similar growth share a block, which ends
 when its last window closes. The last block of each kind is padded with copies of its last point. None of that changes a
 bit of any point.
 
 *Blind.* The length of the run, the spacing and the number of steps come from max|c_i|, a bound on every possible rate;
-what is written here as measured comes from samples. Linear theory decides in which order points are taken, and no
-more; its columns are made elsewhere (:mod:`kernels.free.linear`).
+measured columns come from samples. Linear theory decides only the order of the points; its columns are computed in
+another module (:mod:`kernels.free.linear`).
 """
 
 import math
@@ -30,40 +30,40 @@ from kernels.near_axis.estimates import COLUMNS, MEASURED, aux
 from kernels.near_axis.near_axis_block import row
 from kernels.near_axis.propagators import PROPAGATORS
 
-TILE = 4096  # points that are planned, sorted and measured together: their columns stay in a core's own cache
-LEVELS = 16  # of growth, by which points of one kind are sorted
-# A tile's rows, so far apart (multiples of a page would share few lines of the cache): first what blocks gather, in the
-# order of the rows of lanes that it fills, but for |omega0| or NaN in the cosine's place and the phase in the sine's.
-PITCH, GATHERED = TILE + 72, 8
+TILE = 4096  # number of points that are planned, sorted and measured together: their columns stay in a core's cache
+GROWTH_LEVELS = 16  # number of levels of predicted growth, by which points of equal steps are sorted
+# Distance of a tile's rows (at multiples of a page they would share few lines of the cache), and number of rows that
+# blocks gather: in the order of a block's rows, with |omega0| or NaN as the cosine, and the phase as the sine.
+ROW_LENGTH, NUM_GATHERED = TILE + 72, 8
 _NAMES = ("Ia", "Ib", "Ic", "spin", "epsilon", "rate", "phase", "spacing", "bound")
-tile = columns.numbers(_NAMES, width=PITCH)
+tile = columns.numbers(_NAMES, width=ROW_LENGTH)
 LAID_OUT = (tile.Ia, tile.Ib, tile.Ic, tile.rate, tile.epsilon, tile.phase)  # I1, I2, I3, omega0, epsilon, phase
 
 TYPES = (np.float64, np.int32, np.int8)
 POWERS = {column.name: column.power for column in COLUMNS + flips.COLUMNS}
-LEAST_SPIN = 1e-143  # s-1, below which the error of Ω², at least 5e-21 of its square, may be no normal double
+MIN_SPIN = 1e-143  # s-1; below it the error of Ω², at least 5e-21 times its square, may be no normal double
 
 
 class PointPlan(NamedTuple):
-    """How each point is followed, one array each; compiled code takes it as a plain tuple of arrays."""
+    """Steps and order of the points, one array each; compiled code takes it as a plain tuple of arrays."""
 
-    growth: np.ndarray  #: level, 0 to LEVELS - 1, by which points that may share a block are sorted
-    depth: np.ndarray  #: of the reduction that the point needs: near_axis_block.FIRST_ORDER or near_axis_block.WHOLE
-    step: np.ndarray  #: of :mod:`kernels.near_axis.propagators`
-    steps: np.ndarray  #: a sample interval
+    growth: np.ndarray  #: level, 0 to GROWTH_LEVELS - 1, by which points that may share a block are sorted
+    depth: np.ndarray  #: order of the reduction: FIRST_ORDER or FULL_REDUCTION of :mod:`near_axis_block`
+    step: np.ndarray  #: number of the step in :mod:`kernels.near_axis.propagators`
+    steps: np.ndarray  #: number of steps per sample interval
 
 
 class RunSettings(NamedTuple):
-    """How every point is followed."""
+    """Sampling and accuracy of all points."""
 
-    spacing: float  #: between samples, radians of spin, where no rate asks for less
+    spacing: float  #: spacing of samples, radians of spin; shorter for points with faster rates
     intervals: int
     tolerance: float  #: relative error of the perturbation allowed over the run
     rounded: bool  #: whether the moments are ratios that were rounded once each
 
 
 @njit(nogil=True, **OPTIONS)
-def _lay_out(T, values):
+def _write_tile(T, values):
     """Write points of a tile side by side into its rows, phases that are far off brought back."""
     for k in range(len(LAID_OUT)):
         begin, column = LAID_OUT[k], values[k]
@@ -78,7 +78,7 @@ def _lay_out(T, values):
 
 
 @njit(nogil=True, **OPTIONS)
-def _plan(T, axis, spacing, intervals, plan):
+def _plan_points(T, axis, spacing, intervals, plan):
     """Write moments in lanes' order, sample spacing (radians of spin), bound on the rates, and the plan of exact steps.
 
     No branch is left in the loop, which is packed.
@@ -91,9 +91,9 @@ def _plan(T, axis, spacing, intervals, plan):
         point_spacing = min(spacing, 0.5 / max(1.0, bound))
         T[tile.bound + i], T[tile.spacing + i] = bound, point_spacing
         square = cb * cc if cb * cc > 0.0 else 0.0
-        growth[i] = int(min(math.sqrt(square), 1.0) * (LEVELS - 1)) if square == square else 0
+        growth[i] = int(min(math.sqrt(square), 1.0) * (GROWTH_LEVELS - 1)) if square == square else 0
         is_small = reduction.is_small(ca, T[tile.epsilon + i], point_spacing * intervals)
-        depth[i] = near_axis_block.FIRST_ORDER if is_small else near_axis_block.WHOLE
+        depth[i] = near_axis_block.FIRST_ORDER if is_small else near_axis_block.FULL_REDUCTION
         step[i], steps[i] = propagators.RECURRENCE if is_small else propagators.EXACT, 1
         scale, omega0 = 1.0 / unit_of(Ia, Ib, Ic), T[tile.rate + i]  # the scale a power of two
         T[tile.Ia + i], T[tile.Ib + i], T[tile.Ic + i] = Ia * scale, Ib * scale, Ic * scale
@@ -102,87 +102,89 @@ def _plan(T, axis, spacing, intervals, plan):
 
 
 @njit(nogil=True, **OPTIONS)
-def _choose(T, intervals, tolerance, plan):
+def _choose_steps(T, intervals, tolerance, plan):
     """Write the Taylor steps that the points need into the plan, in place of exact ones."""
     _, _, step, steps = plan
-    latest, size, whole, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
+    latest, size, size_factor, coefficients = -1.0, 0.0, 0.0, (0.0, 0.0, 0.0)
     for i in range(steps.size):
         epsilon = T[tile.epsilon + i]
         if epsilon != latest:
             latest = epsilon
-            size = min(1.0, measure.MAX_GROWTH * latest * math.exp(0.5))  # the sample after the window's end included
-            whole = math.sqrt(1.0 + latest * latest)  # the rates go with all of |omega|, not with the spin alone
+            size = min(1.0, measure.MAX_GROWTH * latest * math.exp(0.5))  # includes the sample after the window's end
+            size_factor = math.sqrt(1.0 + latest * latest)  # the rates go with all of |omega|, not with the spin alone
             coefficients = (
                 direct.truncation(size, direct.ORDERS[0]),
                 direct.truncation(size, direct.ORDERS[1]),
                 direct.truncation(size, direct.ORDERS[2]),
             )
-        x = T[tile.bound + i] * T[tile.spacing + i] * whole
-        step[i], steps[i] = direct.choose(x, size, coefficients, intervals, tolerance)
+        x = T[tile.bound + i] * T[tile.spacing + i] * size_factor
+        step[i], steps[i] = direct.choose_steps(x, size, coefficients, intervals, tolerance)
 
 
 @njit(nogil=True, **OPTIONS)
-def _sort(plan):
+def _sort_points(plan):
     """Return the order of points and the starts of blocks (:func:`kernels.compile.blocks.cut`), by a plan's fields."""
     growth, depth, step, steps = plan
     keys = np.empty(steps.size, dtype=np.int64)
     for i in range(steps.size):
-        kind = ((steps[i] - 1) * len(propagators.ORDER) + step[i]) * 2 + (depth[i] == near_axis_block.WHOLE)
-        keys[i] = kind * LEVELS + growth[i]
-    return cut(keys, LEVELS)
+        kind = ((steps[i] - 1) * len(propagators.ORDER) + step[i]) * 2 + (depth[i] == near_axis_block.FULL_REDUCTION)
+        keys[i] = kind * GROWTH_LEVELS + growth[i]
+    return cut(keys, GROWTH_LEVELS)
 
 
 @njit(nogil=True, **OPTIONS)
-def _gather(S, T, points, steps):
+def _gather_block(S, T, points, steps):
     """Fill the rows of a block that are given; copies of the last point fill what its points leave."""
     whole_vectors()
     for lane in range(W):
         i = np.uint64(points[min(lane, points.size - 1)])
-        for r in range(GATHERED):
-            S[r * W + lane] = T[np.uint64(r * PITCH) + i]
+        for r in range(NUM_GATHERED):
+            S[r * W + lane] = T[np.uint64(r * ROW_LENGTH) + i]
     for lane in range(W):
         S[aux.spin_rate + lane], S[row.steps + lane] = S[row.cosine + lane], steps
         S[row.cosine + lane], S[row.sine + lane] = cosine_sine(S[row.sine + lane])
 
 
 @njit(nogil=True, **OPTIONS)
-def _keep(S, rows, out):
+def _copy_columns(S, rows, out):
     """Copy some columns of a block, whole rows of lanes at once."""
     whole_vectors()
     for k in range(rows.size):
-        first = (estimates.FIRST + rows[k]) * W
+        first = (estimates.FIRST_COLUMN + rows[k]) * W
         in_row, out_row = S[first : first + W], out[k]
         for lane in range(W):
             out_row[lane] = in_row[lane]
 
 
 @njit(nogil=True, **OPTIONS)
-def _run(T, plan, blocks, run, work, out):
+def _measure_blocks(T, plan, blocks, run, work, out):
     """Integrate and measure block after block: order[starts[j]:starts[j + 1]] are the points of block j.
 
-    ``out`` holds the numbers ``rows`` of those wanted; ``blocks_out``, shape (blocks, rows, W), where they go; and
-    ``at``, where in it each point's lane lies.
+    ``out``: the numbers ``rows`` of the requested columns; ``blocks_out``, shape (blocks, rows, W), to which they are
+    written; and ``at``, the index in it of each point's lane.
     """
     order, starts = blocks
     rows, blocks_out, at = out
     _, intervals, tolerance, rounded = run
     _, depth, step, steps = plan
-    reducing = work[3]
+    with_reduction = work[3]
     S = scratch(estimates.ROWS)
     for j in range(starts.size - 1):
         points = order[starts[j] : starts[j + 1]]
         i = points[0]  # any point of the block
-        reduced = depth[i] if reducing or depth[i] == near_axis_block.WHOLE else near_axis_block.NONE
-        _gather(S, T, points, steps[i])
-        near_axis_block.follow(S, step[i], steps[i], intervals, work, reduced)
-        estimates.fill(S, work, reduced, step[i], rounded, tolerance)
-        _keep(S, rows, blocks_out[j])
+        reduced = (
+            depth[i] if with_reduction or depth[i] == near_axis_block.FULL_REDUCTION else near_axis_block.NO_REDUCTION
+        )
+        _gather_block(S, T, points, steps[i])
+        near_axis_block.integrate_block(S, step[i], steps[i], intervals, work, reduced)
+        estimates.write_columns(S, work, reduced, step[i], rounded, tolerance)
+        _copy_columns(S, rows, blocks_out[j])
         for lane in range(points.size):
             at[points[lane]] = j * blocks_out.shape[1] * W + lane
 
 
 @njit(nogil=True, **OPTIONS)
-def _sort_back(first, blocks, at, low, size, out):
+def _unsort_columns(first, blocks, at, low, size, out):
     """Write columns of ``size`` points in their order, from number ``low`` on, from those in the order of the blocks.
 
     Columns of one type are one table; the first one is number ``first`` of a block. One column at a time,
@@ -195,32 +197,35 @@ def _sort_back(first, blocks, at, low, size, out):
             sorted_column[i] = column[at[i]]
 
 
-def _measure(points, propagator, run, work, rows, tables):
+def _measure_tiles(points, propagator, run, work, rows, tables):
     """Measure tile after tile into tables of one type each; ``rows`` are their columns' numbers, table after table."""
     reals, counts, kinds = tables
     I1, I2, I3, axis, omega0, epsilon, phase = points
-    room = min(I1.size, TILE)
-    T, whole_plan = np.empty(PITCH * (GATHERED + 1)), [np.empty(room, dtype=np.int64) for _ in PointPlan._fields]
+    tile_size = min(I1.size, TILE)
+    T, whole_plan = (
+        np.empty(ROW_LENGTH * (NUM_GATHERED + 1)),
+        [np.empty(tile_size, dtype=np.int64) for _ in PointPlan._fields],
+    )
     # an odd number of rows: blocks that begin at multiples of half a page would share few lines of the cache
-    blocks, at = np.empty((room // W + 1, rows.size | 1, W)), np.empty(room, dtype=np.uint32)
+    blocks, at = np.empty((tile_size // W + 1, rows.size | 1, W)), np.empty(tile_size, dtype=np.uint32)
     for low in range(0, I1.size, TILE):
         size = min(I1.size - low, TILE)
-        part, plan = slice(low, low + size), tuple(values[:size] for values in whole_plan)
-        _lay_out(T, (I1[part], I2[part], I3[part], omega0[part], epsilon[part], phase[part]))
-        _plan(T, axis[part], run.spacing, run.intervals, plan)
+        chunk, plan = slice(low, low + size), tuple(values[:size] for values in whole_plan)
+        _write_tile(T, (I1[chunk], I2[chunk], I3[chunk], omega0[chunk], epsilon[chunk], phase[chunk]))
+        _plan_points(T, axis[chunk], run.spacing, run.intervals, plan)
         if propagator == "direct":
-            _choose(T, run.intervals, run.tolerance, plan)
-        order, starts = _sort(plan)
+            _choose_steps(T, run.intervals, run.tolerance, plan)
+        order, starts = _sort_points(plan)
         if starts.size - 1 > blocks.shape[0]:
             blocks = np.empty((starts.size - 1, blocks.shape[1], W))
-        _run(T, plan, (order, starts), tuple(run), work, (rows, blocks, at))
+        _measure_blocks(T, plan, (order, starts), tuple(run), work, (rows, blocks, at))
         flat = blocks.ravel()
-        _sort_back(0, flat, at, low, size, reals)
-        _sort_back(reals.shape[0], flat, at, low, size, counts)
-        _sort_back(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
+        _unsort_columns(0, flat, at, low, size, reals)
+        _unsort_columns(reals.shape[0], flat, at, low, size, counts)
+        _unsort_columns(reals.shape[0] + counts.shape[0], flat, at, low, size, kinds)
 
 
-def measured(
+def measure_points(
     points,
     rotations,
     samples_per_rotation,
@@ -258,46 +263,48 @@ def measured(
     """
     points = rigid_body.points_of(points)
     n = points.I1.size
-    needed = {"omega_squared", "status"} if nonlinear else set()
-    requested = [column for column in COLUMNS if column.name in wanted or column.name in needed]
+    required = {"omega_squared", "status"} if nonlinear else set()
+    requested = [column for column in COLUMNS if column.name in wanted or column.name in required]
     requested.sort(key=lambda column: TYPES.index(column.dtype))
     rows = np.array([MEASURED.index(column.name) for column in requested], dtype=np.int64)
     tables = tuple(np.empty((sum(column.dtype is dtype for column in requested), n), dtype=dtype) for dtype in TYPES)
     work = {column.work for column in COLUMNS if column.name in wanted}
-    rated = bool(work & {estimates.RATES, estimates.LOG_SLOPE})
-    certified = PROPAGATORS[propagator].is_certified and (
-        rated or bool(work & {estimates.CERTIFICATE, estimates.ERRORS})
+    with_rates = bool(work & {estimates.RATES, estimates.LOG_SLOPE})
+    with_exact = PROPAGATORS[propagator].is_certified and (
+        with_rates or bool(work & {estimates.CERTIFICATE, estimates.ERRORS})
     )
-    reducing = rated or bool(work & {estimates.REDUCTION, estimates.ERRORS})
-    done = near_axis_block.Work(certified, estimates.INVARIANTS in work, estimates.LOG_SLOPE in work, reducing, rated)
+    with_reduction = with_rates or bool(work & {estimates.REDUCTION, estimates.ERRORS})
+    work_flags = near_axis_block.Work(
+        with_exact, estimates.INVARIANTS in work, estimates.LOG_SLOPE in work, with_reduction, with_rates
+    )
     spacing, intervals = 2.0 * np.pi / samples_per_rotation, round(rotations * samples_per_rotation)
     run = RunSettings(spacing, intervals, tolerance, rounded)
-    _measure(points, propagator, run, tuple(done), rows, tables)
+    _measure_tiles(points, propagator, run, tuple(work_flags), rows, tables)
     result = {column.name: values for column, values in zip(requested, chain(*tables), strict=True)}
-    followed = _nonlinear(points, result, tolerance) if nonlinear else {}
+    flip_columns = _flip_columns(points, result, tolerance) if nonlinear else {}
     _leave_out_unrepresentable(result, points.omega0)
-    return followed | {name: result[name] for name in MEASURED if name in wanted}
+    return flip_columns | {name: result[name] for name in MEASURED if name in wanted}
 
 
 def _leave_out_unrepresentable(result, omega0):
-    """Mark as missing what is in s-2 where doubles cannot hold it and its error; the status is then NON_FINITE."""
+    """Set columns in s-2 to NaN if doubles cannot represent them and their errors; the status is then NON_FINITE."""
     spin = np.abs(omega0)
-    lost = spin < LEAST_SPIN
+    is_lost = spin < MIN_SPIN
     squares = [values for name, values in result.items() if POWERS[name] == 2]
-    if spin.size and spin.max() > 1.0 / LEAST_SPIN:
+    if spin.size and spin.max() > 1.0 / MIN_SPIN:
         for values in squares:
-            lost |= np.isinf(values)
-    if not lost.any():
+            is_lost |= np.isinf(values)
+    if not is_lost.any():
         return
     for values in squares:
-        values[lost] = np.nan
+        values[is_lost] = np.nan
     if "status" in result:
         status = result["status"]
-        status[lost & (status == OK)] = NON_FINITE
+        status[is_lost & (status == OK)] = NON_FINITE
 
 
-def flipped(points, tolerance=1e-10):
-    """Return the columns of :mod:`kernels.events.flips` alone, name → values, shape (n,), as :func:`measured`.
+def measure_flips(points, tolerance=1e-10):
+    """Return the columns of :mod:`kernels.events.flips` alone, name → values, shape (n,), as :func:`measure_points`.
 
     The tolerance is the relative error allowed in the measured columns.
     """
@@ -308,30 +315,30 @@ def flipped(points, tolerance=1e-10):
     return dict(zip(flips.MEASURED, out, strict=True))
 
 
-def _nonlinear(points, measured, tolerance):
-    """Return the columns of kernels.events.flips; a search that was given up is a window too short."""
+def _flip_columns(points, measured, tolerance):
+    """Return the columns of kernels.events.flips; a search without a result has the status short_window."""
     n, omega0, status = points.I1.size, points.omega0, measured["status"]
-    out, given_up = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
-    sound = np.flatnonzero(status != NON_FINITE)
+    out, is_unfinished = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
+    finite_points = np.flatnonzero(status != NON_FINITE)
     out[:, status == NON_FINITE] = np.nan
-    rate2 = measured["omega_squared"][sound] / omega0[sound] / omega0[sound]
-    order = sound[np.argsort(np.abs(rate2))]  # of like duration together
-    flips.fill(points, order, tolerance, out, given_up)
-    status[given_up & (status == OK)] = SHORT_WINDOW
+    rate2 = measured["omega_squared"][finite_points] / omega0[finite_points] / omega0[finite_points]
+    order = finite_points[np.argsort(np.abs(rate2))]  # points of similar duration share a block
+    flips.fill(points, order, tolerance, out, is_unfinished)
+    status[is_unfinished & (status == OK)] = SHORT_WINDOW
     return dict(zip(flips.MEASURED, out, strict=True))
 
 
-@np.errstate(divide="ignore", invalid="ignore")  # a point that is no body gives NaN, and no noise
-def theory(points):
+@np.errstate(divide="ignore", invalid="ignore")  # an impossible body gives NaN without a warning
+def predict_points(points):
     """Return the columns of linear theory, of the body's shape and of the axis that its motion encircles, in units.
 
     omega_squared_theory (s-2), growth_rate_theory (s-1), frequency_theory (rad s-1), growing_fraction, triangle_margin
-    (1), regime_theory, shape, encircles (int8), shape (n,), of points as for :func:`measured`.
+    (1), regime_theory, shape, encircles (int8), shape (n,), of points as for :func:`measure_points`.
     """
-    return linear.columns_of(rigid_body.points_of(points))
+    return linear.predict_columns(rigid_body.points_of(points))
 
 
-def motions(points):
+def count_motions(points):
     """Return the number of distinct motions among points: see :mod:`kernels.free.collapse`."""
     first, _ = collapse.distinct(rigid_body.points_of(points))
     return first.size
@@ -339,30 +346,30 @@ def motions(points):
 
 def as_motions(points):
     """Return the same motions by bodies of moments (I_a/I_c, I_b/I_c, 1) that spin about axis 1, at their own rates."""
-    a, b, c = linear.seen_from(*(points[name] for name in ("I1", "I2", "I3", "axis")))
+    a, b, c = linear.moments_from_axis(*(points[name] for name in ("I1", "I2", "I3", "axis")))
     return {**points, "I1": a / c, "I2": b / c, "I3": 1.0, "axis": 1}
 
 
-def collapsed(points, *settings, **options):
-    """Return the columns of :func:`measured`, each distinct motion integrated once and expanded to its points.
+def measure_collapsed(points, *settings, **options):
+    """Return the columns of :func:`measure_points`, each distinct motion integrated once and expanded to its points.
 
-    Takes the arguments of :func:`measured`. What is integrated is the motion itself, moments (I_a/I_c, I_b/I_c, 1) at a
-    spin of one, so that a point's bits depend on the point alone; they agree with those of :func:`measured` to the
+    Takes the arguments of :func:`measure_points`. The motion has the moments (I_a/I_c, I_b/I_c, 1) and a spin of
+    one, so that a point's bits depend on the point alone; they agree with those of :func:`measure_points` to the
     rounding of the two ratios.
     """
     points = rigid_body.points_of(points)
     first, motion = collapse.distinct(points)
     motions = as_motions({name: values[first] for name, values in points._asdict().items()})
-    of_motions = measured(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
+    of_motions = measure_points(motions | {"omega0": np.sign(motions["omega0"])}, *settings, rounded=True, **options)
     spin = np.abs(points.omega0)
-    expanded = {name: _expanded(values, motion, spin, POWERS[name]) for name, values in of_motions.items()}
-    _leave_out_unrepresentable(expanded, points.omega0)
-    return expanded
+    of_points = {name: _expand_values(values, motion, spin, POWERS[name]) for name, values in of_motions.items()}
+    _leave_out_unrepresentable(of_points, points.omega0)
+    return of_points
 
 
 @njit(nogil=True, **OPTIONS)
-def _expanded(values, at, spin, power):
-    """Return the points' values from those of motions in units of the spin, by the factors of :func:`measured`."""
+def _expand_values(values, at, spin, power):
+    """Return the values of points from those of motions in units of the spin."""
     out = np.empty(at.size, dtype=values.dtype)
     if power == 0:
         for i in range(at.size):
@@ -377,11 +384,16 @@ def _expanded(values, at, spin, power):
 
 
 def survey(points, *settings, collapse=False, **options):
-    """Return all columns of points: :func:`theory` beside :func:`measured` (or :func:`collapsed`), which ignores it.
+    """Return all columns of points, those of :func:`predict_points` and :func:`measure_points`.
 
-    Theory is spared where columns are ``wanted`` and none of its own among them.
+    Theory is left out if columns are ``wanted`` and none of its columns is among them.
+
+    Args:
+        points (mapping of str to array_like): As in :func:`measure_points`.
+        settings, options: Further arguments of :func:`measure_points`.
+        collapse (bool): Whether to integrate each distinct motion only once, by :func:`measure_collapsed`.
     """
-    measure = collapsed if collapse else measured
+    measure = measure_collapsed if collapse else measure_points
     measurement = measure(points, *settings, **options)
     predicts = any(name in options.get("wanted", linear.NAMES) for name in linear.NAMES)
-    return theory(points) | measurement if predicts else measurement
+    return predict_points(points) | measurement if predicts else measurement

@@ -71,7 +71,7 @@ class Polhode(Contender):
 
     def measured(self, bodies, part, tolerance, wanted):
         points = {name: x[part] for name, x in bodies.points.items()}
-        return survey.measured(points, *self.run, tolerance, self.propagator, wanted)
+        return survey.measure_points(points, *self.run, tolerance, self.propagator, wanted)
 
     def samples(self, bodies, setting):
         """Samples of the lanes, driven as the survey drives them; its steps a sample must come out the same."""
@@ -88,7 +88,7 @@ class Polhode(Contender):
 
 
 def _row(body, steps):
-    """One body's values of the rows that near_axis_block.follow asks for."""
+    """One body's values of the rows that near_axis_block.integrate_block asks for."""
     points = {name: x[0] for name, x in body.points.items()}
     moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
     return np.array([*moments, 1.0, points["epsilon"], *body.start[0, 1:], SPACING, steps])
@@ -100,12 +100,12 @@ def _sampled(row, order, steps, samples):
     S = np.zeros(near_axis_block.ROWS * near_axis_block.W)
     for r in range(row.size):
         S[near_axis_block.W * r : near_axis_block.W * (r + 1)] = row[r]
-    near_axis_block.begin(S)
+    near_axis_block.begin_block(S)
     if order == propagators.RECURRENCE:
         near_axis_block.begin_recurrence(S)
     for k in range(samples.shape[0]):
         if k > 0:
-            near_axis_block.advance(S, order, steps)
+            near_axis_block.advance_lanes(S, order, steps)
         samples[k, 0], samples[k, 1] = S[near_axis_block.row.b], S[near_axis_block.row.c]
 
 
@@ -124,7 +124,7 @@ class Direct(Polhode):
         moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
         bound = max(abs(x) for x in rigid_body.euler_coefficients(*moments))
         x = bound * SPACING * np.sqrt(1.0 + points["epsilon"] ** 2)
-        return direct.choose(x, size, coefficients, SAMPLES, tolerance)
+        return direct.choose_steps(x, size, coefficients, SAMPLES, tolerance)
 
 
 class Exact(Polhode):

@@ -161,7 +161,7 @@ def random_points(random, count):
     epsilon = np.select([share < 0.45, share < 0.9], spread, 10.0 ** random.uniform(-300, -12, count))
     powers = np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
     omega0 = random.choice([-1, 1], count) * 10.0**powers
-    a, b, c = linear.seen_from(*three, axis)
+    a, b, c = linear.moments_from_axis(*three, axis)
     cb, rate = (c - a) / b, np.sqrt(np.maximum((c - a) / b * ((a - b) / c), 0.0))
     towards = random.choice(len(DIRECTIONS), count, p=(0.4, 0.3, 0.1, 0.1, 0.1))
     slope = [np.arctan2(side * rate, cb * np.sign(omega0)) for side in (-1, 1)]

@@ -71,11 +71,11 @@ def contenders(settings):
         "all columns but the log slope": (lambda part: survey.survey(part, *settings, wanted=WITH_ERRORS), 1),
         "... but errors": (lambda part: survey.survey(part, *settings, wanted=WITHOUT_ERRORS), 1),
         "... but errors and regimes": (lambda part: survey.survey(part, *settings, wanted=FREE_OF_ERRORS), 1),
-        "rates alone, one core": (lambda part: survey.measured(part, *settings, wanted=BARE), 1),
-        "rates alone, two cores": (lambda part: survey.measured(part, *settings, wanted=BARE), 2),
-        "exact propagator": (lambda part: survey.measured(part, *settings, propagator="exact", wanted=BARE), 1),
-        "measured, all columns": (lambda part: survey.measured(part, *settings), 1),
-        "measured, collapsed": (lambda part: survey.collapsed(part, *settings), 1),
+        "rates alone, one core": (lambda part: survey.measure_points(part, *settings, wanted=BARE), 1),
+        "rates alone, two cores": (lambda part: survey.measure_points(part, *settings, wanted=BARE), 2),
+        "exact propagator": (lambda part: survey.measure_points(part, *settings, propagator="exact", wanted=BARE), 1),
+        "measured, all columns": (lambda part: survey.measure_points(part, *settings), 1),
+        "measured, collapsed": (lambda part: survey.measure_collapsed(part, *settings), 1),
     }
 
 

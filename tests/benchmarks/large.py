@@ -221,10 +221,10 @@ def bare(points, folder):
     run = sweep.definition.integration
     settings = run.rotations, run.samples_per_rotation, run.tolerance
     blocks = [sweep.grid.points(low, min(low + BLOCK_POINTS, points)) for low in range(0, points, BLOCK_POINTS)]
-    survey.measured(blocks[-1], *settings, wanted=BARE)
+    survey.measure_points(blocks[-1], *settings, wanted=BARE)
     begun = time.thread_time()
     for block in blocks:
-        survey.measured(block, *settings, wanted=BARE)
+        survey.measure_points(block, *settings, wanted=BARE)
     return (time.thread_time() - begun) / points * 1e9
 
 

@@ -98,7 +98,7 @@ def bar(start, duration):
 
 def in_plain_python(patch):
     """The direct integrator's steps, which take nine seconds to compile; the quick tests take few."""
-    for name in ("_follow", "turn_12"):
+    for name in ("_take_steps", "turn_12"):
         kernel = getattr(direct, name)
         patch.setattr(direct, name, getattr(kernel, "py_func", kernel))
 

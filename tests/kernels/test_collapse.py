@@ -44,7 +44,7 @@ def test_points_of_one_motion_are_told():
     first_indices = {}
     expected = [first_indices.setdefault(row, i) for i, row in enumerate(rows)]
     assert first_of_each(points.values()) == expected
-    assert survey.motions(points) == len(first_indices) < 0.6 * len(rows)
+    assert survey.count_motions(points) == len(first_indices) < 0.6 * len(rows)
 
 
 def test_any_signs_of_nought_and_what_is_no_number():
@@ -63,10 +63,10 @@ def test_a_collapsed_points_bits_depend_on_the_point_alone():
         epsilon=1e-3,
         phase=1,
     )
-    all_columns = survey.collapsed(points, 4.0, 16, 1e-10)
+    all_columns = survey.measure_collapsed(points, 4.0, 16, 1e-10)
     for num_chunks in (2, 5, 27):
         for chunk in np.array_split(np.random.default_rng(num_chunks).permutation(points["I1"].size), num_chunks):
-            columns = survey.collapsed({name: values[chunk] for name, values in points.items()}, 4.0, 16, 1e-10)
+            columns = survey.measure_collapsed({name: values[chunk] for name, values in points.items()}, 4.0, 16, 1e-10)
             for name in all_columns:
                 np.testing.assert_array_equal(columns[name], all_columns[name][chunk], err_msg=name)
 

@@ -25,7 +25,7 @@ def test_a_column_is_what_the_map_says_it_is(column):
 
 
 def test_every_measured_variable_of_a_map_is_a_column():
-    theory = survey.theory({"I1": 1, "I2": 2, "I3": 2.5, "axis": 1, "omega0": 1, "epsilon": 1e-6, "phase": 0})
+    theory = survey.predict_points({"I1": 1, "I2": 2, "I3": 2.5, "axis": 1, "omega0": 1, "epsilon": 1e-6, "phase": 0})
     names = [column.name for column in EVERY]
     assert len(set(names)) == len(names)
     assert set(names) | set(theory) == set(MAP)

@@ -128,7 +128,7 @@ def test_a_near_run_keeps_its_share_of_the_tolerance(samples, kind):
             if np.hypot(*state[1:]) > size:  # it has grown out of the size that it was allowed for
                 break
             deviation = np.hypot(near[1] - state[1], near[2] - state[2]) / size
-            assert deviation <= direct.NEAR_SHARE * tolerance, axis
+            assert deviation <= direct.MAX_NEAR_SHARE * tolerance, axis
 
 
 def test_what_is_near():
@@ -195,10 +195,10 @@ def truncation_error(order, steps, x, size, samples):
 def test_the_choice_keeps_the_tolerance_with_the_least_work(x, size, samples, exponent):
     tolerance = 10**exponent
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
-    code, steps = direct.choose(x, size, coefficients, samples, tolerance)
+    code, steps = direct.choose_steps(x, size, coefficients, samples, tolerance)
     near = direct.is_near(x, size, samples, tolerance)
     assert code % 3 == (2 if near and direct.is_nearest(x, size, samples, tolerance) else near)
-    allowed = tolerance * (1 - direct.NEAR_SHARE) if near else tolerance
+    allowed = tolerance * (1 - direct.MAX_NEAR_SHARE) if near else tolerance
     code = direct.ORDERS[code // 3]
     assert truncation_error(code, steps, x, size, samples) <= allowed * (1 + 1e-12)
     work = steps * (code * (code + 1) + 40)
@@ -211,13 +211,16 @@ def test_the_choice_at_the_ends_of_its_range():
     small = tuple(direct.truncation(1e-3, order) for order in direct.ORDERS)
     large = tuple(direct.truncation(1.0, order) for order in direct.ORDERS)
     border = truncation_error(12, 1, 0.5, 1e-3, 64)
-    assert direct.choose(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (6, 1)
-    assert direct.choose(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (3, 2)
-    assert direct.choose(0.5, 1.0, large, 64, 4e-11) == (3, 5)  # 5 of 110 + 40, against 4 of 156 + 40 and 10 of 72 + 40
-    assert direct.choose(0.0, 1e-6, small, 64, 1e-10) == (2, 1)
-    assert direct.choose(math.nan, 1e-3, small, 64, 1e-10) == (0, 1)
-    assert direct.choose(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
-    assert direct.choose(1e20, 1.0, large, 64, 1e-10)[1] == 10_000
+    assert direct.choose_steps(0.5, 1e-3, small, 64, border * (1 + 1e-12)) == (6, 1)
+    assert direct.choose_steps(0.5, 1e-3, small, 64, border * (1 - 1e-6)) == (3, 2)
+    assert direct.choose_steps(0.5, 1.0, large, 64, 4e-11) == (
+        3,
+        5,
+    )  # 5 of 110 + 40, against 4 of 156 + 40 and 10 of 72 + 40
+    assert direct.choose_steps(0.0, 1e-6, small, 64, 1e-10) == (2, 1)
+    assert direct.choose_steps(math.nan, 1e-3, small, 64, 1e-10) == (0, 1)
+    assert direct.choose_steps(0.5, 1.0, large, 64, 1e-60)[1] == 10_000
+    assert direct.choose_steps(1e20, 1.0, large, 64, 1e-10)[1] == 10_000
 
 
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="40 bodies in plain Python are slow")
@@ -271,11 +274,11 @@ def test_the_error_stays_within_the_tolerance(tolerance):
 
 def test_short_and_loose_intervals_take_one_step_and_no_less():
     # G(1) is 0.01: a tolerance above it would let a step be longer than a radian
-    assert direct._counts(np.array([0.0, 1e-3, 10.0]), 0.9).tolist() == [1, 1, 10]
+    assert direct._steps_per_interval(np.array([0.0, 1e-3, 10.0]), 0.9).tolist() == [1, 1, 10]
     # intervals shorter than a radian in all count as one
     border = direct.truncation(1.0, 12) * 0.5**12 * (1 + 1e-9)
-    assert direct._counts(np.array([0.5]), border).tolist() == [1]
-    assert direct._counts(np.array([0.5]), border * (1 - 1e-8)).tolist() == [2]
+    assert direct._steps_per_interval(np.array([0.5]), border).tolist() == [1]
+    assert direct._steps_per_interval(np.array([0.5]), border * (1 - 1e-8)).tolist() == [2]
 
 
 @pytest.mark.parametrize("epsilon", [1e-6, 1e-3, 0.3])

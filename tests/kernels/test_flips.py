@@ -117,13 +117,13 @@ def test_what_stands_still_and_what_only_turns():
 def test_a_search_that_does_not_end_is_told():
     # a symmetric top nudged off a transverse axis drifts: its flip is a million rotations away
     points = {"I1": 1.0, "I2": 1.0, "I3": 2.0, "axis": 1, "omega0": 1.0, "epsilon": 1e-6, "phase": 0.6}
-    flip_columns = survey.measured(points, 4.0, 16, 1e-10, nonlinear=True)
+    flip_columns = survey.measure_points(points, 4.0, 16, 1e-10, nonlinear=True)
     assert flip_columns["status"][0] == survey.SHORT_WINDOW
     assert np.isnan(flip_columns["flip_period"][0])
     assert np.isnan(flip_columns["max_tilt"][0])
     assert flip_columns["flip_period_exact"][0] > 2 * np.pi * flips.MAX_ROTATIONS
     # the same motion with a larger nudge ends within the bound
-    flip_columns = survey.measured(points | {"epsilon": 1e-2}, 4.0, 16, 1e-10, nonlinear=True)
+    flip_columns = survey.measure_points(points | {"epsilon": 1e-2}, 4.0, 16, 1e-10, nonlinear=True)
     assert flip_columns["status"][0] == survey.OK
     np.testing.assert_allclose(flip_columns["flip_period"], flip_columns["flip_period_exact"], rtol=1e-9)
 
@@ -146,7 +146,7 @@ def test_no_search_depends_on_its_neighbours(neighbour, monkeypatch):
 @pytest.mark.compiled
 def test_the_survey_adds_the_columns_and_changes_no_other():
     points = bodies(200, 3, 1e-3)
-    plain, more = (survey.measured(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
+    plain, more = (survey.measure_points(points, 4.0, 16, 1e-10, nonlinear=flag) for flag in (False, True))
     assert set(more) - set(plain) == set(flips.MEASURED)
     for name in plain:
         np.testing.assert_array_equal(more[name], plain[name], err_msg=name)
@@ -157,7 +157,7 @@ def test_the_survey_adds_the_columns_and_changes_no_other():
 
 def test_the_frequency_at_its_own_amplitude_tends_to_linear_theory():
     points = dict(zip(NAMES, (1.0, 2.0, 2.7, 3, 1.5, np.array([1e-6, 1e-4, 1e-2]), 0.6), strict=True))
-    frequency, linear = columns(points)["frequency_exact"], survey.theory(points)["frequency_theory"]
+    frequency, linear = columns(points)["frequency_exact"], survey.predict_points(points)["frequency_theory"]
     deviation = np.abs(frequency / linear - 1)
     assert deviation[0] < 1e-11
     assert deviation[2] / deviation[1] == pytest.approx(1e4, rel=1e-2)  # the square of the nudge
@@ -168,7 +168,7 @@ def test_broken_points_are_left_out():
     points = bodies(40, 4, 1e-3)
     invalid_points = {name: value.copy() for name, value in points.items()}
     invalid_points["I1"][3] = np.nan
-    plain, partly_invalid = (survey.measured(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, invalid_points))
+    plain, partly_invalid = (survey.measure_points(p, 4.0, 16, 1e-10, nonlinear=True) for p in (points, invalid_points))
     valid = np.arange(points["I1"].size) != 3
     for name in flips.MEASURED:
         assert np.isnan(partly_invalid[name][3])

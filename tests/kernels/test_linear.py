@@ -72,7 +72,7 @@ def test_regimes_by_name():
 def growing_fraction(I1, I2, I3, omega0, axis, phase):
     """The column of a batch."""
     points = {"I1": I1, "I2": I2, "I3": I3, "axis": axis, "omega0": omega0, "epsilon": 1e-6, "phase": phase}
-    return linear.columns_of(rigid_body.points_of(points))["growing_fraction"]
+    return linear.predict_columns(rigid_body.points_of(points))["growing_fraction"]
 
 
 @given(st.floats(0, 6.3), st.sampled_from([1.0, -2.5, 1e-100]), moment_triples(0.1, 10.0))

@@ -27,7 +27,7 @@ def some_bodies(uniform):
 @pytest.mark.parametrize("uniform", [True, False])
 def test_columns_are_those_of_the_formulas(uniform):
     I1, I2, I3, axis, omega0, phase = some_bodies(uniform)
-    columns = linear.columns_of(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
+    columns = linear.predict_columns(Spins(I1, I2, I3, axis, omega0, np.full(phase.size, 1e-3), phase))
     assert columns.pop("encircles").dtype == np.int8
     with np.errstate(all="ignore"):
         regime = linear.regime(I1, I2, I3, axis)
@@ -53,7 +53,7 @@ def starts(random, n):
     masses[1] = np.where(random.random(n) < 0.3, masses[0] * (1 + 10.0 ** random.uniform(-16, -1, n)), masses[1])
     moments = (masses.sum(axis=0) - masses) * 10.0 ** random.uniform(-200, 200, n)
     axis, omega0 = random.integers(1, 4, n), random.choice([-1.0, 1.0], n) * random.uniform(0.1, 10.0, n)
-    a, b, c = linear.seen_from(*moments, axis)
+    a, b, c = linear.moments_from_axis(*moments, axis)
     size = np.where(random.random(n) < 0.5, random.uniform(0.0, 0.99, n), 10.0 ** random.uniform(-300, 0, n))
     with np.errstate(divide="ignore"):
         slope = np.sqrt(np.abs((a - b) / c / ((c - a) / b)))
@@ -65,7 +65,7 @@ def starts(random, n):
 
 def test_the_axis_encircled_is_that_of_the_difference_in_60_digits():
     start = starts(np.random.default_rng(4), 3000)
-    flags = linear.columns_of(Spins(*start))["encircles"]
+    flags = linear.predict_columns(Spins(*start))["encircles"]
     undecided = 0
     for I1, I2, I3, axis, _, epsilon, phase, flag in zip(*start, flags, strict=True):
         with mpmath.workdps(60):
@@ -90,7 +90,7 @@ def test_the_axis_encircled_is_the_one_whose_component_keeps_its_sign(moments):
     a, b, c = moments
     axis, epsilon, phase = random.integers(1, 4, n), random.uniform(0.1, 0.95, n), random.uniform(0, 7, n)
     moment_columns = [np.full(n, x) for x in moments]
-    flags = linear.columns_of(Spins(*moment_columns, axis, np.ones(n), epsilon, phase))["encircles"]
+    flags = linear.predict_columns(Spins(*moment_columns, axis, np.ones(n), epsilon, phase))["encircles"]
     assert set(flags) == {linear.LEAST_AXIS, linear.GREATEST_AXIS}
     for i in range(n):
         start = np.roll([1.0, epsilon[i] * np.cos(phase[i]), epsilon[i] * np.sin(phase[i])], axis[i] - 1)
@@ -105,8 +105,8 @@ def test_symmetric_bodies_encircle_their_own_axis_and_spheres_none():
     for axis in (1, 2, 3):
         for phase in (0.6, 2.1):
             perturbation = np.full(3, 1e-300), np.full(3, phase)
-            flags = linear.columns_of(Spins(*moments, np.full(3, axis), np.ones(3), *perturbation))["encircles"]
+            flags = linear.predict_columns(Spins(*moments, np.full(3, axis), np.ones(3), *perturbation))["encircles"]
             assert flags.tolist() == [linear.GREATEST_AXIS, linear.LEAST_AXIS, linear.NO_AXIS]
     # about axis 1 with the nudge along axis 2: in the plane of two equal moments, a steady spin
-    steady = linear.columns_of(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
+    steady = linear.predict_columns(Spins(*moments[:, :1], np.array([1]), np.ones(1), np.full(1, 0.3), np.zeros(1)))
     assert steady["encircles"].tolist() == [linear.NO_AXIS]

@@ -55,7 +55,7 @@ def taylor(moments, start, spacing, intervals, order, steps):
 def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
     tolerance, intervals, spacing = 1e-6, 24, 0.5  # a loose tolerance: truncation far above rounding
     points = bodies(40 * FEWER, 1, epsilon)
-    columns = survey.measured(points, 3.0, 8, tolerance)
+    columns = survey.measure_points(points, 3.0, 8, tolerance)
     size = min(1.0, 10 * epsilon * np.exp(0.5))
     coefficients = tuple(direct.truncation(size, order) for order in direct.ORDERS)
     num_visible = 0
@@ -63,7 +63,7 @@ def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
         moments, start = point(points, i)
         bound = np.abs(rigid_body.euler_coefficients(*moments)).max()
         x = bound * spacing * np.sqrt(1 + epsilon**2)
-        order, steps = direct.choose(x, size, coefficients, intervals, tolerance)
+        order, steps = direct.choose_steps(x, size, coefficients, intervals, tolerance)
         ours = taylor(moments, start, spacing, intervals, order, steps)
         truth = exact.rotation(moments, start, spacing * np.arange(intervals + 1))
         num_samples = columns["samples_used"][i]
@@ -81,7 +81,7 @@ def test_the_certificate_is_the_distance_from_the_closed_form(epsilon):
     [(t, e) for t in (1e-8, 1e-10, 1e-12) for e in (1e-8, 1e-6, 1e-3, 0.3) if (t, e) != (1e-12, 0.3)],
 )
 def test_every_certificate_is_within_its_allowance(tolerance, epsilon):
-    columns = survey.measured(bodies(5000, 2, epsilon), 4.0, 16, tolerance)
+    columns = survey.measure_points(bodies(5000, 2, epsilon), 4.0, 16, tolerance)
     allowed = tolerance + 2e-15 * np.exp(columns["growth_rate"] * columns["window_end"])
     assert (columns["propagation_error"] <= allowed).all()
     assert (columns["status"] == survey.OK).all()
@@ -110,7 +110,7 @@ def broken(step):
 taylor.STEPS = tuple(map(broken, taylor.STEPS))
 from kernels.near_axis import survey
 points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": np.array([1, 2, 3]), "omega0": 1.0, "phase": 0.6, "epsilon": 1e-6}
-columns = survey.measured(points, 4.0, 16, 1e-10)
+columns = survey.measure_points(points, 4.0, 16, 1e-10)
 print(*columns["status"], *columns["propagation_error"])
 """
 
@@ -146,7 +146,7 @@ def test_the_exact_propagator_measures_the_same():
 
 def test_work_that_nobody_asked_for_changes_no_other_column():
     points = bodies(500, 4)
-    all_columns = survey.measured(points, 4.0, 16, 1e-10)
+    all_columns = survey.measure_points(points, 4.0, 16, 1e-10)
     regimes, log_slope, rates = (
         ("omega_squared", "regime", "status"),
         ("growth_rate_logslope_error",),
@@ -166,10 +166,10 @@ def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
         S[start : start + W] = rng.uniform(0.5, 1.0, W)
     squares = np.where(np.arange(W) % 2, rng.uniform(-3.0, -0.2, W), rng.uniform(-0.1, 0.1, W))
     S[row.guess : row.guess + W] = squares + 0.5 * S[row.rx : row.rx + W] / S[row.xx : row.xx + W]
-    assert estimates._squares(S, True)
-    estimates._squares_beyond(S)
+    assert estimates._write_squares(S, True)
+    estimates._write_large_squares(S)
     for lane in range(W):
-        turns = estimates._turn(S, lane), estimates._reduced_turn(S, lane)
+        turns = estimates._measured_D(S, lane), estimates._reduced_D(S, lane)
         rows = (aux.rate2, aux.slope), (aux.reduced, aux.reduced_slope)
         for D, (square, slope) in zip(turns, rows, strict=True):
             measurement = S[square + lane], S[slope + lane]
@@ -177,7 +177,7 @@ def test_squares_of_turns_beyond_the_series_are_those_of_each_lane():
 
 
 ARITHMETIC = r"\tv?(?:add|sub|mul|div|sqrt|max|min|cmp\w*|fn?m(?:add|sub)\d*)"
-SCALAR = {"note_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
+SCALAR = {"store_excess"}  # one product a lane of the second sample: too short for LLVM not to unroll it
 
 
 COMPILED = """

@@ -38,8 +38,8 @@ CALLS = {
     "large nudge": ("survey", (points(0.05), *SHORT), {}),
     "exact": ("survey", (points(1e-3), *LONG), {"propagator": "exact"}),
     "collapsed": ("survey", (points(1e-2), *SHORT), {"collapse": True}),
-    "few columns": ("measured", (points(1e-4), *SHORT), {"wanted": ("omega_squared", "status")}),
-    "flips": ("measured", (points(0.2, BODIES[:2]), *SHORT), {"nonlinear": True}),
+    "few columns": ("measure_points", (points(1e-4), *SHORT), {"wanted": ("omega_squared", "status")}),
+    "flips": ("measure_points", (points(0.2, BODIES[:2]), *SHORT), {"nonlinear": True}),
 }
 
 

@@ -27,8 +27,10 @@ def iterate(moments, epsilon, start, h, n):
     state, samples = start, [start]
     for _ in range(n):
         state = tuple(x + dx for x, dx in zip(state, steps, strict=True))
-        bend = recurrence.bend(state[1], q)
-        steps = [recurrence.bent(dx, x, g, bend) for dx, x, g in zip(steps, state, (ga, gb, gc), strict=True)]
+        bend = recurrence.bend_factor(state[1], q)
+        steps = [
+            recurrence.next_difference(dx, x, g, bend) for dx, x, g in zip(steps, state, (ga, gb, gc), strict=True)
+        ]
         samples.append(state)
     return np.array(samples)
 

@@ -95,7 +95,7 @@ def test_the_shift_of_a_stable_spin_is_that_of_its_own_frequency():
 @pytest.mark.parametrize("propagator", ["direct", "exact"])
 def test_the_terms_add_up(propagator):
     points = {"I1": 1.0, "I2": [1.2, 2.0, 2.9], "I3": 2.1, "axis": [1, 2, 3], "omega0": -2.0, "phase": 1.0}
-    columns = survey.measured(points | {"epsilon": [1e-6, 1e-2, 0.2]}, *SETTINGS, propagator=propagator)
+    columns = survey.measure_points(points | {"epsilon": [1e-6, 1e-2, 0.2]}, *SETTINGS, propagator=propagator)
     terms = [columns[f"omega_squared_error_{x}"] for x in ("scatter", "integration", "amplitude", "rounding")]
     assert (np.array(terms) >= 0).all()
     np.testing.assert_allclose(sum(terms), columns["omega_squared_error"], rtol=1e-14)

@@ -132,7 +132,7 @@ def test_triangle_margin_against_fractions(moments):
     I1, I2, I3 = exact = fractions(*moments)
     margin = min(I2 + I3 - I1, I3 + I1 - I2, I1 + I2 - I3) / sum(exact)
     ours = triangle.triangle_margin(*moments)
-    margin = 0 if -triangle.FLAT <= margin < 0 else margin
+    margin = 0 if -triangle.FLATNESS_TOLERANCE <= margin < 0 else margin
     # ratios to the greatest moment, each rounded once, over a sum between 1 and 3
     assert float(ours) == pytest.approx(float(margin), rel=4 * ULP, abs=2 * ULP)
     assert ours == triangle.triangle_margin(moments[2], moments[0], moments[1])

@@ -197,9 +197,9 @@ def test_a_half_turn_about_a_transverse_axis_gives_the_same_bits(points):
 @pytest.mark.compiled
 @given(point_batches())
 def test_the_opposite_nudge_and_a_whole_turn_give_the_same_results(points):
-    plain = survey.measured(points, *SETTINGS)
+    plain = survey.measure_points(points, *SETTINGS)
     for angle in (np.pi, 2 * np.pi):
-        rotated_columns = survey.measured(points | {"phase": points["phase"] + angle}, *SETTINGS)
+        rotated_columns = survey.measure_points(points | {"phase": points["phase"] + angle}, *SETTINGS)
         # the phase is rounded by 1e-15; the bias of a finite amplitude, up to 10 epsilon², depends on it
         change = np.abs(rotated_columns["omega_squared"] - plain["omega_squared"]) / points["omega0"] ** 2
         greatest = np.max([np.abs(np.subtract(*p)) for p in itertools.combinations(three(points), 2)], axis=0)
@@ -271,10 +271,10 @@ def test_no_measured_bit_depends_on_the_theory(monkeypatch):
     monkeypatch.setattr(linear, "omega_squared", lambda *a, **k: np.full(points["I1"].size, -7.0))
     monkeypatch.setattr(linear, "regime", lambda *a, **k: np.full(points["I1"].size, 3, np.int8))
     false_theory = {"omega_squared_theory": np.full(points["I1"].size, -7.0)}
-    monkeypatch.setattr(linear, "columns_of", lambda *a: false_theory)
+    monkeypatch.setattr(linear, "predict_columns", lambda *a: false_theory)
     nonsense = survey.survey(points, *SETTINGS)
     assert (nonsense["omega_squared_theory"] == -7.0).all()
-    for name in survey.measured(points, *SETTINGS):
+    for name in survey.measure_points(points, *SETTINGS):
         np.testing.assert_array_equal(honest[name], nonsense[name], err_msg=name)
 
 
@@ -285,7 +285,7 @@ def test_a_point_that_is_no_number_leaves_its_neighbours_alone():
     invalid_points = {name: value.copy() for name, value in points.items()}
     invalid_points["I1"][5] = np.nan
     invalid_points["I2"][6] = np.inf
-    plain, partly_invalid = survey.survey(points, *SETTINGS), survey.measured(invalid_points, *SETTINGS)
+    plain, partly_invalid = survey.survey(points, *SETTINGS), survey.measure_points(invalid_points, *SETTINGS)
     assert (partly_invalid["status"][[5, 6]] == survey.NON_FINITE).all()
     valid = np.setdiff1d(np.arange(points["I1"].size), [5, 6])
     for name in partly_invalid:
@@ -367,10 +367,12 @@ def test_measured_rates_are_those_of_the_closed_form(tolerance, sampling):
 def test_a_tolerance_is_used_up_where_steps_are_long():
     # 0.3 of the spin at four samples a rotation: tolerances apart by 1e6 must show in the drift, and bound it
     points = bodies(400, seed=45, epsilon=0.3)
-    drifts = [survey.measured(points, 8.0, 6, tolerance)["perturbation_drift"].max() for tolerance in (1e-4, 1e-10)]
+    drifts = [
+        survey.measure_points(points, 8.0, 6, tolerance)["perturbation_drift"].max() for tolerance in (1e-4, 1e-10)
+    ]
     assert 1e-10 < drifts[0] <= 1e-4
     assert drifts[1] <= 1e-10
-    steps = [survey.measured(points, 8.0, 6, tolerance)["steps_per_sample"] for tolerance in (1e-4, 1e-10)]
+    steps = [survey.measure_points(points, 8.0, 6, tolerance)["steps_per_sample"] for tolerance in (1e-4, 1e-10)]
     assert (steps[0] <= steps[1]).all()
     assert (steps[0] < steps[1]).any()
 
@@ -395,7 +397,7 @@ def test_a_thousand_rotations(epsilon):
 def test_a_window_of_fewer_than_five_samples_is_short():
     points = bodies(64, seed=47)
     for intervals in (1, 2, 3, 4, 5):
-        columns = survey.measured(points, intervals / 16, 16, 1e-10)
+        columns = survey.measure_points(points, intervals / 16, 16, 1e-10)
         assert (columns["samples_used"] == intervals + 1).all()
         assert (columns["status"] == (survey.SHORT_WINDOW if intervals < 4 else survey.OK)).all()
         assert (np.isnan(columns["omega_squared"]) == (intervals < 2)).all()
@@ -406,7 +408,7 @@ def test_a_tolerance_that_cannot_be_kept_is_not_converged():
     points = bodies(64, seed=48)
     # a negative tolerance allows no error, and NaN defines none
     for tolerance in (-1.0, np.nan):
-        assert (survey.measured(points, 4.0, 16, tolerance)["status"] == statuses.NOT_CONVERGED).all()
+        assert (survey.measure_points(points, 4.0, 16, tolerance)["status"] == statuses.NOT_CONVERGED).all()
 
 
 def test_too_few_steps_are_not_converged():
@@ -414,11 +416,11 @@ def test_too_few_steps_are_not_converged():
     program = """
 import numpy as np
 from kernels.free import direct
-direct.MOST_STEPS = 1
+direct.MAX_STEPS = 1
 from kernels.near_axis import survey
 points = {"I1": 1.0, "I2": 2.0, "I3": 2.7, "axis": 2, "omega0": 1.0, "phase": 0.6}
 points = {name: np.full(2, value) for name, value in points.items()} | {"epsilon": np.array([0.5, 1e-6])}
-print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measured(points, 1.5, 8, tolerance)["status"]))
+print(*(status for tolerance in (1e-9, 1e-3) for status in survey.measure_points(points, 1.5, 8, tolerance)["status"]))
 """
     output = python(program, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore")
     # the small perturbation needs a single step, and so do both at a loose tolerance
@@ -482,7 +484,7 @@ def test_what_doubles_cannot_hold_is_missing_and_said(collapse):
     points = bodies(200, seed=8) | {"epsilon": np.full(200, 1e-3)}
     points["omega0"] = 10.0 ** np.linspace(-150, 150, 200)
     columns = survey.survey(points, *SETTINGS, collapse=collapse)
-    is_too_slow = points["omega0"] < survey.LEAST_SPIN
+    is_too_slow = points["omega0"] < survey.MIN_SPIN
     assert 3 < is_too_slow.sum() < 10
     for name in (name for name, power in survey.POWERS.items() if power == 2):
         np.testing.assert_array_equal(np.isnan(columns[name]), is_too_slow, err_msg=name)

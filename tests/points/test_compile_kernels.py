@@ -120,7 +120,7 @@ def test_what_few_definitions_ask_for_is_compiled_for_them():
     grid = {"grid": {"I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0}}
     usual, flipping = read_sweep(grid), read_sweep(grid | {"integration": {"flips": True}})
     usual, flipping = ({example.name for example in one.system.examples(one.definition)} for one in (usual, flipping))
-    assert [name.partition("-")[0] for name in flipping - usual] == ["near_axis.survey.flipped"]
+    assert [name.partition("-")[0] for name in flipping - usual] == ["near_axis.survey.measure_flips"]
     described = read_sweep({"system": "pendulum", "grid": {"length": 1.0}})
     moving, own, *shared = described.system.examples(described.definition)
     assert {example.module for example in shared} == {"flow.oscillations", "flow.paths", "search.roots", "flow.runs"}

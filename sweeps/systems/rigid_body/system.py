@@ -214,15 +214,15 @@ RUN = (1.0, 16, 1e-9)
 SURVEY = (
     Example("near_axis.examples", "follow_block"),
     Example("near_axis.examples", "fill_columns"),
-    Example("near_axis.survey", "theory", (A_POINT,)),
+    Example("near_axis.survey", "predict_points", (A_POINT,)),
     Example("near_axis.examples", "plan_points"),
     Example("near_axis.survey", "survey", (A_POINT, *RUN), is_last=True),
 )
-FLIPPED = Example("near_axis.survey", "flipped", (A_POINT,))
+FLIPPED = Example("near_axis.survey", "measure_flips", (A_POINT,))
 ON_REQUEST = {  # key of `integration` → call that compiles its kernels
     "flips": FLIPPED,
     "attitude": Example("events.in_space", "survey", (A_POINT, *RUN)),
-    "collapse": Example("near_axis.survey", "collapsed", (A_POINT, *RUN), is_last=True),
+    "collapse": Example("near_axis.survey", "measure_collapsed", (A_POINT, *RUN), is_last=True),
 }
 
 # -- the system
@@ -283,7 +283,7 @@ class RigidBody(FreeBody):
         """Return the number of points, or with `collapse` of distinct motions."""
         from kernels.near_axis import survey
 
-        return survey.motions(points) if integration.collapse else super().motions(points, integration)
+        return survey.count_motions(points) if integration.collapse else super().motions(points, integration)
 
     def method(self, definition: RigidBodyDefinition) -> str:
         """Return the method of computation."""
@@ -337,7 +337,9 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
 
     space_columns = in_space.survey(points, *settings)
     wobble_names = {"frequency", "frequency_error", "regime"}
-    wobble = columns if wobble_names <= columns.keys() else survey.measured(points, *settings, wanted=wobble_names)
+    wobble = (
+        columns if wobble_names <= columns.keys() else survey.measure_points(points, *settings, wanted=wobble_names)
+    )
     senses = {linear.STABLE_MAJOR: 1.0, linear.STABLE_MINOR: -1.0}
     sense = np.select([wobble["regime"] == flag for flag in senses], list(senses.values()), np.nan)
     moments, axis_index = np.stack([points[name] for name in MOMENTS]), points["axis"] - 1
@@ -367,14 +369,14 @@ def _compare_with_individual_runs(columns, points, settings, options):
     indices = np.random.default_rng(size).integers(0, size, min(size, COMPARED_POINTS))
     sample = {name: values[indices] for name, values in points.items()}
     compared = {"wanted": {*options["wanted"], "omega_squared_error"}}
-    at_their_spin = survey.measured(survey.as_motions(sample), *settings, rounded=True, **options | compared)
+    at_their_spin = survey.measure_points(survey.as_motions(sample), *settings, rounded=True, **options | compared)
     for name in columns.keys() & at_their_spin.keys():
         if not np.array_equal(at_their_spin[name], columns[name][indices], equal_nan=True):
             raise ArithmeticError(f"{name}: collapsed, it does not go with the spin rate as it is integrated")
     if "omega_squared" not in columns:
         return
     rate_names = {"omega_squared", "omega_squared_error"}
-    full = survey.measured(sample, *settings, **options | {"nonlinear": False, "wanted": rate_names})
+    full = survey.measure_points(sample, *settings, **options | {"nonlinear": False, "wanted": rate_names})
     moments = np.stack([sample[name] for name in MOMENTS])
     with np.errstate(over="ignore"):  # an infinite ratio allows any deviation, as such a body has no finite columns
         allowed = 1e-12 * np.square(moments.max(axis=0) / moments.min(axis=0))

@@ -134,7 +134,7 @@ class _Body:
         integration = self.integration
         settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
         points = dict(points, epsilon=np.minimum(points["epsilon"], MAX_RATE_EPSILON))
-        return survey.measured(points, *settings, wanted=DRAW_COLUMNS)
+        return survey.measure_points(points, *settings, wanted=DRAW_COLUMNS)
 
     def _flips(self, points, squares: np.ndarray) -> dict[str, np.ndarray]:
         """Return flip period (infinite if the spin keeps its sign) and largest tilt of points, measured."""
@@ -145,7 +145,7 @@ class _Body:
         sorted_points, tolerance = {name: values[order] for name, values in points.items()}, self.integration.tolerance
 
         def measure_tile(draws):
-            return survey.flipped({name: values[draws] for name, values in sorted_points.items()}, tolerance)
+            return survey.measure_flips({name: values[draws] for name, values in sorted_points.items()}, tolerance)
 
         back = np.argsort(order)
         columns = {name: values[back] for name, values in self._run_tiles(measure_tile, order.size, 1024).items()}
