@@ -160,7 +160,7 @@ def _fill_square(S, certified, tolerance):
 
 @njit(**INNER)
 def _accept_grown_rounding(S, tolerance):
-    """Accept growing motions, with which rounding at the start has grown."""
+    """Set the status OK of growing motions, with which rounding at the start has grown."""
     whole_vectors()
     for lane in range(W):
         growth = -S[aux.rate2 + lane]

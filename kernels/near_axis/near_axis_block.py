@@ -457,7 +457,7 @@ def add_sample(S, k, reduced):
 
 @njit(**INLINE)
 def _compare_lane(S, lane, b, c):
-    """Update the largest distance of the direct solution from the exact one, (b, c)."""
+    """Store the largest distance of the direct solution from the exact one, (b, c)."""
     db, dc = S[row.b + lane] - b, S[row.c + lane] - c
     distance2, size2 = measure.dot(db, dc, db, dc), S[row.max_size2 + lane]
     # a ratio of two rows without division, written so that a NaN distance stays
