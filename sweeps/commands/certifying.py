@@ -3,11 +3,13 @@
 import sys
 from collections.abc import Iterator, Mapping
 from typing import Any
+from xml.etree import ElementTree
 
 import sweeps
 from sweeps.commands import parser
 from sweeps.figure import printing
 from sweeps.process import progress
+from sweeps.process.files import replace_output
 from sweeps.schema.refusals import DefinitionError
 
 FAILED = 3  # exit status of the verdict `fail`
@@ -65,6 +67,8 @@ def add_certify(commands) -> None:
     command.add_argument("--direction", choices=("body-to-space", "space-to-body"), help="of attitudes")
     for name, text in (("time", "s"), ("angle", "rad"), ("rate", "rad/s")):
         command.add_argument(f"--{name}-unit", metavar="UNIT", help=f"unit of {name}s without one (default {text})")
+    command.add_argument("--figure", metavar="FILE", help="draw errors over time and the motion (PNG)")
+    command.add_argument("--junit", metavar="FILE", help="write the verdict as JUnit XML")
     parser.share(command, "--json")
 
 
@@ -77,6 +81,15 @@ def _certify(args):
     columns = {role: str(names).split(",") for role, names in args.columns}
     with progress.announce("comparing; the first time on a machine its kernels are compiled"):
         ds = sweeps.certify(args.run_file, body, columns=columns, **options)
+    if args.figure:
+        from sweeps.certification import figure_errors
+        from sweeps.figure import sheets
+
+        with sheets.use_sheet(sheets.OWN_SIZE), replace_output(args.figure) as temporary:
+            figure_errors.draw(ds).savefig(temporary, format="png")
+    if args.junit:
+        with replace_output(args.junit) as temporary:
+            temporary.write_bytes(junit(args.run_file, ds.attrs))
     if args.json:
         printing.print_json(dict.fromkeys(KEYS) | ds.attrs)
     else:
@@ -84,6 +97,22 @@ def _certify(args):
     if "warning" in ds.attrs:
         print(f"{args.run_file}: {ds.attrs['warning']}", file=sys.stderr)
     return FAILED if ds.attrs["verdict"] == "fail" else 0
+
+
+def junit(name: str, facts: Mapping[str, Any]) -> bytes:
+    """Return the verdict as JUnit XML: a test of one file, failed where the verdict is `fail`."""
+    is_failed = facts["verdict"] == "fail"
+    counts = {"tests": "1", "failures": str(int(is_failed)), "errors": "0"}
+    suite = ElementTree.Element("testsuite", counts, name="polhode certify")
+    case = ElementTree.SubElement(suite, "testcase", classname="polhode.certify", name=name)
+    text = "\n".join(lines(facts))
+    if is_failed:
+        message = ", ".join(facts["diagnosis"])
+        ElementTree.SubElement(case, "failure", type="fail", message=message).text = text
+    ElementTree.SubElement(case, "system-out").text = text
+    if "warning" in facts:
+        ElementTree.SubElement(case, "system-err").text = facts["warning"]
+    return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
 
 
 def lines(facts: Mapping[str, Any]) -> Iterator[str]:

@@ -2,7 +2,10 @@
 
 import json
 import os
+import re
+import shlex
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from trajectories import BRICK, BRICK_START, exact_rows, table, write_csv
 
 import sweeps
 from sweeps.__main__ import main
+from sweeps.certification import diagnosis
 from sweeps.certification.reference import EARTH_RATE
 
 FOLDER = os.environ.get("POLHODE_NESC_CASE_2", "")  # the folder Atmos_02_TumblingBrickNoDamping of nasa/simupy-flight
@@ -166,6 +170,39 @@ def test_the_dataset_can_be_stored(tmp_path):
     assert set(ds.data_vars) >= {"attitude_error", "rates_error", "omega1", "q0"}
 
 
+PAGE = (Path(sweeps.__file__).parent / "handbook/text/howto/certify.md").read_text(encoding="utf-8")
+
+
+def test_the_page_works_as_typed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = re.search(r"```sh\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()
+    for line in lines:
+        assert main(shlex.split(line)[1:]) == 0
+    assert (tmp_path / "errors.png").read_bytes()[:4] == b"\x89PNG"
+    suite = ElementTree.parse(tmp_path / "certify.xml").getroot()
+    assert (suite.tag, suite.get("tests"), suite.get("failures")) == ("testsuite", "1", "0")
+    names = {}
+    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], names)
+    names["test_free_rotation"]()
+
+
+def test_every_word_of_the_page_is_one_that_the_diagnosis_has():
+    source = "".join(path.read_text(encoding="utf-8") for path in Path(diagnosis.__file__).parent.glob("*.py"))
+    words = re.findall(r"`(\w+)`", PAGE.partition("## The diagnosis")[2].partition("## In a test")[0])
+    assert [word for word in words if word != "evidence" and f'"{word}"' not in source] == []
+    assert len(set(words)) == 25  # `evidence` and the closed list without `none` and `unknown`
+
+
+def test_junit_of_a_failed_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    motion = exact_rows(BRICK, BRICK_START, TIMES)
+    write_csv(tmp_path / "run.csv", table(motion | {"w": -motion["w"]}))
+    assert main(["certify", "run.csv", *MOMENTS, "--junit", "certify.xml"]) == 3
+    suite = ElementTree.parse(tmp_path / "certify.xml").getroot()
+    assert suite.get("failures") == "1"
+    assert suite.find("testcase/failure").get("message") == "negated_rates"
+
+
 @pytest.mark.parametrize("arguments", [
     ["nowhere.csv", *MOMENTS], ["run.csv"], ["run.txt", *MOMENTS], ["run.csv", "--moments", "1", "2", "9"],
     ["run.csv", *MOMENTS, "--columns", "time=a,b"], ["run.csv", *MOMENTS, "--json", "--tolerance", "-1"],
@@ -178,3 +215,43 @@ def test_a_refusal_is_one_message_with_status_2(arguments, tmp_path, monkeypatch
     assert output.out == ""
     assert output.err.count("\n") == 1
     assert "allowed: " in output.err
+
+
+HOSTILE = {
+    "empty.csv": b"", "newlines.csv": b"\n\n\n", "binary.csv": bytes(range(256)) * 40, "zeros.nc": bytes(4096),
+    "head.csv": b"time,q0,q1,q2,q3\n", "one.csv": b"time,q0,q1,q2,q3\n0,1,0,0,0\n",
+    "line.csv": b"time,q0,q1,q2,q3\n" + b"1" * 2**20 + b",1,0,0,0\n", "heading.csv": b"x" * 2**20,
+    "ragged.csv": b"time,q0,q1,q2,q3\n0,1,0,0,0\n1,1,0,0\n2,1,0,0,0,7,8\n",
+    "words.csv": b"time,w1,w2,w3\n0,a,b,c\n1,d,e,f\n",
+    "true.csv": b"time,w1,w2,w3\n0,1,2,3\n1,true,false,2\n", "utf16.csv": "time,w1,w2,w3\n0,1,2,3\n".encode("utf-16"),
+    "huge.csv": b"time,w1,w2,w3\n0,1e400,2,3\n1,1,2,3\n", "fast.csv": b"time,w1,w2,w3\n0,1e200,2,3\n1,1e200,2,3\n",
+    "junk.parquet": b"PAR1" + bytes(100), "junk.nc": b"\x89HDF\r\n\x1a\n" + bytes(100),
+    "junk.aem": b"CCSDS_AEM_VERS = 1.0\n",
+    "binary.aem": bytes(range(256)) * 40,
+    "noquaternion.aem": b"CCSDS_AEM_VERS = 1.0\nATTITUDE_TYPE = SPIN\nDATA_START\n",
+    "ragged.aem": b"CCSDS_AEM_VERS = 1.0\nDATA_START\n2026-01-01T00:00:00 0 0 0 1\n2026-01-01T00:00:01 0 0 1\n",
+    "epoch.aem": b"CCSDS_AEM_VERS = 1.0\nDATA_START\nyesterday 0 0 0 1\ntoday 0 0 0 1\n",
+    "two.aem": b"CCSDS_AEM_VERS = 1.0\nDATA_START\n2026-01-01T00:00:00 0 0 0 1\nDATA_STOP\nMETA_START\nMETA_STOP\n",
+    "nul.csv": b"time,w1,w2,w3\n0,1,2,3\n\x00,\x00,\x00,\x00\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_malformed_file_is_one_message_with_status_2(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_bytes(HOSTILE[name])
+    assert main(["certify", name, *MOMENTS, "--json", "--junit", "certify.xml"]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.startswith(f"{name}: ")
+    assert output.err.count("\n") == 1
+    assert "allowed: " in output.err
+    assert not (tmp_path / "certify.xml").exists()
+
+
+@pytest.mark.parametrize("place", [".", "/dev/null", "pipe.csv"])
+def test_what_is_no_regular_file_is_refused(place, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo(tmp_path / "pipe.csv")
+    assert main(["certify", place, *MOMENTS]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
