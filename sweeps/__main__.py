@@ -25,7 +25,7 @@ Polhode measures which motions of rigid bodies and other mechanical systems are 
 
   polhode body racket                    which spins of a body are stable, with periods (a body of yours: see
                                          `polhode help body`)
-  polhode motion racket -o racket.gif    the motion as a film, or as numbers (.csv, .nc)
+  polhode motion racket -o racket.gif    the motion as a film, or as numbers (.csv, .nc, .aem)
   polhode run tiny                       a first map: results/tiny holds map, figures and report
   polhode check --list                   all sweeps that ship
   polhode help                           all commands

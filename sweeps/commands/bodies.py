@@ -70,13 +70,15 @@ def _body(args):
 
 MOTION = """\
 The suffix of FILE decides: .csv and .nc hold angular velocity and attitude (unit quaternion, scalar first, from body to
-inertial frame) in closed form (omega1 … omega3, q0 … q3) and by direct integration (omega1_direct …); .gif, .mp4 and
-.webm show the body turning, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need ffmpeg). NAME and the options
-that give a body are those of `polhode body`. Of a described system (its name, or your Python file), .csv and .nc hold
-coordinates, velocities and their errors over --duration; the others show its picture and its coordinates.
+inertial frame) in closed form (omega1 … omega3, q0 … q3) and by direct integration (omega1_direct …); .aem is a CCSDS
+attitude ephemeris message (KVN) of the closed form, its times from 2000-01-01T00:00:00 TAI; .gif, .mp4 and .webm show
+the body turning, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need ffmpeg). NAME and the options that give
+a body are those of `polhode body`. Of a described system (its name, or your Python file), .csv and .nc hold
+coordinates, velocities and their errors over --duration; .gif, .mp4 and .webm show its picture and its coordinates.
 
   polhode motion racket -o racket.mp4 --epsilon 0.05
   polhode motion --moments 0.00121 0.01638 0.01748 --omega "20 rpm" "90 rpm" 0 -o racket.csv
+  polhode motion --moments 1 2 3 --omega 0.1 1 0 -o spin.aem
   polhode motion --mesh racket.stl --density 600 --unit mm -o racket.gif --duration "3 s"
   polhode motion pendulum --start theta="170 deg" theta_dot=0.1 --parameter length=2 --duration "10 s" -o pendulum.gif
 """

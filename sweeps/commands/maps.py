@@ -69,8 +69,8 @@ value of --mode, --eigenvalue or --multiplier all of them are printed.
 
 --trajectory writes omega(t) in body axes and the attitude (a unit quaternion, scalar first, from body to inertial
 frame), from the closed form (omega1 … omega3, q0 … q3) and, except for a symmetric top, from direct integration
-(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given. FILE ends in .nc or
-.csv; for a film see `polhode motion`.
+(omega1_direct …, q0_direct …), over two flips or two wobble periods unless --duration is given. FILE ends in .nc,
+.csv or .aem (attitude of a body, CCSDS AEM); for a film see `polhode motion`.
 """
 
 

@@ -1,7 +1,7 @@
 """The motion at one point of a map, computed by its system and written to a file."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,13 @@ import xarray as xr
 
 from sweeps import systems
 from sweeps.process.files import replace_output
+from sweeps.reading import attitude_files
 from sweeps.reading.definitions import definition_of
 from sweeps.schema.variables import parse_amount
 from sweeps.shards.mapfile import write_part
 from sweeps.systems.motion import MotionError, check_finite
 
-FORMATS = (".nc", ".csv")
+FORMATS = (".nc", ".csv", ".aem")
 
 
 def compute_motion(
@@ -81,13 +82,36 @@ def check_format(path: str | Path, formats: tuple[str, ...] = FORMATS) -> None:
 
 
 def write_motion(motion: xr.Dataset, path: str | Path) -> None:
-    """Write a motion as netCDF or as CSV (with its units in the headings), complete or not at all."""
+    """Write a motion as netCDF, CSV (with its units in the headings) or CCSDS AEM, complete or not at all."""
     check_format(path)
     if Path(path).suffix == ".nc":
         write_part(motion, path, "motion")
+        return
+    if Path(path).suffix == ".aem":
+        lines = _attitude_message(motion)
+        with replace_output(path) as temporary, open(temporary, "w", encoding="ascii") as file:
+            file.writelines(f"{line}\n" for line in lines)
         return
     names = ["time", *(name for name in motion.data_vars if motion[name].dims == ("time",))]
     heading = ",".join(f"{name} ({motion[name].attrs['units']})" for name in names)
     with replace_output(path) as temporary:
         table = np.column_stack([motion[name].values for name in names])
         np.savetxt(temporary, table, fmt="%.17g", delimiter=",", header=heading, comments="", encoding="utf-8")
+
+
+def _attitude_message(motion: xr.Dataset) -> Iterator[str]:
+    """Return the lines of an attitude ephemeris message of the motion of a free body, its scalars as comments."""
+    if missing := {"q0", "omega1"} - {*motion.data_vars}:
+        allowed = "attitude and angular velocity of a body; of other motions .nc and .csv"
+        raise MotionError(f"motion: has no {' and no '.join(sorted(missing))} for a .aem file; allowed: {allowed}")
+    if motion.time[-1] >= attitude_files.LAST_SECOND:
+        allowed = f"a duration below {attitude_files.LAST_SECOND:.3g} s, up to the year 9999"
+        raise MotionError(f"motion: ends after {motion.time[-1].item():g} s; allowed in a .aem file: {allowed}")
+    rates = np.column_stack([motion[f"omega{i}"] for i in (1, 2, 3)])
+    rates = rates if motion["omega1"].attrs["units"] == "deg s-1" else np.degrees(rates)
+    scalars = [(name, value.item(), value.attrs["units"]) for name, value in motion.variables.items() if not value.ndim]
+    axes = "SC_BODY_1: principal axes of inertia; EME2000: inertial axes, those of the body at the start"
+    comments = [axes, *(f"{name} = {value:.17g} {unit}" for name, value, unit in scalars)]
+    title = motion.attrs.get("title", "").encode("ascii", "replace").decode() or "BODY"
+    q = np.column_stack([motion[f"q{i}"] for i in range(4)])
+    return attitude_files.message_lines(title, motion["time"].values, q, rates, comments)

@@ -19,12 +19,13 @@ frame B. For an inertial A and a body-fixed B it is our attitude: Hamilton's uni
 body's axes to axes of space. In the opposite direction it is the conjugate.
 
 Source: CCSDS 504.0-B-1 (2008), sections 4 and annex A; 504.0-B-2 (2024), section 4, in which the scalar is last, A to B
-the only direction, and QUATERNION/ANGVEL a type.
+the only direction, and QUATERNION/ANGVEL a type. `message_lines` writes this one.
 """
 
 import io
 import re
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from itertools import islice
 
 import numpy as np
@@ -43,6 +44,8 @@ DATA_START = re.compile(r"^[ \t]*DATA_START[ \t]*\r?\n", re.MULTILINE)
 KEYWORD = re.compile(r"\s*([A-Z0-9_]+)\s*=\s*(.*?)\s*")
 EPOCH = re.compile(r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))T(\d\d):(\d\d):(\d\d)(\.\d+)?Z?")
 DAY = 86_400
+TIME_0 = np.datetime64("2000-01-01T00:00:00", "s")  # epoch of the time 0 in messages of ours
+LAST_SECOND = int((np.datetime64("9999-12-31T23:59:59", "s") - TIME_0).astype(int))  # years have four digits
 
 
 class AttitudeMessage(tables.Source):
@@ -127,3 +130,30 @@ def _epochs(texts: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     days = np.array(dates, dtype="M8[D]").astype(np.int64) + [int(m[4] or 1) - 1 for m in matches]
     seconds = [3600 * int(m[5]) + 60 * int(m[6]) + int(m[7]) for m in matches]
     return days * DAY + np.array(seconds), np.array([float(m[8] or 0) for m in matches])
+
+
+def message_lines(
+    name: str, times: np.ndarray, q: np.ndarray, rates: np.ndarray, comments: Sequence[str] = ()
+) -> Iterator[str]:
+    """Yield the lines of a message of the type QUATERNION/ANGVEL, 504.0-B-2, which is read again bit for bit.
+
+    Args:
+        name: of the body.
+        times: s, from 2000-01-01T00:00:00 TAI, shape (n,).
+        q: unit quaternions, scalar first, from the body's axes to axes of space, (n, 4).
+        rates: angular velocity in the body's axes, deg/s, (n, 3).
+        comments: lines for people.
+    """
+    whole = np.floor(times).astype(np.int64)
+    dates = np.datetime_as_string(TIME_0 + whole.astype("m8[s]"))
+    fractions = (np.format_float_positional(each, trim="0")[1:] for each in times - whole)  # 0.25 as .25
+    epochs = [date + fraction for date, fraction in zip(dates, fractions, strict=True)]
+    name, now = " ".join(name.split()), datetime.now(UTC)
+    yield from ("CCSDS_AEM_VERS = 2.0", f"CREATION_DATE = {now:%Y-%m-%dT%H:%M:%S}", "ORIGINATOR = POLHODE")
+    yield from ("META_START", *(f"COMMENT {line}" for line in comments), f"OBJECT_NAME = {name}", f"OBJECT_ID = {name}")
+    yield from ("REF_FRAME_A = EME2000", "REF_FRAME_B = SC_BODY_1", "TIME_SYSTEM = TAI")
+    yield from (f"START_TIME = {epochs[0]}", f"STOP_TIME = {epochs[-1]}")
+    yield from ("ATTITUDE_TYPE = QUATERNION/ANGVEL", "ANGVEL_FRAME = REF_FRAME_B", "META_STOP", "DATA_START")
+    for epoch, row in zip(epochs, np.column_stack([q[:, 1:], q[:, :1], rates]), strict=True):
+        yield " ".join([epoch, *(f"{value:.17g}" for value in row)])
+    yield "DATA_STOP"

@@ -6,6 +6,8 @@ from scipy.integrate import solve_ivp
 
 from sweeps import systems
 from sweeps.maps import motion
+from sweeps.reading.attitude_files import AttitudeMessage
+from sweeps.reading.files import FileBytes
 from sweeps.systems.rigid_body.system import SYSTEM as RIGID_BODY
 from sweeps.systems.symmetric_top.system import SYSTEM as TOP
 
@@ -74,6 +76,31 @@ def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
         for column, name in zip(table.T, ["time", *moved.data_vars], strict=True):
             np.testing.assert_array_equal(column, read[name].values)
             np.testing.assert_array_equal(column, moved[name].values)
+
+
+def test_an_attitude_message_holds_the_same_bits(tmp_path):
+    moved = RIGID_BODY.motion(POINT, math.pi, 101, 1e-10)
+    motion.write_motion(moved, tmp_path / "m.aem")
+    with FileBytes(tmp_path / "m.aem") as file:
+        message = AttitudeMessage(file)
+        (rows,) = message.read_rows(range(8))
+        assert not message.space_to_body
+    assert [name for name, _ in message.headings] == ["time", "q1", "q2", "q3", "qc", "w1", "w2", "w3"]
+    np.testing.assert_array_equal(rows[:, 0], moved.time)
+    np.testing.assert_array_equal(rows[:, 1:5], np.stack([moved[f"q{i}"] for i in (1, 2, 3, 0)], 1))
+    np.testing.assert_array_equal(rows[:, 5:], np.degrees(np.stack([moved[name] for name in OMEGA], 1)))
+    text = (tmp_path / "m.aem").read_text()
+    assert "STOP_TIME = 2000-01-01T00:00:03.14159265358979312\n" in text
+
+
+def test_an_attitude_message_needs_an_attitude_and_years_of_four_digits(tmp_path):
+    moved = RIGID_BODY.motion(POINT, 1.0, 3, 1e-10)
+    with pytest.raises(motion.MotionError, match=r"has no q0 for a \.aem file; allowed"):
+        motion.write_motion(moved.drop_vars("q0"), tmp_path / "m.aem")
+    long = RIGID_BODY.motion(POINT | {"omega0": 1e-9}, 3e11, 3, 1e-10)
+    with pytest.raises(motion.MotionError, match=r"ends after 3e\+11 s; allowed in a \.aem file"):
+        motion.write_motion(long, tmp_path / "m.aem")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
