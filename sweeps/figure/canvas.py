@@ -5,6 +5,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from copy import copy
+from typing import cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -124,9 +125,7 @@ def _break_text(text: Text, side: str, available: float) -> bool:
     return text.get_text() != words
 
 
-def make_figure(
-    width: float, height: float, title: str, subtitle: str, ax: Axes | None = None
-) -> Figure | BorrowedAxes:
+def make_figure(width: float, height: float, title: str, subtitle: str, ax: Axes | None = None) -> Figure:
     """Return a figure drawn by Agg, with title and subtitle in its upper left corner, or the given Axes.
 
     Args:
@@ -138,7 +137,7 @@ def make_figure(
     """
     if ax is not None:
         ax.set_title(title)
-        return BorrowedAxes(ax)
+        return cast(Figure, BorrowedAxes(ax))
     sheet = sheets.current_sheet()
     if sheet.width:
         sheet_width, sheet_height = sheet.layout_size()

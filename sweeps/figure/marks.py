@@ -1,6 +1,7 @@
 """Marks on panels: texts with outlines, grid lines, hatching, and places for labels."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -78,4 +79,5 @@ def spread_heights(ax: Axes, x: float, values: np.ndarray, min_gap: float) -> np
 
 def hatched_patch(label: str = "physically impossible", **style) -> Patch:
     """Return the legend's entry of a hatched region."""
-    return Patch(**{"facecolor": "none", "edgecolor": QUIET, "hatch": "////", "lw": 0, "label": label} | style)
+    props: dict[str, Any] = {"facecolor": "none", "edgecolor": QUIET, "hatch": "////", "lw": 0, "label": label}
+    return Patch(**props | style)

@@ -9,7 +9,7 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, PrivateAttr, model_validator
 
@@ -120,11 +120,6 @@ class Definition(Strict):
     shards: Annotated[int | str, BeforeValidator(_file_count)] = key(
         f"files the work is cut into: auto, or 1 to {MAX_SHARDS:,}; changes no result", "auto"
     )
-    outlines: ClassVar[str] = ""  #: outlines of bodies for pictures, from files that the definition names
-    follows_attitude: ClassVar[bool] = False  #: whether the map contains the attitude: quaternions are verified too
-    differing_bits: ClassVar[str] = ""  #: reason why a point measured alone has other bits; "" if it has the same
-    remarks: ClassVar[Sequence[tuple[str, str]]] = ()  #: further lines of `check`: (heading or "", line)
-    facts: ClassVar[Mapping] = {}  #: further facts of `check --json`
     _name: str = PrivateAttr(DEFAULT_NAME)
     _text: str = PrivateAttr("")
     _folder: str = PrivateAttr("")
@@ -134,6 +129,31 @@ class Definition(Strict):
     text = property(attrgetter("_text"), doc="The YAML as run: the file's own text, or the mapping written as YAML.")
     folder = property(attrgetter("_folder"), doc="Its file's folder: paths in the definition are relative to it.")
     rows = property(attrgetter("_rows"), doc="The rows of its table (see `sweeps.points.tables`); None without one.")
+
+    @property
+    def outlines(self) -> str:
+        """Outlines of bodies for pictures, from files that the definition names."""
+        return ""
+
+    @property
+    def follows_attitude(self) -> bool:
+        """True if the map contains the attitude: quaternions are verified too."""
+        return False
+
+    @property
+    def differing_bits(self) -> str:
+        """The reason why a point measured alone has other bits; "" if it has the same."""
+        return ""
+
+    @property
+    def remarks(self) -> Sequence[tuple[str, str]]:
+        """Further lines of `check`: (heading or "", line)."""
+        return ()
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Further facts of `check --json`."""
+        return {}
 
     def keep_source(self, text: str, name: str, folder: str, rows: Any, reader: Callable) -> None:
         """Store `text`, `name`, `folder`, the `rows` of its table, and the `reader` of the text in another process."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
 from types import ModuleType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -103,21 +103,21 @@ class Dynamics(ABC):
         """Return the module with ARGUMENTS (names of the arguments of a point), VARIABLES and LAYOUT: the class's."""
         return sys.modules[type(self).__module__]
 
-    def dimensions(self, definition: "Definition") -> "dict[str, Range | np.ndarray]":
+    def dimensions(self, definition: Any) -> "dict[str, Range | np.ndarray]":
         """Return each dimension, in storage order → its values: a range, or a one-dimensional array."""
         from sweeps.schema.parameters import spread
 
         return {name: spread(getattr(definition.grid, name)) for name in self.arguments(definition)}
 
-    def auxiliary(self, definition: "Definition") -> dict[str, tuple[str, np.ndarray]]:
+    def auxiliary(self, definition: Any) -> dict[str, tuple[str, np.ndarray]]:
         """Return each coordinate that is not a dimension → (its dimension, its values)."""
         return {}
 
-    def extra_dimensions(self, definition: "Definition") -> dict[str, np.ndarray]:
+    def extra_dimensions(self, definition: Any) -> dict[str, np.ndarray]:
         """Return each further dimension of variables at a point (`Variable.over`) → the values along it."""
         return {}
 
-    def cost(self, definition: "Definition") -> "Cost":
+    def cost(self, definition: Any) -> "Cost":
         """Return the work of a point and the memory of one process."""
         return Cost(definition.integration.samples)
 
@@ -125,19 +125,19 @@ class Dynamics(ABC):
         """Return one line for each property of the equations that is proved and used; `check` prints them."""
         return ()
 
-    def bound(self, definition: "Definition") -> "Dynamics":
+    def bound(self, definition: Any) -> "Dynamics":
         """Return the system that measures a definition: itself, unless its points alone are not sufficient."""
         return self
 
-    def arguments(self, definition: "Definition") -> tuple[str, ...]:
+    def arguments(self, definition: Any) -> tuple[str, ...]:
         """Return the names of the dimensions and auxiliary coordinates that a point of :meth:`columns` consists of."""
         return self.tables.ARGUMENTS
 
-    def coordinates(self, definition: "Definition") -> dict[str, Variable]:
+    def coordinates(self, definition: Any) -> dict[str, Variable]:
         """Return name → each coordinate that a map of this definition may have, including auxiliary ones."""
         return dict(self.layout().coordinates)
 
-    def variables(self, definition: "Definition | None" = None) -> dict[str, Variable]:
+    def variables(self, definition: Any = None) -> dict[str, Variable]:
         """Return name → each variable of a map of this definition; without one, those that every map has."""
         return self.tables.VARIABLES
 
@@ -146,7 +146,7 @@ class Dynamics(ABC):
         return self.tables.LAYOUT
 
     @abstractmethod
-    def columns(self, points: Mapping[str, np.ndarray], integration: "Integration") -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: Any) -> dict[str, np.ndarray]:
         """Measure points and return their columns.
 
         Args:
@@ -162,11 +162,11 @@ class Dynamics(ABC):
         """Return which points are physically impossible, from the arguments in :attr:`existence`."""
         raise NotImplementedError
 
-    def motions(self, points: Mapping[str, np.ndarray], integration: "Integration") -> int:
+    def motions(self, points: Mapping[str, np.ndarray], integration: Any) -> int:
         """Return how many motions :meth:`columns` integrates for these points."""
         return next(iter(points.values())).size
 
-    def check(self, definition: "Definition", grid: "Points") -> None:
+    def check(self, definition: Any, grid: "Points") -> None:
         """Check a definition beyond its values; refuse it by a DefinitionError."""
         return None
 
@@ -176,11 +176,11 @@ class Dynamics(ABC):
 
         return fingerprint(*self.kernels)
 
-    def method(self, definition: "Definition") -> str:
+    def method(self, definition: Any) -> str:
         """Return the method of computation, for a map's `source`: "direct integration of Euler's equations"."""
         return self.method_text
 
-    def examples(self, definition: "Definition | None" = None) -> tuple[Example, ...]:
+    def examples(self, definition: Any = None) -> tuple[Example, ...]:
         """Return the calls that compile all kernels of a definition's :meth:`columns`.
 
         Without a definition, those of any, except generated code.

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -14,16 +14,13 @@ from sweeps.schema.variables import Variable
 from sweeps.systems.bodies.variables import MOMENTS
 from sweeps.systems.system import Dynamics, Point
 
-if TYPE_CHECKING:
-    from sweeps.systems.bodies.body import BodiesDefinition, Once
-
 
 class FreeBody(Dynamics):
     """A free body, from a grid of moments or from a list of bodies."""
 
     existence = MOMENTS
 
-    def dimensions(self, definition: "BodiesDefinition") -> dict[str, Range | np.ndarray]:
+    def dimensions(self, definition: Any) -> dict[str, Range | np.ndarray]:
         """Return (body, axis, …): listed bodies, spin axes, and the parameters that the grid has."""
         bodies = {"body": np.array([body.name for body in definition.bodies])} if definition.bodies else {}
         arguments = self.arguments(definition)
@@ -31,7 +28,7 @@ class FreeBody(Dynamics):
         grid_names = [name for name in arguments if name not in ("body", "axis") and not definition.is_per_body(name)]
         return bodies | axes | {name: spread(getattr(definition.grid, name)) for name in grid_names}
 
-    def auxiliary(self, definition: "BodiesDefinition") -> dict[str, tuple[str, np.ndarray]]:
+    def auxiliary(self, definition: Any) -> dict[str, tuple[str, np.ndarray]]:
         """Return the coordinates along `body`: I1 … I3, other values of bodies, `moments_are_ratios`."""
         bodies = definition.bodies
         if not bodies:
@@ -58,7 +55,7 @@ class MeasuredOnce(FreeBody):
 
     closed_quantities: str  #: the quantities in closed form, for a map's `source`
 
-    def variables(self, definition: "BodiesDefinition | None" = None) -> dict[str, Variable]:
+    def variables(self, definition: Any = None) -> dict[str, Variable]:
         """Return name → variable: only those of the closed form if nothing is integrated."""
         is_integrated = definition is not None and definition.integration.measured
         return self.tables.VARIABLES if is_integrated else self.tables.EXACT
@@ -84,7 +81,7 @@ class MeasuredOnce(FreeBody):
         times = sample_times(duration or self.shown_duration(moments, omega, rotation), samples, rotation)
         return xr.Dataset(attitude_columns(moments, omega, times, tolerance), {"time": time_axis(times, "the start")})
 
-    def columns(self, points: Mapping[str, np.ndarray], integration: "Once") -> dict[str, np.ndarray]:
+    def columns(self, points: Mapping[str, np.ndarray], integration: Any) -> dict[str, np.ndarray]:
         """Return the closed form and the measured columns, with the status by their agreement."""
         columns = self.survey(points, integration)
         columns["triangle_margin"] = triangle_margin(*(points[name] for name in MOMENTS))
@@ -93,8 +90,8 @@ class MeasuredOnce(FreeBody):
             columns["status"] = np.where(agrees, statuses.OK, statuses.NOT_CONVERGED).astype(np.int8)
         return columns
 
-    def method(self, definition: "BodiesDefinition") -> str:
+    def method(self, definition: Any) -> str:
         """Return the method of computation."""
         if definition.integration.measured:
             return "direct integration of angular velocity and attitude, certified by the closed form"
-        return f"closed form of the {self.closed}"
+        return f"closed form of the {self.closed_quantities}"

@@ -1,7 +1,7 @@
 """Sampled or listed points over two of their coordinates, and the distribution of a measured variable."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -59,7 +59,8 @@ def draw(
             column[0].set_title(f"{along} {ds[along].values[panel_number]}", loc="left", fontweight="bold")
         if measured:
             _histogram(column[1], ds[measured], panel, flag, flag_colors)
-    used_flags, dot = set(np.unique(points[flag].values).tolist()), {"ls": "none", "marker": "o", "ms": 4}
+    used_flags = set(np.unique(points[flag].values).tolist())
+    dot: dict[str, Any] = {"ls": "none", "marker": "o", "ms": 4}
     words = {value: appearance.words(meaning) for value, meaning in flags(ds[flag]).items() if value in used_flags}
     canvas.draw_legend(figure, [Line2D([], [], color=flag_colors[v], label=text, **dot) for v, text in words.items()])
     return figure

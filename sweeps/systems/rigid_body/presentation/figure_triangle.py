@@ -97,7 +97,7 @@ def _blocks(ds: Dataset, axis: int | None) -> Iterator[tuple[np.ndarray, np.ndar
 
 def _bin_rates(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
     """Return the mean signed rate in each cell of the triangle, NaN in cells without a point."""
-    total = count = 0.0
+    total = count = np.zeros((len(edges) - 1, len(edges) - 1))
     for x, y, rate in _blocks(ds, axis):
         finite = np.isfinite(rate)
         total = total + np.histogram2d(y[finite], x[finite], (edges, edges), weights=rate[finite])[0]
