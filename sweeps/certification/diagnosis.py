@@ -48,7 +48,7 @@ def diagnose(judgement) -> list[Finding]:
         return [_ill_conditioning(judgement), *notes]
     length = []
     if not judgement.is_unit:
-        text = f"attitudes are off a rotation by up to {judgement.rows.length_error():.3g}"
+        text = f"attitudes are off a rotation by up to {judgement.rows.length_error:.3g}"
         length = [Finding("not_unit", f"{text}; errors are those once normalised")]
     if judgement.rows.is_mirrored:
         length.insert(0, Finding("left_handed", "matrices have the determinant −1"))
@@ -81,7 +81,7 @@ def _conventions(judgement) -> list[Finding]:
         turned = float(np.median(distance(judgement.motion.q[1:FEW_ROWS], judgement.motion.q[: FEW_ROWS - 1][: n - 1])))
         stride = max(1, int(ANGLE / max(turned, ANGLE / n)))
         chosen = np.arange(0, min(n, FEW_ROWS * stride), stride)
-    q = None if rows.attitude is None else rows.quaternions(chosen)
+    q = None if rows.q is None else rows.q[chosen]
     w = None if rows.rates is None else rows.rates[chosen]
     before = _worst(judgement.rebuilt(q, w, chosen))
     inertial = None if q is None else judgement.frame.in_space(rows, q, chosen)
@@ -177,7 +177,7 @@ def _noise(judgement) -> list[Finding]:
     part = residual[int(np.argmax(sizes))]
     correlation = float(np.sum(part[1:] * part[:-1]) / max(np.sum(part[1:] ** 2), np.finfo(float).tiny))
     halves = [np.sqrt(np.mean(np.square(half))) for half in np.array_split(part, 2)]
-    floor = max(judgement.rows.attitude_resolution.max(initial=0.0), 1e-15)
+    floor = max(judgement.rows.attitude_resolution, 1e-15)
     if abs(correlation) > WHITE or max(halves) > 2 * min(halves) or max(sizes) < 2 * floor:
         return []
     worst = fitted.worst(motion)
@@ -251,7 +251,7 @@ def _constants(judgement) -> list[Finding]:
 def _equations(judgement) -> list[Finding]:
     """Return the equations of motion that lead from row to row, or what is not conserved."""
     motion = judgement.motion if judgement.motion.w is not None else _with_rates(judgement.motion)
-    resolution = max(judgement.rows.attitude_resolution.max(initial=0.0), 4e-16)
+    resolution = max(judgement.rows.attitude_resolution, 4e-16)
     found: dict[str, Finding] = {}
     for one in dynamics.explanations(motion, resolution):
         if one.score > (LOOSE_SCORE if one.word == "first_order" else SCORE) or one.word in found:
@@ -266,7 +266,7 @@ def _equations(judgement) -> list[Finding]:
     kinematics = list(_kinematics(judgement))
     if kinematics:
         return [*kinematics, *(one for one in found.values() if one.word == "first_order")]
-    return list(found.values())[:1] or list(_drifts(motion))
+    return list(found.values())[:1] or list(_drifts(motion.thinned()))
 
 
 def _kinematics(judgement) -> Iterator[Finding]:

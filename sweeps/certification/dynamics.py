@@ -15,7 +15,6 @@ once. In units of |w| and of the greatest moment, with L = I w and f_i = (I_j - 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from sweeps.certification.reference import BodyMotion, conjugate, multiply, rotate, rotation_vector
 
@@ -95,12 +94,16 @@ def _euler(a, b, moments):
 def segments(motion: BodyMotion, resolution: float) -> Segments:
     """Return pairs of rows of a motion with attitudes or rates, whose defect exceeds the resolution where it can."""
     n, speed = len(motion.times), motion.speed
-    q = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)) if motion.q is None else motion.q
-    states, times = np.hstack([motion.w / speed, q]), motion.times * speed
+    times, moments = motion.times * speed, motion.moments / motion.moments.max()
+
+    def states(rows: np.ndarray) -> np.ndarray:
+        q = np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1)) if motion.q is None else motion.q[rows]
+        return np.hstack([motion.w[rows] / speed, q])
+
+    first = np.unique(np.linspace(0, n - 2, min(n - 1, SEGMENTS)).astype(int))
     for angle in ANGLES:
-        first = np.unique(np.linspace(0, n - 2, min(n - 1, SEGMENTS)).astype(int))
         last = np.clip(np.searchsorted(times, times[first] + angle), first + 1, n - 1)
-        pairs = Segments(states[first], states[last], times[last] - times[first], motion.moments / motion.moments.max())
+        pairs = Segments(states(first), states(last), times[last] - times[first], moments)
         if _size(_defect(pairs, motion, _damping, np.zeros(1))) > CLEAR * resolution:
             break
     return pairs
@@ -108,6 +111,8 @@ def segments(motion: BodyMotion, resolution: float) -> Segments:
 
 def _integrate(pairs: Segments, rhs, p: np.ndarray) -> np.ndarray:
     """Return the states to which some equations lead from the first states, (n, 7)."""
+    from scipy.integrate import solve_ivp
+
     shape, spans = pairs.first.shape, pairs.spans[:, None]
 
     def derivative(_, y):

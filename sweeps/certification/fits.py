@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_motion, multiply, rotation_vector
 
@@ -57,6 +56,8 @@ class Fit:
 
 def fit(motion: BodyMotion, guess: Fit, names: Sequence[str], last_rows: int = FITTED_ROWS) -> Fit:
     """Return the least-squares fit of some parameters (see PARAMETERS) to all rows, of more and more rows in turn."""
+    from scipy.optimize import least_squares
+
     size, best = FIRST_ROWS, guess
     number = sum(PARAMETERS[name] for name in names)
     while True:

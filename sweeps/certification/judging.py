@@ -15,7 +15,6 @@ from sweeps.certification.reference import (
     AttitudeFrame,
     BodyMotion,
     conditioning,
-    distance,
     errors,
     exact_motion,
     in_principal_axes,
@@ -67,7 +66,7 @@ class Judgement:
     @property
     def is_unit(self) -> bool:
         """True if quaternions or matrices are as long as they should be, within tolerance and resolution."""
-        return self.rows.length_error() <= max(self.tolerance, 2.0 * self.rows.attitude_resolution.max(initial=0.0))
+        return self.rows.length_error <= max(self.tolerance, 2.0 * self.rows.attitude_resolution)
 
     @property
     def verdict(self) -> str:
@@ -132,7 +131,7 @@ def judge(
     if not (isinstance(tolerance, int | float) and 0 < tolerance < np.inf):
         raise DefinitionError(f"tolerance: {display(tolerance)}; allowed: a finite number > 0")
     rows = trajectory.read(run, choice)
-    q = None if rows.attitude is None else frame.in_space(rows, rows.quaternions())
+    q = None if rows.q is None else frame.in_space(rows, rows.q)
     motion = in_principal_axes(q, rows.rates, rows.times, moments, axes)
     start, how = begin(motion, fit_start)
     reference = exact_motion(motion, *start)
@@ -140,7 +139,7 @@ def judge(
         np.where(np.isnan(rows.rates_resolution), 2 * np.spacing(np.linalg.norm(start[1])), rows.rates_resolution)
     )
     steps = steps if axes is None else steps @ np.asarray(axes).T
-    bounds = conditioning(motion, start, attitude_offset(rows), steps)
+    bounds = conditioning(motion, start, rows.attitude_offset, steps)
     return Judgement(rows, motion, reference, how, float(tolerance), *errors(motion, reference), *bounds, frame, axes)
 
 
@@ -154,14 +153,6 @@ def begin(motion: BodyMotion, fit_start: bool = False) -> tuple[tuple[np.ndarray
     names = ("attitude",) * (fit_start and motion.q is not None) + ("rates",)
     fitted = fits.fit(motion, fits.Fit(guess, motion.moments), names, PERTURBED_ROWS)
     return fitted.start, "fitted" if fit_start else "rates_fitted"
-
-
-def attitude_offset(rows: trajectory.Trajectory) -> float:
-    """Return the largest angle, rad, by which the resolution of one entry changes the first attitude."""
-    if rows.attitude is None:
-        return 0.0
-    first = np.zeros(rows.attitude.shape[1], dtype=int)
-    return float(distance(rows.quaternions(first), rows.quaternions(first, np.diag(rows.attitude_resolution))).max())
 
 
 def facts(judgement: Judgement) -> dict[str, Any]:
@@ -207,22 +198,23 @@ def _of_column(name: str, error: np.ndarray, unit: str, times: np.ndarray, toler
 
 def _of_integrals(motion: BodyMotion) -> dict[str, float]:
     """Return the largest changes of 2T, of the size and (with attitudes) the direction of L, and of the period."""
-    L = motion.w * motion.moments
-    twice_energy, size = np.einsum("ij,ij->i", motion.w, L), np.linalg.norm(L, axis=1)
-    period, last = (_period(motion.moments, w) for w in (motion.w[0], motion.w[-1]))
+    moments = motion.moments
+    twice_energy = by_blocks(lambda w: np.einsum("ij,ij->i", w, w * moments), motion.w)
+    size = by_blocks(lambda w: np.linalg.norm(w * moments, axis=1), motion.w)
+    period, last = (_period(moments, w) for w in (motion.w[0], motion.w[-1]))
     values = {
         "energy_error_relative": float(np.abs(twice_energy / twice_energy[0] - 1).max()),
         "momentum_size_error_relative": float(np.abs(size / size[0] - 1).max()),
         "period_error_relative": abs(last / period - 1) if np.isfinite([period, last]).all() else None,
     }
     if motion.q is not None:
-        first = rotate(motion.q[:1], L[:1])[0] / size[0]
+        first = rotate(motion.q[:1], motion.w[:1] * moments)[0] / size[0]
 
-        def turned(q: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-            in_space = rotate(q, momentum)
+        def turned(q: np.ndarray, w: np.ndarray) -> np.ndarray:
+            in_space = rotate(q, w * moments)
             return np.arctan2(np.linalg.norm(np.cross(in_space, first), axis=1), in_space @ first)
 
-        values["momentum_direction_error_rad"] = float(by_blocks(turned, motion.q, L).max())
+        values["momentum_direction_error_rad"] = float(by_blocks(turned, motion.q, motion.w).max())
     return values
 
 

@@ -17,7 +17,7 @@ from sweeps.schema.refusals import DefinitionError
 
 EARTH_RATE = 7.292115e-5  # rad/s, angular velocity of the Earth (WGS 84)
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
-PERTURBED_ROWS = 20_000  # rows at which perturbed motions and fits are compared; of longer files evenly spaced ones
+PERTURBED_ROWS = 10_000  # rows at which perturbed motions and fits are compared; of longer files evenly spaced ones
 
 
 def multiply(p: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -22,8 +22,13 @@ RATES = "angular velocities up to 1e150 rad/s, the first of at least 1e-150"
 
 def by_blocks(function: Callable, *arrays: np.ndarray) -> np.ndarray:
     """Return a function of rows, applied to blocks of them, so that what it needs on the way is small."""
-    starts = range(0, len(arrays[0]), BLOCK_ROWS)
-    return np.concatenate([function(*(array[k : k + BLOCK_ROWS] for array in arrays)) for k in starts])
+    first = function(*(array[:BLOCK_ROWS] for array in arrays))
+    if len(first) == len(arrays[0]):
+        return first
+    result = np.empty((len(arrays[0]), *first.shape[1:]))
+    for k in range(0, len(result), BLOCK_ROWS):
+        result[k : k + BLOCK_ROWS] = function(*(array[k : k + BLOCK_ROWS] for array in arrays)) if k else first
+    return result
 
 
 @dataclass(frozen=True)
@@ -31,55 +36,57 @@ class Trajectory:
     """Rows of a file. Resolutions are half a unit of the last digit of a column, and at least 2 ulp."""
 
     times: np.ndarray  #: s, from the first row, shape (n,)
-    attitude: np.ndarray | None  #: quaternions (scalar first), matrices row by row, or Euler angles; (n, 4, 9 or 3)
+    q: np.ndarray | None  #: attitude: unit quaternions, scalar first, from the body to the file's frame, (n, 4)
     rates: np.ndarray | None  #: angular velocity in the body's axes, rad/s, (n, 3)
-    attitude_resolution: np.ndarray  #: of each entry of `attitude`
     rates_resolution: np.ndarray  #: rad/s, (3,); NaN without rates
+    attitude_resolution: float = 0.0  #: of the coarsest entry of the attitude
+    attitude_offset: float = 0.0  #: rad, the largest change of the first attitude by the resolution of one entry
+    length_error: float = 0.0  #: largest distance of a quaternion's length from 1, or of a matrix from orthogonality
+    is_mirrored: bool = False  #: True if the attitudes are matrices of determinant −1
     place: np.ndarray | None = None  #: longitude and latitude, rad, (n, 2)
-    sequence: str = ""  #: of Euler angles
-    is_conjugate: bool = False  #: True if the attitude takes vectors from space to the body
     names: dict[str, list[str]] = field(default_factory=dict)  #: role → names of columns
 
-    def check_attitude(self) -> None:
-        """Refuse attitudes that are no rotations."""
-        size = np.ones(1)
-        if self.attitude is not None and self.attitude.shape[1] == 4:
-            size = np.abs(self.attitude).max(axis=1)
-        elif self.attitude is not None and self.attitude.shape[1] == 9:
-            size = np.abs(np.linalg.det(self.attitude.reshape(-1, 3, 3)))
-        if not (size > SMALLEST).all():
-            kind = "quaternion is zero" if self.attitude.shape[1] == 4 else "matrix is singular"
-            raise DefinitionError(f"row {int(np.argmin(size > SMALLEST)) + 1:,}: the {kind}; allowed: rotations")
 
-    def quaternions(self, rows: Any = slice(None), step: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return unit quaternions, body to space, (n, 4), of some rows with `step` added to their entries."""
-        return by_blocks(self._to_quaternions, self.attitude[rows] + step if np.any(step) else self.attitude[rows])
+def _unit_quaternions(entries: np.ndarray, sequence: str) -> np.ndarray:
+    """Return unit quaternions, (n, 4), of quaternions, of matrices row by row, or of Euler angles, (n, 4, 9 or 3)."""
+    if entries.shape[1] == 4:
+        return entries / np.linalg.norm(entries, axis=1, keepdims=True)
+    if entries.shape[1] == 3:
+        return Rotation.from_euler(sequence, entries).as_quat(scalar_first=True)
+    matrices = entries.reshape(-1, 3, 3)
+    proper = matrices * np.sign(np.linalg.det(matrices))[:, None, None]
+    return Rotation.from_matrix(proper).as_quat(scalar_first=True)
 
-    def _to_quaternions(self, entries: np.ndarray) -> np.ndarray:
-        if entries.shape[1] == 4:
-            q = entries / np.sqrt(np.einsum("ij,ij->i", entries, entries))[:, None]
-        elif entries.shape[1] == 9:
-            matrices = entries.reshape(-1, 3, 3)
-            matrices = matrices * np.sign(np.linalg.det(matrices))[:, None, None]
-            q = Rotation.from_matrix(matrices).as_quat(scalar_first=True)
-        else:
-            q = Rotation.from_euler(self.sequence, entries).as_quat(scalar_first=True)
-        return q * [1, -1, -1, -1] if self.is_conjugate else q
 
-    @property
-    def is_mirrored(self) -> bool:
-        """True if the attitudes are matrices of determinant −1."""
-        is_matrix = self.attitude is not None and self.attitude.shape[1] == 9
-        return is_matrix and bool(np.linalg.det(self.attitude[0].reshape(3, 3)) < 0)
+def _sizes(entries: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the size of each attitude, with the sign of a determinant, and the largest `length_error`."""
+    if entries.shape[1] == 4:
+        size = by_blocks(lambda q: np.linalg.norm(q, axis=1), entries)
+        return size, float(np.abs(size - 1.0).max())
+    if entries.shape[1] == 3:
+        return np.ones(1), 0.0
+    matrices = entries.reshape(-1, 3, 3)
+    products = np.einsum("nij,nik->njk", matrices, matrices)
+    return np.linalg.det(matrices), float(np.abs(products - np.eye(3)).max() / 2)
 
-    def length_error(self) -> float:
-        """Return the largest distance of a quaternion's length from 1, or of a matrix from orthogonality."""
-        if self.attitude is None or self.attitude.shape[1] == 3:
-            return 0.0
-        if self.attitude.shape[1] == 4:
-            return float(np.abs(np.sqrt(np.einsum("ij,ij->i", self.attitude, self.attitude)) - 1.0).max())
-        matrices = self.attitude.reshape(-1, 3, 3)
-        return float(np.abs(np.einsum("nij,nik->njk", matrices, matrices) - np.eye(3)).max() / 2)
+
+def _attitudes(entries: np.ndarray, resolution: np.ndarray, sequence: str, is_conjugate: bool) -> dict[str, Any]:
+    """Return the attributes of a `Trajectory` about its attitudes; `entries` are overwritten."""
+    size, length_error = _sizes(entries)
+    if not (np.abs(size) > SMALLEST).all():
+        kind = "quaternion is zero" if entries.shape[1] == 4 else "matrix is singular"
+        raise DefinitionError(f"row {int(np.argmin(np.abs(size) > SMALLEST)) + 1:,}: the {kind}; allowed: rotations")
+    near = Rotation.from_quat(_unit_quaternions(entries[:1] + np.diag(resolution), sequence), scalar_first=True)
+    first = Rotation.from_quat(_unit_quaternions(entries[:1], sequence), scalar_first=True)
+    if entries.shape[1] == 4:
+        q = np.divide(entries, size[:, None], out=entries)
+    else:
+        q = by_blocks(lambda some: _unit_quaternions(some, sequence), entries)
+    if is_conjugate:
+        q[:, 1:] *= -1.0
+    facts = {"q": q, "length_error": length_error, "is_mirrored": bool(size[0] < 0)}
+    offset = float((first.inv() * near).magnitude().max())
+    return facts | {"attitude_resolution": float(resolution.max()), "attitude_offset": offset}
 
 
 def read(run: Any, choice: columns.ColumnChoice) -> Trajectory:
@@ -131,9 +138,11 @@ def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     """Return the trajectory in the columns of a source, checked."""
     found = columns.find(source.headings, choice, source.texts)
     used = [k for places in found.places.values() for k in places]
-    rows = list(source.row_blocks(used))
-    table = np.concatenate(rows) if rows else np.empty((0, len(used)))
-    del rows
+    blocks = list(source.row_blocks(used))[::-1]
+    table, end = np.empty((sum(map(len, blocks)), len(used))), 0
+    while blocks:  # each is freed when it is copied
+        block = blocks.pop()
+        table[end : (end := end + len(block))] = block
     names = [source.headings[k][0] for k in used]
     _check(table, names, used.index(found.places["time"][0]))
     table *= found.factors(used)
@@ -154,19 +163,18 @@ def _parse(source: tables.Source, choice: columns.ColumnChoice) -> Trajectory:
     if rates is not None and not (np.abs(rates[0]).max() >= MIN_SPIN_RATE and np.abs(rates).max() <= MAX_SPIN_RATE):
         raise DefinitionError(f"row 1: |omega| is {np.abs(rates[0]).max():g} rad/s; allowed: {RATES}")
     speed = 1.0 if rates is None else float(np.linalg.norm(rates[0]))
-    trajectory = Trajectory(
+    attitude: dict[str, Any] = {"q": None}
+    if (entries := select("attitude")) is not None:
+        is_conjugate = (choice.direction == "space-to-body") != getattr(source, "space_to_body", False)
+        attitude = _attitudes(entries, resolution("attitude", 1.0), found.sequence, is_conjugate)
+    return Trajectory(
         times=times - times[0],
-        attitude=select("attitude"),
         rates=rates,
-        attitude_resolution=resolution("attitude", 1.0),
         rates_resolution=resolution("rates", speed) if rates is not None else np.full(3, np.nan),
         place=None if place is None else np.column_stack([place, select("latitude")]),
-        sequence=found.sequence,
-        is_conjugate=(choice.direction == "space-to-body") != getattr(source, "space_to_body", False),
         names={role: [source.headings[k][0] for k in places] for role, places in found.places.items()},
+        **attitude,
     )
-    trajectory.check_attitude()
-    return trajectory
 
 
 def _check(table: np.ndarray, names: Sequence[str], time: int) -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import planted_faults
 import pytest
+import sound_files
 from scipy.spatial.transform import Rotation
 from trajectories import BRICK, BRICK_START, exact_rows, table, write_csv
 
@@ -119,6 +121,18 @@ def spread(start, step):
     reference = Rotation.from_quat(exact_rows(BRICK, start, TIMES)["q"], scalar_first=True)
     others = [exact_rows(BRICK, start + off, TIMES)["q"] for off in step * np.vstack([np.eye(3), -np.eye(3)])]
     return max((reference.inv() * Rotation.from_quat(q, scalar_first=True)).magnitude().max() for q in others)
+
+
+@pytest.mark.parametrize("is_single", [False, True])
+@pytest.mark.parametrize("engine", sound_files.ENGINES)
+def test_sound_files_of_three_engines_pass(engine, is_single):
+    times = np.linspace(0.0, 4.0, 10)
+    for moments, start, q0, _ in planted_faults.bodies(1):
+        run = sound_files.columns(engine, moments, start, q0, times, is_single)
+        tolerance = max(sound_files.TOLERANCES[engine], sound_files.SINGLE if is_single else 0.0)
+        facts = sweeps.certify(run, moments.tolist(), tolerance=tolerance).attrs
+        assert (facts["verdict"], facts["diagnosis"]) == ("pass", ["none"])
+        assert facts["attitude_error_max_rad"] > 1e-14  # it is an engine's
 
 
 @pytest.mark.parametrize(("digits", "unit"), [(4, 1e-4), (6, 1e-6), (9, 1e-9)])
