@@ -6,11 +6,11 @@ lost to rounding.
 
 *Largest tilt.* The angle between ω and the end of the axis that it starts near is extreme when a transverse component
 vanishes. About a stable axis both do within half a turn, and the larger of the two angles is the largest. If
-:math:`\omega_a` changes sign, one of them vanishes once between two flips and there the tilt is least; half a turn
-about the other transverse axis maps the motion onto itself one flip later, so the largest tilt is π minus that.
+:math:`\omega_a` changes sign, one component vanishes once between two flips, and the tilt is then least; half a turn
+about the second transverse axis maps the motion onto itself one flip later, so the largest tilt is π minus that.
 
-The search for these events (:mod:`kernels.events.follower`) uses neither the exact solution nor linear theory. It is
-given up after MAX_ROTATIONS, or after MAX_STEPS if a physically impossible body needs more of them.
+The search for these events (:mod:`kernels.events.follower`) uses neither the exact solution nor linear theory. It ends
+after MAX_ROTATIONS, or after MAX_STEPS if a physically impossible body needs more of them.
 Angular velocities are in units of the spin.
 """
 
@@ -26,11 +26,11 @@ from kernels.events import follower
 from kernels.events.follower import TIME, A, B, C, row
 from kernels.free import elliptic_constants, exact, rigid_body
 
-MAX_ROTATIONS = 20_000  # A search is given up after so many rotations of the spin each way.
-MAX_STEPS = 2_000_000  # The search of a physically impossible body is given up after so many steps each way.
+MAX_ROTATIONS = 20_000  # A search ends after so many rotations of the spin each way.
+MAX_STEPS = 2_000_000  # The search of a physically impossible body ends after so many steps each way.
 STEPS_TO_A_FLIP = 20.0  # The steps' error stays below the tolerance over so many of them, a typical number.
 
-COLUMNS = (  # The columns that :func:`fill` writes, in the order of its rows.
+COLUMNS = (  # The columns that :func:`fill_columns` writes, in the order of its rows.
     Column("flip_period", power=-1),
     Column("flip_period_exact", power=-1),
     Column("max_tilt", power=0),
@@ -43,7 +43,12 @@ AT = columns.numbers(MEASURED)
 
 @njit(**OPTIONS)
 def max_steps(c_a, c_b, c_c, h):
-    """Return the steps after which a search is given up; 0 if MAX_STEPS are no radian of the fastest turn."""
+    """Return the steps after which a search ends; 0 if MAX_STEPS do not cover a radian of the fastest rotation.
+
+    Args:
+        c_a, c_b, c_c (float): Euler coefficients.
+        `h` (float): Step, in radians of the spin.
+    """
     steps = np.ceil(2.0 * math.pi * MAX_ROTATIONS / h)
     fastest = math.sqrt(max(abs(c_a * c_b), max(abs(c_b * c_c), abs(c_c * c_a))))
     return min(steps, float(MAX_STEPS)) if fastest * h * MAX_STEPS >= 1.0 else 0.0
@@ -58,13 +63,13 @@ def _moments_and_omega(points, i):
 
 
 @njit(**INNER)
-def _start(S, lane, points, i, step):
+def _start_lane(S, lane, points, i, step):
     """Put a lane at the start of point i, to run (backward if step < 0) until a, or b and c, have changed sign."""
     moments, omega = _moments_and_omega(points, i)
     c_a, c_b, c_c = rigid_body.euler_coefficients(*moments)
     rate = max(abs(c_a), abs(c_b), abs(c_c)) * math.sqrt(1.0 + points.epsilon[i] * points.epsilon[i])
     h = step / rate if rate > 0.0 else 1.0
-    follower.start(S, lane, moments, omega, (0.0, 0.0, 0.0), h)
+    follower.start_lane(S, lane, moments, omega, (0.0, 0.0, 0.0), h)
     S[row.due_a + lane], S[row.due_b + lane], S[row.due_c + lane] = 0.0, 0.0, 0.0
     S[row.max_steps + lane] = max_steps(c_a, c_b, c_c, abs(h))
     S[row.active + lane] = 0.0 if elliptic_constants.is_stationary((c_a, c_b, c_c), omega) else 1.0
@@ -87,7 +92,7 @@ def _tilt_at(crossings, event, lane, spin):
 def _flip_and_tilt(forward, backward, lane, spin):
     """Return the time between two flips and the largest tilt of one lane, from its events forward and backward.
 
-    The time is NaN if the body does not flip; both are if the search was given up.
+    The time is NaN if the body does not flip; both are NaN if the search did not finish.
     """
     b_tilt, c_tilt = _tilt_at(forward, B, lane, spin), _tilt_at(forward, C, lane, spin)
     flip = forward[A, TIME, lane]
@@ -100,13 +105,15 @@ def _flip_and_tilt(forward, backward, lane, spin):
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(points, order, tolerance, out, given_up):
-    """Fill COLUMNS for Spins taken W at a time in the given order, which changes no result.
+def fill_columns(points, order, tolerance, out, at_limit):
+    """Fill COLUMNS for points taken W at a time.
 
     Args:
+        points (kernels.free.rigid_body.Spins): Points of n spins.
+        order (numpy.ndarray of int64, shape (n,)): Order in which they are taken, which changes no result.
         tolerance (float): Relative error allowed in the measured columns.
         out (numpy.ndarray, shape (5, n)): COLUMNS: s, s, rad, rad, rad s-1; NaN where missing.
-        given_up (numpy.ndarray of bool, shape (n,)): Set where the search reached its bound.
+        given_up (numpy.ndarray of bool, shape (n,)): Set to whether the search reached its bound.
     """
     whole_vectors()
     (S, forward), (_, backward) = follower.new_block(), follower.new_block()
@@ -114,26 +121,26 @@ def fill(points, order, tolerance, out, given_up):
     for first in range(0, order.size, W):
         block = order[first : first + W]
         for lane in range(W):
-            _start(S, lane, points, block[min(lane, block.size - 1)], step)
-        follower.follow(S, forward, False)
+            _start_lane(S, lane, points, block[min(lane, block.size - 1)], step)
+        follower.follow_lanes(S, forward, False)
         for lane in range(W):
-            _start(S, lane, points, block[min(lane, block.size - 1)], -step)
+            _start_lane(S, lane, points, block[min(lane, block.size - 1)], -step)
             S[row.active + lane] = 1.0 if forward[A, TIME, lane] >= 0.0 else 0.0
-        follower.follow(S, backward, False)
+        follower.follow_lanes(S, backward, False)
         for lane, i in enumerate(block):
-            _write(forward, backward, lane, points, i, out, given_up)
+            _write_columns(forward, backward, lane, points, i, out, at_limit)
 
 
 @njit(**INNER)
-def _write(forward, backward, lane, points, i, out, given_up):
-    """Write the columns of point i from its lane's events, beside the exact ones."""
+def _write_columns(forward, backward, lane, points, i, out, at_limit):
+    """Write the measured columns of point i from its lane's events, and the exact columns."""
     moments, omega = _moments_and_omega(points, i)
     spin = abs(points.omega0[i])
     if elliptic_constants.is_stationary(rigid_body.euler_coefficients(*moments), omega):  # a sphere, for example
         flip, tilt = math.nan, _tilt(omega, omega[0])
     else:
         flip, tilt = _flip_and_tilt(forward, backward, lane, omega[0])
-    given_up[i] = math.isnan(tilt)
+    at_limit[i] = math.isnan(tilt)
     out[AT.flip_period, i], out[AT.max_tilt, i] = flip / spin, tilt
     top = exact.set_up(*moments, *omega)
     period = exact.flip_period(top)

@@ -1,19 +1,20 @@
-r"""A nudged spin seen from space: the attitude step by step beside its closed form, and how the spin axis moves.
+r"""Motion of a perturbed spin in space: the attitude by integration and in closed form, and rates of the spin axis.
 
 Points are those of :mod:`kernels.near_axis.survey`; samples count until the perturbation has grown tenfold. In radians
 of spin.
 
-*Certificate.* The direct integrator carries the quaternion beside the angular velocity (:mod:`kernels.free.taylor`).
-Beside it runs the exact attitude step (:mod:`kernels.free.attitude`) on the exact step of the angular velocity; the two
+*Certificate.* The direct integrator carries the quaternion with the angular velocity (:mod:`kernels.free.taylor`). The
+exact attitude step (:mod:`kernels.free.attitude`) is taken too, on the exact step of the angular velocity; the two
 share no code. ``attitude_error`` is the largest angle between them.
 
-*Rate in space.* With psi the turn that is left when the shortest arc from L to the spin axis is taken off the attitude,
-the axis of a stable spin goes about L at the mean rate :math:`\langle\psi'\rangle \pm \Omega`: plus about the axis of
-greatest moment, minus about that of least. The mean of psi' is that of the samples, the frequency of the wobble in the
-body that of the survey. A run may show a piece of the wobble alone; :func:`wandering` bounds what the rest changes.
+*Rate in space.* The attitude is the shortest arc from L to the spin axis and a rotation by psi about it. The axis of a
+stable spin revolves about L at the mean rate :math:`\langle\psi'\rangle \pm \Omega`: plus about the axis of greatest
+moment, minus about that of least. The mean of psi' is that of the samples, the frequency of the wobble in the body that
+of the survey. If a run is shorter than the wobble, :func:`rate_variation` bounds the change over a whole wobble.
 
-*Second witness.* ``geometric_phase_residual`` is the distance of psi's growth over one polhode period, by the elliptic
-integral, from what Montgomery's theorem makes of energy, period and a solid angle (:mod:`kernels.events.tumbling`).
+*Second check.* ``geometric_phase_residual`` is the distance of psi's growth over one polhode period, by the elliptic
+integral, from its value by Montgomery's theorem, from energy, period and a solid angle
+(:mod:`kernels.events.tumbling`).
 """
 
 import math
@@ -40,15 +41,22 @@ _NAMES = (  # rows of the scratch array, W long each
     *("ex_0", "ex_d", "ex_dd", "ex_jk", "ey_0", "ey_d", "ey_dd", "ey_jk", "axis", "side"),
     # moments over L, the direction of L and the squared perturbation at the start, window and results
     *("Ia", "Ib", "Ic", "n_a", "n_b", "n_c", "initial_size", "in_window", "distance", "samples"),
-    # psi/2 as a direction, psi's growth in the first interval, and the sum of those of all others less the first
+    # psi/2 as a direction, psi's growth in the first interval, and the sum of later growths less the first
     *("heading_x", "heading_y", "first_turn", "psi", "spacing"),
 )
 row = columns.numbers(_NAMES, width=W)
 
 
 @njit(**OPTIONS)
-def steps_of(x, size, intervals, tolerance):
-    """Return the steps of order 12 in a sample interval of x (rad at the largest rate), up to size ``size``."""
+def steps_per_sample(x, size, intervals, tolerance):
+    """Return the steps of order 12 in a sample interval.
+
+    Args:
+        `x` (float): Length of the interval, rad at the largest rate.
+        size (float): Largest size of the perturbation in the run, relative to the spin.
+        intervals (int): Sample intervals of the run.
+        tolerance (float): Error of the attitude allowed, rad; a tenth of it is given to the steps.
+    """
     total = max(x * intervals, 1.0)
     rate = (total * direct.truncation(size, 12) / (0.1 * tolerance)) ** (1.0 / 12.0)
     return int(max(1.0, math.ceil(x * max(rate, 1.0))))
@@ -77,7 +85,7 @@ def _load(S, lane, moments, omega, h, steps):
     S[row.ex_0 + lane], S[row.ex_d + lane], S[row.ex_dd + lane], S[row.ex_jk + lane] = x
     S[row.ey_0 + lane], S[row.ey_d + lane], S[row.ey_dd + lane], S[row.ey_jk + lane] = y
     L = math.sqrt((Ia * a) ** 2 + (Ib * b) ** 2 + (Ic * c) ** 2)
-    # seen from the end of the spin axis on the side of L: for a spin the other way, half a turn about b
+    # seen from the end of the spin axis on the side of L: for a negative spin, after half a turn about b
     Ia, Ib, Ic = Ia / L * a, Ib / L, Ic / L * a
     S[row.Ia + lane], S[row.Ib + lane], S[row.Ic + lane] = Ia, Ib, Ic
     S[row.n_a + lane], S[row.n_b + lane], S[row.n_c + lane] = Ia * a, Ib * b, Ic * c
@@ -121,10 +129,10 @@ def _advance_exact(S):
 
 
 @njit(**OPTIONS)
-def _compare(S):
-    """Return the angle between every lane's two attitudes, and the heading's turn since the last sample."""
+def _compare_attitudes(S):
+    """Add the angle between both attitudes and the growth of psi of every lane; return True if a window is open."""
     whole_vectors()
-    opened = 0
+    is_open = 0
     for lane in range(W):
         e0, ed, ej, ek, S[row.scale + lane] = attitude.land(
             (S[row.m_d + lane], S[row.m_j + lane], S[row.m_k + lane]),
@@ -137,14 +145,14 @@ def _compare(S):
         u = q0 * ea - e0 * qa - (qb * ec - qc * eb)
         v = q0 * eb - e0 * qb - (qc * ea - qa * ec)
         w = q0 * ec - e0 * qc - (qa * eb - qb * ea)
-        apart = u * u + v * v + w * w
-        across = b * b + c * c
+        angle2 = u * u + v * v + w * w
+        transverse2 = b * b + c * c
         limit = measure.MAX_GROWTH * measure.MAX_GROWTH * S[row.initial_size + lane]
-        inside = (S[row.in_window + lane] > 0.0) & (across <= limit)
+        inside = (S[row.in_window + lane] > 0.0) & (transverse2 <= limit)
         S[row.in_window + lane] = 1.0 if inside else 0.0
-        fresh = S[row.samples + lane] == 0.0
+        is_first = S[row.samples + lane] == 0.0
         S[row.samples + lane] += 1.0 if inside else 0.0
-        S[row.distance + lane] = apart if inside & (not (apart <= S[row.distance + lane])) else S[row.distance + lane]
+        S[row.distance + lane] = angle2 if inside & (not (angle2 <= S[row.distance + lane])) else S[row.distance + lane]
         sign = 1.0 if S[row.Ia + lane] > 0.0 else -1.0
         x, y = attitude.heading(
             (q0, qa * sign, qb, qc * sign),
@@ -154,17 +162,17 @@ def _compare(S):
         x0, y0 = S[row.heading_x + lane], S[row.heading_y + lane]
         sine, cosine = x0 * y - y0 * x, x0 * x + y0 * y
         t = sine / (cosine + math.sqrt(sine * sine + cosine * cosine))
-        turned = 4.0 * arctangent(t)
-        first = turned if fresh else S[row.first_turn + lane]
-        S[row.psi + lane] += turned - first if inside else 0.0
+        turn_angle = 4.0 * arctangent(t)
+        first = turn_angle if is_first else S[row.first_turn + lane]
+        S[row.psi + lane] += turn_angle - first if inside else 0.0
         S[row.first_turn + lane] = first
         S[row.heading_x + lane], S[row.heading_y + lane] = x, y
-        opened |= 1 if inside else 0
-    return opened > 0
+        is_open |= 1 if inside else 0
+    return is_open > 0
 
 
 @njit(**INNER)
-def _seen_from_the_axis(points, i):
+def _moments_and_omega(points, i):
     """Return moments of point i as (a, b, c), in a unit near the greatest, and its angular velocity over its spin."""
     Ia, Ib, Ic = rigid_body.relabel(points.I1[i], points.I2[i], points.I3[i], points.axis[i])
     unit, epsilon, phase = elliptic_constants.unit_of(Ia, Ib, Ic), points.epsilon[i], points.phase[i]
@@ -173,10 +181,13 @@ def _seen_from_the_axis(points, i):
 
 
 @njit(nogil=True, **OPTIONS)
-def fill(points, run, out):
-    """Fill the columns of IN_SPACE, (5, n): rad, rad s-1 (three), rad; NaN where missing.
+def fill_columns(points, run, out):
+    """Fill the columns of IN_SPACE.
 
-    ``run``: radians of spin between samples, number of intervals, and the error allowed, rad.
+    Args:
+        points (kernels.free.rigid_body.Spins): Points of n spins.
+        run (tuple): Radians of spin between samples, number of intervals, and the error allowed, rad.
+        out (numpy.ndarray, shape (5, n)): Written: rad, rad s-1 (three), rad; NaN if missing.
     """
     whole_vectors()
     omega0, epsilon = points.omega0, points.epsilon
@@ -184,13 +195,13 @@ def fill(points, run, out):
     n = omega0.size
     steps, spacings = np.empty(n, dtype=np.int64), np.empty(n)
     for i in range(n):
-        moments, _ = _seen_from_the_axis(points, i)
+        moments, _ = _moments_and_omega(points, i)
         ca, cb, cc = rigid_body.euler_coefficients(*moments)
         bound = max(1.0, abs(ca), abs(cb), abs(cc))
         spacings[i] = min(spacing, 0.5 / bound)
         x = bound * spacings[i] * math.sqrt(1.0 + epsilon[i] * epsilon[i])
         size = min(1.0, measure.MAX_GROWTH * epsilon[i] * math.exp(0.5))
-        steps[i] = steps_of(x, size, intervals, tolerance)
+        steps[i] = steps_per_sample(x, size, intervals, tolerance)
     order, starts = cut(steps, 1)
     S = scratch(len(_NAMES))
     for block in range(starts.size - 1):
@@ -198,17 +209,17 @@ def fill(points, run, out):
         number = steps[order[first]]
         for lane in range(W):
             i = order[first + min(lane, count - 1)]
-            moments, omega = _seen_from_the_axis(points, i)
+            moments, omega = _moments_and_omega(points, i)
             _load(S, lane, moments, omega, spacings[i], number)
         for _ in range(intervals):
             _advance(S, number)
             _advance_exact(S)
-            if not _compare(S):
+            if not _compare_attitudes(S):
                 break
         for lane in range(count):
             i = order[first + lane]
             _unload(S, lane, abs(omega0[i]), out, i)
-            moments, omega = _seen_from_the_axis(points, i)
+            moments, omega = _moments_and_omega(points, i)
             period, rate, sigma = tumbling.periods(*moments, *omega)
             if elliptic_constants.constants(*moments, *omega)[5] == 1:  # of the spin axis about L
                 out[3, i] = (rate + sigma * (2.0 * math.pi / period)) * abs(omega0[i])
@@ -218,48 +229,57 @@ def fill(points, run, out):
 @njit(**INNER)
 def _unload(S, lane, spin, out, i):
     """Write one lane's results: the angle between both attitudes, and psi's mean rate with its error."""
-    used, h = S[row.samples + lane], S[row.spacing + lane]
+    samples, h = S[row.samples + lane], S[row.spacing + lane]
     out[0, i] = 2.0 * math.sqrt(S[row.distance + lane])
-    if used < 2.0:
+    if samples < 2.0:
         out[1, i], out[2, i] = math.nan, math.nan
         return
-    out[1, i] = (S[row.first_turn + lane] + S[row.psi + lane] / used) / h * spin
-    out[2, i] = (8.0 * EPSILON + 2.0 * out[0, i] / used) / h * spin
+    out[1, i] = (S[row.first_turn + lane] + S[row.psi + lane] / samples) / h * spin
+    out[2, i] = (8.0 * EPSILON + 2.0 * out[0, i] / samples) / h * spin
 
 
-def wandering(Ia, Ib, Ic, b, c):
-    r"""Return by how much psi' and the spin change over a whole wobble, in units of the spin at the start.
+def rate_variation(Ia, Ib, Ic, b, c):
+    r"""Return the changes of psi' and of the spin over a whole wobble, in units of the spin at the start.
 
     The spin w is least and greatest where one transverse component vanishes: from 2T and L², :math:`w^2 = 1 + b^2
-    I_b(I_b - I_c)/[I_a(I_a - I_c)]` for the one and that with b and c exchanged for the other. As :math:`\psi' = (2T/L
+    I_b(I_b - I_c)/[I_a(I_a - I_c)]` if b does, and with b and c exchanged if c does. As :math:`\psi' = (2T/L
     + w)/(1 + m_a)` with :math:`m_a = I_aw/L`, its values at both differ by :math:`(w_1 - w_2)(1 - 2T I_a/L^2)/[(1 +
     m_{a1})(1 + m_{a2})]`, and no mean of psi' by more. The wobble is linear in the clock of w, so that its frequency is
     that of zero amplitude times a mean of w, which lies between w_1 and w_2.
 
-    Moments are in any unit, the spin's first; b and c the transverse angular velocity at the start, in units of the
-    spin. The difference of the extremes of psi' and the largest distance of w from 1 are NaN where the axis is not
-    encircled.
+    Args:
+        Ia, Ib, `Ic` (numpy.ndarray, shape (n,)): Moments in any unit, the spin axis first.
+        `b`, `c` (numpy.ndarray, shape (n,)): Transverse angular velocity at the start, in units of the spin.
+
+    Returns:
+        tuple of 2 numpy.ndarray, shape (n,): The difference of the extremes of psi', and the largest distance of w from
+            1; NaN if the axis is not encircled.
     """
     with np.errstate(all="ignore"):
         Ib, Ic, gap_b, gap_c, gap = Ib / Ia, Ic / Ia, (Ib - Ia) / Ia, (Ic - Ia) / Ia, (Ib - Ic) / Ia
-        more = np.stack([-b * b * Ib * gap / gap_c, c * c * Ic * gap / gap_b])
-        w = np.sqrt(1.0 + more)
+        excess = np.stack([-b * b * Ib * gap / gap_c, c * c * Ic * gap / gap_b])
+        w = np.sqrt(1.0 + excess)
         L2 = 1.0 + (Ib * b) ** 2 + (Ic * c) ** 2
-        change = more / (1.0 + w)
+        change = excess / (1.0 + w)
         share = np.abs(Ib * gap_b * b * b + Ic * gap_c * c * c) / L2
         spread = np.abs(change[0] - change[1]) * share / np.prod(1.0 + w / np.sqrt(L2), axis=0)
         return spread, np.where(np.all(w > 0.0, axis=0), np.abs(change).max(axis=0), np.nan)
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """Return the columns of IN_SPACE, in units; arguments as in :func:`kernels.near_axis.survey.measure_points`.
+    """Return the columns of IN_SPACE, in units.
 
-    The tolerance is of the attitude, rad. Columns, shape (n,): attitude_error (rad), psi_rate, psi_rate_error,
-    space_rate_exact (rad s-1), geometric_phase_residual (rad).
+    Args:
+        points, rotations, samples_per_rotation: As in :func:`kernels.near_axis.survey.measure_points`.
+        tolerance (float): Error of the attitude allowed, rad.
+
+    Returns:
+        dict of str to numpy.ndarray, shape (n,): attitude_error (rad), psi_rate, psi_rate_error, space_rate_exact
+            (rad s-1), geometric_phase_residual (rad).
     """
     points = rigid_body.points_of(points)
     out = np.full((len(IN_SPACE), points.I1.size), np.nan)
     if points.I1.size:
         intervals = round(rotations * samples_per_rotation)
-        fill(points, (2.0 * np.pi / samples_per_rotation, intervals, tolerance), out)
+        fill_columns(points, (2.0 * np.pi / samples_per_rotation, intervals, tolerance), out)
     return dict(zip(IN_SPACE, out, strict=True))

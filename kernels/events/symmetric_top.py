@@ -7,7 +7,7 @@ r"""The free symmetric top (I1 = I2): precession of omega and L about the figure
 
 so the transverse part turns uniformly about the figure axis, from axis 1 towards axis 2 where Omega > 0, with the
 period :math:`T = 2\pi/|\Omega|`, whatever its size. As L1 = I1 omega1, L2 = I1 omega2 and L3 = I3 omega3, L turns with
-it: L, omega and the figure axis stay in one plane. With theta and gamma the angles of omega and L to the figure axis,
+it: L, omega and the figure axis remain in one plane. With theta and gamma the angles of omega and L to the figure axis,
 
 .. math:: \tan\gamma = \frac{I_1\omega_\perp}{I_3\omega_3} = \frac{\tan\theta}{r}, \qquad
           \tan|\theta - \gamma| = \frac{|r - 1|\tan\theta}{r + \tan^2\theta}.
@@ -50,10 +50,10 @@ from kernels.free.sincos import arctangent
 
 UNDETERMINED, NONE, WITH_SPIN, AGAINST_SPIN = range(-1, 3)
 
-NAMES = ("ratio", "omega3", "half_angle")  # of points
+VARIABLES = ("ratio", "omega3", "half_angle")  # The coordinates of a point: I3/I1, rad s-1, degrees.
 EPSILON = float(np.finfo(np.float64).eps)
-PHASE = 0.6  # where the transverse part starts, rad from axis 1: by symmetry no result depends on it
-ORDER = 10  # of the integrator's step
+PHASE = 0.6  # rad from axis 1 to the transverse part at the start; by symmetry no result depends on it
+ORDER = 10  # order of the integrator's step, taylor.step_10
 FACTORIAL = float(math.factorial(ORDER + 1))
 MAX_STEPS = 10_000  # A sample interval is cut into no more steps.
 
@@ -65,7 +65,7 @@ _MOTION = (  # rows of one motion, each W long
     # sums of the angles by which the motion is ahead of the exact rotation, and of their squares
     *("sum_ahead", "sum_ahead2"),
 )
-_BOTH = (  # rows of both motions together
+_JOINT = (  # rows of both motions together
     # the transverse part at the start, and 1 - cos and sin of the turn of one sample and of all so far
     *("initial_b", "initial_c", "versine", "sine", "total_versine", "total_sine"),
     # largest distance, invariants at the start and their largest changes, coplanarity
@@ -73,8 +73,8 @@ _BOTH = (  # rows of both motions together
     # extremes of the squared tangents of the three angles
     *("min_body", "max_body", "min_momentum", "max_momentum", "min_space", "max_space"),
 )
-MOMENTUM = W * len(_MOTION)  # where the rows of L begin, behind those of omega
-row = numbers((*_MOTION, *(f"momentum_{name}" for name in _MOTION), *_BOTH), width=W)
+MOMENTUM_ROWS = W * len(_MOTION)  # index of the first row of L; the rows of omega precede it
+row = numbers((*_MOTION, *(f"momentum_{name}" for name in _MOTION), *_JOINT), width=W)
 
 # Columns of the raw result, one row a point, dimensionless or rad.
 RAW = numbers(
@@ -106,11 +106,14 @@ def cones(ratio, half_angle):
 
 
 @njit(**INLINE)
-def turn(b1, c1, b, c):
-    """Return the angle from (b1, c1) to (b, c), rad, at most half, in plain arithmetic so that lanes stay packed.
+def angle_between(b1, c1, b, c):
+    """Return the angle from (b1, c1) to (b, c), rad, at most 1/2, in plain arithmetic so that lanes stay packed.
 
-    With t = tan(delta/2), delta = 2 arctan t. The cross product is formed from the difference of the two, so equal
-    vectors turn by exactly nothing.
+    With t = tan(delta/2), delta = 2 arctan t. The cross product is formed from the difference of both vectors, so the
+    angle between equal vectors is exactly 0.
+
+    Args:
+        `b1`, `c1`, `b`, `c` (float): Components of both vectors in a common unit.
     """
     cross = b1 * (c - c1) - c1 * (b - b1)
     sizes = math.sqrt(b1 * b1 + c1 * c1) * math.sqrt(b * b + c * c)
@@ -120,9 +123,14 @@ def turn(b1, c1, b, c):
 
 @njit(**OPTIONS)
 def steps_per_sample(x, samples, tolerance):
-    """Return the steps in a sample interval; x = |r - 1| times the spacing in radians of spin.
+    """Return the number of steps in a sample interval, at most MAX_STEPS.
 
-    The equations are linear (c_3 = 0), so the first term left out is x^11/11! of the transverse part at any amplitude.
+    The equations are linear (c_3 = 0), so the first omitted term is x^11/11! of the transverse part at any amplitude.
+
+    Args:
+        `x` (float): |r - 1| times the spacing in radians of spin.
+        samples (int): Sample intervals of the run.
+        tolerance (float): Relative error allowed over the run.
     """
     excess = 1.05 * samples * x ** (ORDER + 1) / FACTORIAL / tolerance
     return 1 if not excess > 1.0 else int(min(math.ceil(excess ** (1.0 / ORDER)), MAX_STEPS))
@@ -131,11 +139,11 @@ def steps_per_sample(x, samples, tolerance):
 class Tops(NamedTuple):
     """Points of a run, one array each."""
 
-    ratio: np.ndarray
-    spin: np.ndarray  #: of which the sign counts
-    tangent: np.ndarray  #: of the half-angle
-    spacing: np.ndarray  #: of samples, radians of spin
-    steps: np.ndarray  #: per sample
+    ratio: np.ndarray  #: I3/I1
+    spin: np.ndarray  #: omega3; only its sign is used
+    tangent: np.ndarray  #: tangent of the half-angle
+    spacing: np.ndarray  #: spacing of samples, radians of spin
+    steps: np.ndarray  #: steps per sample interval
 
 
 @njit(**OPTIONS)
@@ -148,15 +156,19 @@ def _plan(tops, spacing, intervals, tolerance):
 
 
 @njit(**INNER)
-def _load(S, lane, tops, i, steps):
+def _load_lane(S, lane, tops, i, steps):
     """Set up one lane at the start of point i: omega in units of |omega3|, L in units of I1 |omega3|."""
     ratio, tangent, spacing = tops.ratio[i], tops.tangent[i], tops.spacing[i]
     spin_sign = 1.0 if tops.spin[i] > 0.0 else -1.0
     h = spacing / steps
     ca, cb, cc = rigid_body.euler_coefficients(ratio, 1.0, 1.0)
-    S[row.a + lane], S[row.b + lane], S[row.c + lane] = spin_sign, tangent * math.cos(PHASE), tangent * math.sin(PHASE)
+    S[row.a + lane], S[row.b + lane], S[row.c + lane] = (
+        spin_sign,
+        tangent * math.cos(PHASE),
+        tangent * math.sin(PHASE),
+    )
     S[row.ka + lane], S[row.kb + lane], S[row.kc + lane] = ca * h, cb * h, cc * h
-    L = S[MOMENTUM:]
+    L = S[MOMENTUM_ROWS:]
     L[row.a + lane], L[row.b + lane], L[row.c + lane] = ratio * spin_sign, S[row.b + lane], S[row.c + lane]
     # 1/I_c - 1/I_b = -(I_c - I_b)/(I_b I_c), the difference before the ratio
     L[row.ka + lane], L[row.kb + lane], L[row.kc + lane] = 0.0, (1.0 - ratio) / ratio * h, (ratio - 1.0) / ratio * h
@@ -167,13 +179,13 @@ def _load(S, lane, tops, i, steps):
 
 
 @njit(**INNER)
-def _begin(S):
+def _start_sums(S):
     """Take sample 0: clear the sums, note invariants and angles at the start."""
     whole_vectors()
     S[row.total_versine : row.min_body] = 0.0
-    for motion in (0, MOMENTUM):
+    for motion in (0, MOMENTUM_ROWS):
         M = S[motion:]
-        M[row.first_turn : MOMENTUM] = 0.0
+        M[row.first_turn : MOMENTUM_ROWS] = 0.0
         for lane in range(W):
             M[row.previous_b + lane], M[row.previous_c + lane] = M[row.b + lane], M[row.c + lane]
     for lane in range(W):
@@ -208,12 +220,12 @@ def _advance(M, steps):
 
 @njit(**OPTIONS)
 def _sample_angle(M, k, intervals):
-    """Add sample k (1 to intervals) of a motion to the sums of its angle; numbers count from the middle of the run."""
+    """Add sample k (1 to intervals) of a motion to the sums of its angle, by its number from the middle of the run."""
     whole_vectors()
     x, first = k - 0.5 * intervals, k == 1
     for lane in range(W):
         b, c = M[row.b + lane], M[row.c + lane]
-        delta = turn(M[row.previous_b + lane], M[row.previous_c + lane], b, c)
+        delta = angle_between(M[row.previous_b + lane], M[row.previous_c + lane], b, c)
         M[row.first_turn + lane] = delta if first else M[row.first_turn + lane]
         y = M[row.y + lane] + (delta - M[row.first_turn + lane])
         M[row.y + lane] = y
@@ -231,14 +243,14 @@ def _sample_state(S):
         a, b, c = S[row.a + lane], S[row.b + lane], S[row.c + lane]
         p, q, r = S[row.momentum_a + lane], S[row.momentum_b + lane], S[row.momentum_c + lane]
         v, s, xb, xc = S[row.versine + lane], S[row.sine + lane], S[row.initial_b + lane], S[row.initial_c + lane]
-        turned, side = S[row.total_versine + lane], S[row.total_sine + lane]
-        turned, side = turned + (v + (side * s - turned * v)), side + (s - (side * v + turned * s))
-        S[row.total_versine + lane], S[row.total_sine + lane] = turned, side
-        eb, ec = xb - (turned * xb + side * xc), xc + (side * xb - turned * xc)
+        versine, sine = S[row.total_versine + lane], S[row.total_sine + lane]
+        versine, sine = versine + (v + (sine * s - versine * v)), sine + (s - (sine * v + versine * s))
+        S[row.total_versine + lane], S[row.total_sine + lane] = versine, sine
+        eb, ec = xb - (versine * xb + sine * xc), xc + (sine * xb - versine * xc)
         size = xb * xb + xc * xc
         db, dc = b - eb, c - ec
-        apart = (db * db + dc * dc) / size
-        S[row.distance + lane] = apart if not apart <= S[row.distance + lane] else S[row.distance + lane]
+        distance2 = (db * db + dc * dc) / size
+        S[row.distance + lane] = distance2 if not distance2 <= S[row.distance + lane] else S[row.distance + lane]
         # in units of I1 the transverse part of L is that of omega
         ahead, momentum_ahead = (eb * dc - ec * db) / size, (eb * (r - ec) - ec * (q - eb)) / size
         S[row.sum_ahead + lane] += ahead
@@ -278,27 +290,27 @@ def _rate(M, lane, intervals):
 
 
 @njit(**INLINE)
-def _angles(low, high):
+def _mean_angle(low, high):
     """Return mean and difference of two angles, rad, from their squared tangents."""
-    least, greatest = math.atan(math.sqrt(low)), math.atan(math.sqrt(high))
-    return 0.5 * (least + greatest), greatest - least
+    smallest, greatest = math.atan(math.sqrt(low)), math.atan(math.sqrt(high))
+    return 0.5 * (smallest + greatest), greatest - smallest
 
 
 @njit(**INNER)
-def _unload(S, lane, intervals, spacing, steps, result):
-    """Turn one lane's sums into its raw result."""
+def _write_lane(S, lane, intervals, spacing, steps, result):
+    """Write one lane's raw result from its sums."""
     rate, stderr, result[RAW.ahead] = _rate(S, lane, intervals)
     result[RAW.rate], result[RAW.stderr] = rate / spacing, stderr / spacing
-    rate, stderr, result[RAW.momentum_ahead] = _rate(S[MOMENTUM:], lane, intervals)
+    rate, stderr, result[RAW.momentum_ahead] = _rate(S[MOMENTUM_ROWS:], lane, intervals)
     result[RAW.momentum_rate], result[RAW.momentum_stderr] = rate / spacing, stderr / spacing
     result[RAW.floor] = 2.0 * EPSILON * steps / spacing
     result[RAW.distance] = math.sqrt(S[row.distance + lane])
     result[RAW.energy_drift] = S[row.energy_drift + lane] / S[row.energy + lane]
     result[RAW.momentum_drift] = S[row.momentum2_drift + lane] / S[row.momentum2 + lane]
     result[RAW.coplanarity] = math.sqrt(S[row.out_of_plane + lane])
-    result[RAW.body], result[RAW.body_spread] = _angles(S[row.min_body + lane], S[row.max_body + lane])
-    result[RAW.momentum], _ = _angles(S[row.min_momentum + lane], S[row.max_momentum + lane])
-    result[RAW.space], _ = _angles(S[row.min_space + lane], S[row.max_space + lane])
+    result[RAW.body], result[RAW.body_spread] = _mean_angle(S[row.min_body + lane], S[row.max_body + lane])
+    result[RAW.momentum], _ = _mean_angle(S[row.min_momentum + lane], S[row.max_momentum + lane])
+    result[RAW.space], _ = _mean_angle(S[row.min_space + lane], S[row.max_space + lane])
     result[RAW.steps] = steps
 
 
@@ -311,19 +323,19 @@ def _run_blocks(tops, order, starts, intervals, raw):
         first, count = starts[j], starts[j + 1] - starts[j]
         n = tops.steps[order[first]]
         for lane in range(W):
-            _load(S, lane, tops, order[first + min(lane, count - 1)], n)
-        _begin(S)
+            _load_lane(S, lane, tops, order[first + min(lane, count - 1)], n)
+        _start_sums(S)
         for k in range(1, intervals + 1):
-            for motion in (0, MOMENTUM):
+            for motion in (0, MOMENTUM_ROWS):
                 _advance(S[motion:], n)
                 _sample_angle(S[motion:], k, intervals)
             _sample_state(S)
         for lane, i in enumerate(order[first : first + count]):
-            _unload(S, lane, intervals, tops.spacing[i], n, raw[i])
+            _write_lane(S, lane, intervals, tops.spacing[i], n, raw[i])
 
 
 def run(points, rotations, samples_per_rotation, tolerance):
-    """Integrate and measure points; the raw result before anything is named, shape (n, len(RAW)), dimensionless or rad.
+    """Return the raw result of points, integrated and measured: shape (n, len(RAW)), columns RAW, dimensionless or rad.
 
     Args:
         points (mapping of str to array_like, shape (n,)): ratio (I3/I1 > 0), omega3 (rad s-1, not 0), half_angle
@@ -333,7 +345,7 @@ def run(points, rotations, samples_per_rotation, tolerance):
             1/2.
         tolerance (float): Error of the transverse part allowed over the run, relative to its size.
     """
-    ratio, omega3, half_angle = arrays(*(points[name] for name in NAMES))
+    ratio, omega3, half_angle = arrays(*(points[name] for name in VARIABLES))
     intervals = round(rotations * samples_per_rotation)
     spacings, steps = np.empty(ratio.size), np.empty(ratio.size, dtype=np.int64)
     tops = Tops(ratio, omega3, np.tan(np.radians(half_angle)), spacings, steps)
@@ -352,26 +364,27 @@ def _status(raw, tolerance, intervals):
     return np.select(cases, [NON_FINITE, NOT_CONVERGED], OK).astype(np.int8)
 
 
-def _error(raw, ahead, rate, resolved, stderr, intervals):
-    r"""Return the error of a measured rate, in units of the spin: what a reader may rely on, a sum.
+def _error(raw, ahead, rate, reported_rate, stderr, intervals):
+    r"""Return the error of a measured rate, in units of the spin: a sum of four terms.
 
     Scatter, :math:`\sigma\sqrt{n/(n - 2)}` of n samples; the rounding of coefficients, :math:`4u|\Omega|` with the unit
-    :math:`u = 2^{-53}`; and what the certificate allows over the run's length T. Angles that are ahead of the exact
-    motion by :math:`e_k` are a line off by :math:`\sum x_ke_k/\sum x_k^2`, x counted from the middle, and by Cauchy and
-    Schwarz by no more than :math:`\sqrt{12}\,s/T`, s the standard deviation of e: an angle that all share turns no
-    line. The exact motion is itself rounded, by 0.41 u in the root mean square of an angle at most (0.6 u are taken),
-    and its turn by Φ in all by :math:`u\sqrt n\min(\Phi, 4)`. No guess at how steps are rounded can replace e: where a
-    precession is slow, many in a row are rounded alike.
+    :math:`u = 2^{-53}`; and the effect of the certified deviation over the run's length T. If angles are ahead of the
+    exact motion by :math:`e_k`, the fitted slope is off by :math:`\sum x_ke_k/\sum x_k^2`, x counted from the middle,
+    and by Cauchy and Schwarz by no more than :math:`\sqrt{12}\,s/T`, s the standard deviation of e: a common angle
+    changes no slope. The exact motion is itself rounded, by 0.41 u in the root mean square of an angle at most (0.6 u
+    are taken), and its total rotation Φ by :math:`u\sqrt n\min(\Phi, 4)`. No estimate of the steps' rounding can
+    replace e: in a slow precession many successive steps are rounded equally.
 
-    Where a rate is reported as 0, what was measured. The motion is linear at any amplitude: no bias of a finite one.
+    The fourth term is the measured rate if it is reported as 0. The motion is linear at any amplitude, so a finite
+    amplitude adds no error.
     """
     n, unit = intervals + 1.0, 0.5 * EPSILON
     per_sample = raw[:, RAW.floor] / (2.0 * EPSILON * raw[:, RAW.steps])
-    turned = np.abs(rate) / per_sample * intervals
-    exact = unit * (0.6 + math.sqrt(n) * np.minimum(turned, 4.0))
+    angle = np.abs(rate) / per_sample * intervals
+    exact = unit * (0.6 + math.sqrt(n) * np.minimum(angle, 4.0))
     certified = math.sqrt(12.0) * (ahead + exact) / intervals * per_sample
     scatter = stderr * math.sqrt(n / max(n - 2.0, 1.0))
-    return scatter + 4.0 * unit * np.abs(rate) + certified + np.abs(rate - resolved)
+    return scatter + 4.0 * unit * np.abs(rate) + certified + np.abs(rate - reported_rate)
 
 
 def _period(rate):
@@ -381,7 +394,10 @@ def _period(rate):
 
 
 def measured(points, rotations, samples_per_rotation, tolerance):
-    """Return the measured columns of points, in units; arguments as for :func:`run`.
+    """Return the measured columns of points, in units.
+
+    Args:
+        points, rotations, samples_per_rotation, tolerance: As for :func:`run`.
 
     Returns:
         dict of str to numpy.ndarray, shape (n,): precession_rate, momentum_precession_rate, their _stderr and _error
@@ -390,19 +406,19 @@ def measured(points, rotations, samples_per_rotation, tolerance):
             where missing.
     """
     raw = run(points, rotations, samples_per_rotation, tolerance)
-    _, omega3, _ = arrays(*(points[name] for name in NAMES))
+    _, omega3, _ = arrays(*(points[name] for name in VARIABLES))
     spin = np.abs(omega3)
     intervals = round(rotations * samples_per_rotation)
     rates, columns = {}, {}
-    for of, rate, stderr, ahead in (
+    for prefix, rate, stderr, ahead in (
         ("", RAW.rate, RAW.stderr, RAW.ahead),
         ("momentum_", RAW.momentum_rate, RAW.momentum_stderr, RAW.momentum_ahead),
     ):
-        name, rate, stderr = f"{of}precession_rate", raw[:, rate], raw[:, stderr]
-        is_hidden = np.abs(rate) <= np.fmax(5.0 * stderr, raw[:, RAW.floor])  # by scatter or rounding
-        rates[of] = np.where(is_hidden, 0.0, rate)
-        error = _error(raw, raw[:, ahead], rate, rates[of], stderr, intervals)
-        columns |= {name: rates[of] * spin, f"{name}_stderr": stderr * spin, f"{name}_error": error * spin}
+        name, rate, stderr = f"{prefix}precession_rate", raw[:, rate], raw[:, stderr]
+        is_rounding = np.abs(rate) <= np.fmax(5.0 * stderr, raw[:, RAW.floor])  # by scatter or rounding
+        rates[prefix] = np.where(is_rounding, 0.0, rate)
+        error = _error(raw, raw[:, ahead], rate, rates[prefix], stderr, intervals)
+        columns |= {name: rates[prefix] * spin, f"{name}_stderr": stderr * spin, f"{name}_error": error * spin}
     rate = rates[""]
     senses = [~np.isfinite(rate), rate == 0.0, rate * np.sign(omega3) > 0.0]
     return columns | {
@@ -425,19 +441,23 @@ def theory(points):
     precession_rate_theory (rad s-1), period_theory (s), momentum_cone_theory, space_cone_theory (degrees),
     triangle_margin (1), shape (int8).
     """
-    ratio, omega3, half_angle = arrays(*(points[name] for name in NAMES))
+    ratio, omega3, half_angle = arrays(*(points[name] for name in VARIABLES))
     momentum, space = cones(ratio, np.radians(half_angle))
-    one = np.ones_like(ratio)
+    equal = np.ones_like(ratio)
     return {
         "precession_rate_theory": precession_rate(ratio, omega3),
         "period_theory": _period(ratio - 1.0) / np.abs(omega3),
         "momentum_cone_theory": np.degrees(momentum),
         "space_cone_theory": np.degrees(space),
-        "triangle_margin": triangle.triangle_margin(one, one, ratio),
-        "shape": rigid_body.shape(one, one, ratio),
+        "triangle_margin": triangle.triangle_margin(equal, equal, ratio),
+        "shape": rigid_body.shape(equal, equal, ratio),
     }
 
 
 def survey(points, rotations, samples_per_rotation, tolerance):
-    """Return all columns of points: :func:`theory` beside :func:`measured`, which does not use it."""
+    """Return the columns of :func:`theory` and of :func:`measured`, which are independent, of points.
+
+    Args:
+        points, rotations, samples_per_rotation, tolerance: As for :func:`run`.
+    """
     return theory(points) | measured(points, rotations, samples_per_rotation, tolerance)

@@ -311,20 +311,20 @@ def measure_flips(points, tolerance=1e-10):
     points = rigid_body.points_of(points)
     n = points.I1.size
     out = np.empty((len(flips.COLUMNS), n))
-    flips.fill(points, np.arange(n), tolerance, out, np.zeros(n, dtype=bool))
+    flips.fill_columns(points, np.arange(n), tolerance, out, np.zeros(n, dtype=bool))
     return dict(zip(flips.MEASURED, out, strict=True))
 
 
 def _flip_columns(points, measured, tolerance):
     """Return the columns of kernels.events.flips; a search without a result has the status short_window."""
     n, omega0, status = points.I1.size, points.omega0, measured["status"]
-    out, is_unfinished = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
+    out, at_limit = np.empty((len(flips.COLUMNS), n)), np.zeros(n, dtype=bool)
     finite_points = np.flatnonzero(status != NON_FINITE)
     out[:, status == NON_FINITE] = np.nan
     rate2 = measured["omega_squared"][finite_points] / omega0[finite_points] / omega0[finite_points]
     order = finite_points[np.argsort(np.abs(rate2))]  # points of similar duration share a block
-    flips.fill(points, order, tolerance, out, is_unfinished)
-    status[is_unfinished & (status == OK)] = SHORT_WINDOW
+    flips.fill_columns(points, order, tolerance, out, at_limit)
+    status[at_limit & (status == OK)] = SHORT_WINDOW
     return dict(zip(flips.MEASURED, out, strict=True))
 
 

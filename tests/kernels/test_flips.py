@@ -14,7 +14,7 @@ def columns(points, tolerance=1e-10):
     """Columns of flips for points given as a mapping, with whether the search was given up."""
     n = np.broadcast(*points.values()).size
     out, is_unfinished = np.empty((len(flips.MEASURED), n)), np.zeros(n, dtype=bool)
-    flips.fill(rigid_body.points_of(points), np.arange(n), tolerance, out, is_unfinished)
+    flips.fill_columns(rigid_body.points_of(points), np.arange(n), tolerance, out, is_unfinished)
     return dict(zip(flips.MEASURED, out, strict=True)) | {"given_up": is_unfinished}
 
 

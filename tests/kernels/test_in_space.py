@@ -114,7 +114,7 @@ def test_a_coefficient_of_the_direct_step_bent_by_1e9_is_seen(name):
         for _ in range(64):
             in_space._advance(scratch, 2)
             in_space._advance_exact(scratch)
-            in_space._compare(scratch)
+            in_space._compare_attitudes(scratch)
         return 2.0 * math.sqrt(scratch[in_space.row.distance])
 
     assert deviation(0.0) < 1e-12

@@ -238,8 +238,9 @@ def test_turns_are_the_angles_of_arctan2():
             b_, c_, e_, f_ = map(mpmath.mpf, (float(b), float(c), e, f))
             exact = float(mpmath.atan2(b_ * f_ - c_ * e_, b_ * e_ + c_ * f_))
         # half a unit of rounding in each product
-        assert abs(symmetric_top.turn(b, c, e, f) - exact) <= 2 * EPSILON * abs(exact) + 2 * EPSILON * abs(angle)
-    assert symmetric_top.turn(0.3, 0.7, 0.3, 0.7) == 0.0
+        angle_error = abs(symmetric_top.angle_between(b, c, e, f) - exact)
+        assert angle_error <= 2 * EPSILON * abs(exact) + 2 * EPSILON * abs(angle)
+    assert symmetric_top.angle_between(0.3, 0.7, 0.3, 0.7) == 0.0
 
 
 def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
@@ -249,7 +250,7 @@ def test_rate_and_stderr_are_those_of_a_straight_line_through_the_angles():
     k = np.arange(intervals + 1.0)
     angles = rng.uniform(-0.4, 0.4, (2, W, 1)) * k + rng.normal(0, 1e-2, (2, W, k.size))
     for which in (0, 1):
-        M = np.zeros(symmetric_top.MOMENTUM)
+        M = np.zeros(symmetric_top.MOMENTUM_ROWS)
         for number in range(intervals + 1):
             rows = (row.b, row.c) if number else (row.previous_b, row.previous_c)
             for first, component in zip(rows, (np.cos, np.sin), strict=True):

@@ -346,7 +346,7 @@ def _in_space(points, settings, columns, wanted) -> dict[str, np.ndarray]:
     Ia, Ib, Ic = (np.take_along_axis(moments, (axis_index + k)[None] % 3, axis=0)[0] for k in range(3))
     b, c = (points["epsilon"] * f(points["phase"]) for f in (np.cos, np.sin))
     spin = np.abs(points["omega0"])
-    psi_spread, spin_spread = in_space.wandering(Ia, Ib, Ic, b, c)
+    psi_spread, spin_spread = in_space.rate_variation(Ia, Ib, Ic, b, c)
     sense[np.isnan(spin_spread)] = np.nan
     wobble_rate, wobble_error = wobble["frequency"], wobble["frequency_error"]
     space_columns["space_rate"] = space_columns.pop("psi_rate") + sense * wobble_rate
