@@ -44,6 +44,7 @@ class BodySetting(TypedDict, total=False):
     omega0: "Quantity"
     epsilon: "Quantity"
     phase: "Quantity"
+    omega: "Sequence[Quantity]"
     uncertainty: "float | str | Mapping[str, Any]"
     draws: int
     seed: int
@@ -171,8 +172,10 @@ def body(
         axis: 1, 2 or 3; left out, all three.
         twist: whether to add the twist about the handle.
         definition: the definition that lists a name.
-        setting: omega0 (rad s-1), epsilon and phase of the perturbation; uncertainty (0.05, "5 %", or a mapping), with
-            draws, seed, method and turns: then bodies are sampled and measured.
+        setting: omega0 (rad s-1), epsilon and phase of the perturbation; or omega, an angular velocity in any
+            direction, in the axes of the tensor or mesh, otherwise about the principal axes (its mode, tilts and
+            periods are `facts["rotation"]`); uncertainty (0.05, "5 %", or a mapping), with draws, seed, method and
+            turns: then bodies are sampled and measured.
 
     Returns:
         The answer: `print` shows it, `facts` contains its numbers.
@@ -204,9 +207,11 @@ def motion(
     Args:
         system: a body as `body` takes it; a `sweeps.mechanics.System`, the path of a Python file that makes one, or the
             name of a shipped one; a point of a map from `point`.
-        start: of a body, its three angular velocities (rad s-1), or a mapping with axis, omega0, epsilon and phase;
-            left out, a spin about its intermediate axis. Of a described system, name → number, or one number a run, of
-            each coordinate or state, and of velocities (`theta_dot`), which are 0 where they are not given.
+        start: of a body, its three angular velocities (rad s-1) in the axes of its tensor or mesh, otherwise about its
+            principal axes; or a mapping with omega1, omega2 and omega3, or with axis (a principal one), omega0, epsilon
+            and phase, and with attitude (unit quaternion, scalar first, from these axes to space; by default, those at
+            time 0). Left out, a spin about its intermediate axis. Of a described system, name → number, or one number a
+            run, of each coordinate or state, and of velocities (`theta_dot`), which are 0 where they are not given.
         times: when the motion is wanted, s, ascending; the first is the start. Or a duration; of a body also None, for
             two flips or two wobble periods.
         parameters: of a described system, name → number, or one number a run; left out, the description's defaults.
@@ -215,8 +220,9 @@ def motion(
 
     Returns:
         A Dataset over `time`. Of a body: angular velocity omega1 … omega3 and attitude q0 … q3 (unit quaternion, scalar
-        first, from the body's axes to those of space) in closed form, and (suffix _direct) by direct integration. Of a
-        described system: each state, its `_error`, and `status`, also over `run` where lists are given.
+        first, from the body's axes to those of space) in closed form, and (suffix _direct) by direct integration, in
+        the body's axes that the attribute `frame` names. Of a described system: each state, its `_error`, and `status`,
+        also over `run` where lists are given.
 
     Raises:
         DefinitionError: naming the invalid argument and the allowed values.

@@ -1,5 +1,6 @@
 """Commands that take a body or a system in place of a definition: body, motion, tumbler."""
 
+import sys
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ NAME may be a part of a name: `polhode body racket`. Without NAME the bodies are
   polhode body --ratios 1 2 2.5
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3
   polhode body --mesh racket.stl --density "0.6 g/cm3" --unit mm
+  polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --omega 0 0 "5 rpm"
 
   polhode body --tensor 2 -0.5 0  -0.5 2 0.1  0 0.1 3 --uncertainty 5% --omega0 0.1 --axis 3
 
@@ -30,6 +32,10 @@ of such an off-diagonal entry give {covariance: …}, 6 rows of 6, in kg2 m4.
 The moments of a tensor or a mesh come out ascending, with their principal axes in the coordinates of the tensor or
 the mesh; --moments and --ratios keep the order given. Off-diagonal entries of a tensor are minus the products of
 inertia. --json prints SI units, angles (max_tilt) in rad, as in maps.
+
+--omega is in the coordinates of the tensor or the mesh, or about axes 1, 2, 3 of --moments and --ratios. The answer is
+the mode (short-axis mode: the polhode encircles the axis of greatest inertia; long-axis mode: of least inertia), the
+largest tilts of angular velocity and momentum from that axis, and the periods P_psi and P_phi of `polhode tumbler`.
 """
 
 
@@ -46,6 +52,7 @@ def add_body(commands) -> None:
     command.add_argument("--turns", help="count a flip if it occurs within N turns (default 100)", **sampling)
     command.add_argument("--twist", action="store_true", help="state the twist about the handle too")
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default all three)")
+    parser.add_omega(command, "in any direction")
     command.add_argument("--figure", metavar="FILE", help="draw the sampled bodies on the triangle of inertia (PNG)")
     parser.share(command, "--json")
 
@@ -61,7 +68,7 @@ def _body(args):
         names = list(spin_outcomes.bodies_by_name(catalogue.load_definition(args.definition), args.definition))
         printing.print_json(names) if args.json else print("\n".join(names))
         return
-    setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty")}
+    setting = {name: getattr(args, name) for name in (*body_answer.SPIN, *body_answer.SAMPLING, "uncertainty", "omega")}
     answer = sweeps.body(body, axis=args.axis, twist=args.twist, definition=args.definition, **setting)
     if args.figure:
         answer.savefig(args.figure)
@@ -72,9 +79,11 @@ MOTION = """\
 The suffix of FILE decides: .csv and .nc hold angular velocity and attitude (unit quaternion, scalar first, from body to
 inertial frame) in closed form (omega1 … omega3, q0 … q3) and by direct integration (omega1_direct …); .aem is a CCSDS
 attitude ephemeris message (KVN) of the closed form, its times from 2000-01-01T00:00:00 TAI; .gif, .mp4 and .webm show
-the body turning, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need ffmpeg). NAME and the options that give
-a body are those of `polhode body`. Of a described system (its name, or your Python file), .csv and .nc hold
-coordinates, velocities and their errors over --duration; .gif, .mp4 and .webm show its picture and its coordinates.
+the body turning, with its angular momentum upwards, by its mesh where it has one (MP4 and WebM: 1920 × 1080, need
+ffmpeg). NAME and the options that give a body are those of `polhode body`. --omega, --attitude and the columns are in
+the axes of the tensor or the mesh, otherwise in the principal axes. Of a described system (its name, or your Python
+file), .csv and .nc hold coordinates, velocities and their errors over --duration; .gif, .mp4 and .webm show its picture
+and its coordinates.
 
   polhode motion racket -o racket.mp4 --epsilon 0.05
   polhode motion --moments 0.00121 0.01638 0.01748 --omega "20 rpm" "90 rpm" 0 -o racket.csv
@@ -83,7 +92,20 @@ coordinates, velocities and their errors over --duration; .gif, .mp4 and .webm s
   polhode motion pendulum --start theta="170 deg" theta_dot=0.1 --parameter length=2 --duration "10 s" -o pendulum.gif
 """
 WAIT = "computing the motion; the first time on a machine its kernels are compiled"
-OF_BODIES = ("moments", "ratios", "tensor", "mesh", "density", "mass", "omega0", "epsilon", "phase", "axis", "omega")
+OF_BODIES = (
+    "moments",
+    "ratios",
+    "tensor",
+    "mesh",
+    "density",
+    "mass",
+    "omega0",
+    "epsilon",
+    "phase",
+    "axis",
+    "omega",
+    "attitude",
+)
 
 
 def add_motion(commands) -> None:
@@ -91,8 +113,9 @@ def add_motion(commands) -> None:
     command = parser.add(commands, "motion", "write the motion of a body or a system, or a film", _motion, MOTION)
     parser.add_body(command)
     command.add_argument("--axis", type=parser.number, metavar="A", help="spin axis (default the intermediate one)")
-    text = "angular velocity about axes 1, 2, 3, rad s-1, in place of --axis and --omega0"
-    command.add_argument("--omega", nargs=3, type=parser.number, metavar="W", help=text)
+    parser.add_omega(command, "at the start")
+    text = "attitude at the start: unit quaternion, scalar first, from the body's axes to space (default 1 0 0 0)"
+    command.add_argument("--attitude", nargs=4, type=parser.number, metavar="Q", help=text)
     settings: dict[str, Any] = {"nargs": "+", "type": parser.setting, "metavar": "NAME=VALUE", "default": ()}
     text = "coordinates and velocities of a described system at time 0; velocities left out are 0"
     command.add_argument("--start", help=text, **settings)
@@ -119,6 +142,8 @@ def _motion(args):
         else:
             films.write_frames(frames(trajectory), args.output)
     print(args.output)
+    if frame := trajectory.attrs.get("frame"):
+        print(f"omega1 … omega3, q0 … q3: in the {frame}", file=sys.stderr)
 
 
 def _of_body(args, _):
@@ -136,6 +161,8 @@ def _of_body(args, _):
     start = {name: value for name in SPIN if (value := getattr(args, name)) is not None}
     if args.omega:
         start |= dict(zip(RATES, args.omega, strict=True))
+    if args.attitude:
+        start["attitude"] = args.attitude
     chosen_body, spun = spin_outcomes.body_of(body, args.definition, spin_of(start), catalogue.load_definition)
     with progress.announce(WAIT):
         return integrate_from(chosen_body, spun, start, args.duration, 1e-12, args.samples), figure_flip.film

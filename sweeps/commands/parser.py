@@ -129,6 +129,13 @@ def add_body(parser: Parser) -> None:
     parser.add_argument("--phase", help=text, **quantities)
 
 
+def add_omega(parser: Parser, when: str) -> None:
+    """Add the option for an angular velocity in any direction, `when` it is."""
+    text = f"angular velocity {when}, rad s-1, in place of --axis and --omega0: in the axes of the tensor or the mesh, "
+    text += "otherwise about axes 1, 2, 3"
+    parser.add_argument("--omega", nargs=3, type=number, metavar="W", help=text)
+
+
 def add_moments(parser: Parser) -> None:
     """Add the options that give the moments of inertia of a body."""
     quantities: dict[str, Any] = {"type": number, "metavar": "X"}

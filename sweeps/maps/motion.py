@@ -110,7 +110,8 @@ def _attitude_message(motion: xr.Dataset) -> Iterator[str]:
     rates = np.column_stack([motion[f"omega{i}"] for i in (1, 2, 3)])
     rates = rates if motion["omega1"].attrs["units"] == "deg s-1" else np.degrees(rates)
     scalars = [(name, value.item(), value.attrs["units"]) for name, value in motion.variables.items() if not value.ndim]
-    axes = "SC_BODY_1: principal axes of inertia; EME2000: inertial axes, those of the body at the start"
+    frame = motion.attrs.get("frame", "principal axes of the body")
+    axes = f"SC_BODY_1: {frame}; EME2000: inertial axes" + ", those of the body at the start" * bool(motion.q0[0] == 1)
     comments = [axes, *(f"{name} = {value:.17g} {unit}" for name, value, unit in scalars)]
     title = motion.attrs.get("title", "").encode("ascii", "replace").decode() or "BODY"
     q = np.column_stack([motion[f"q{i}"] for i in range(4)])

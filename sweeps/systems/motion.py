@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,13 +16,23 @@ TOLERANCES = (1e-13, 1e-3)
 HOUR, DAY = 3600.0, 86_400.0
 YEAR = 365.25 * DAY
 QUATERNION_PARTS = ("scalar part", "vector part along axis 1", "vector part along axis 2", "vector part along axis 3")
-ATTITUDE_CONVENTION = (
-    "unit quaternion, scalar first, from the body's axes to axes fixed in space, which are the body's at time 0"
-)
+ATTITUDE_CONVENTION = "unit quaternion, scalar first, from the body's axes to axes fixed in space"
+UNROTATED = (1.0, 0.0, 0.0, 0.0)  # quaternion of no rotation
 
 
 class MotionError(RefusedError):
     """A requested motion is refused; `str()` is the whole message."""
+
+
+class BodyFrame(NamedTuple):
+    """Axes of the body in which a motion is given, and the attitude of these axes at time 0."""
+
+    name: str = "body"  #: owner of the axes: "body" for the principal axes, "tensor" or "mesh"
+    principal_axes: np.ndarray = np.eye(3)  #: rotation matrix: row i is principal axis i in these axes
+    start: tuple[float, float, float, float] = UNROTATED  #: unit quaternion at time 0, from these axes to space
+
+
+PRINCIPAL = BodyFrame()
 
 
 def motion_span(period: float, rotation: float) -> float:
@@ -61,26 +72,47 @@ def time_axis(values: np.ndarray, since: str) -> tuple:
     return "time", values, {"units": "s", "long_name": f"time from {since}"}
 
 
-def angular_velocity(axis: int, how: str) -> dict[str, str]:
+def angular_velocity(axis: int, how: str, frame: BodyFrame = PRINCIPAL) -> dict[str, str]:
     """Return the attributes of one component of the angular velocity in the body."""
-    return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the body, {how}"}
+    return {"units": "rad s-1", "long_name": f"angular velocity about axis {axis} of the {frame.name}, {how}"}
 
 
-def label_columns(rates: np.ndarray, attitude: np.ndarray | None, how: str, suffix: str = "") -> dict[str, tuple]:
+def label_columns(
+    rates: np.ndarray, attitude: np.ndarray | None, how: str, suffix: str = "", frame: BodyFrame = PRINCIPAL
+) -> dict[str, tuple]:
     """Return the columns omega1 … omega3 and q0 … q3 over `time`.
 
     Args:
-        rates: angular velocity in the body, rad/s, shape (n, 3).
-        attitude: unit quaternions, shape (n, 4); None for none.
+        rates: angular velocity in the principal axes, rad/s, shape (n, 3).
+        attitude: unit quaternions from the principal axes to those at time 0, shape (n, 4); None for none.
         how: words for the method of computation.
         suffix: end of the columns' names.
+        frame: axes of the columns. A vector v of principal components has the components Rᵀ v there, with R the
+            principal axes, and so has the vector part of a rotation's quaternion.
     """
-    columns = {f"omega{i}{suffix}": ("time", values, angular_velocity(i, how)) for i, values in enumerate(rates.T, 1)}
-    parts = () if attitude is None else zip(QUATERNION_PARTS, attitude.T, strict=True)
-    for i, (part_name, values) in enumerate(parts):
-        words = {"units": "1", "long_name": f"attitude, {part_name}, {how}", "comment": ATTITUDE_CONVENTION}
+    rates = rates @ frame.principal_axes
+    columns = {
+        f"omega{i}{suffix}": ("time", values, angular_velocity(i, how, frame)) for i, values in enumerate(rates.T, 1)
+    }
+    if attitude is None:
+        return columns
+    turned = np.column_stack([attitude[:, 0], attitude[:, 1:] @ frame.principal_axes])
+    convention = ATTITUDE_CONVENTION.replace("body's", f"{frame.name}'s")
+    if frame.start == UNROTATED:
+        convention += f", which are the {frame.name}'s at time 0"
+    for i, (part_name, values) in enumerate(
+        zip(QUATERNION_PARTS, multiply(np.array(frame.start), turned).T, strict=True)
+    ):
+        words = {"units": "1", "long_name": f"attitude, {part_name}, {how}", "comment": convention}
         columns[f"q{i}{suffix}"] = ("time", values, words)
     return columns
+
+
+def multiply(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return the products p q of quaternions, scalar first, (…, 4): p0 q0 − p·q, p0 q + q0 p + p × q."""
+    scalar = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(axis=-1, keepdims=True)
+    vector = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([scalar, vector], axis=-1)
 
 
 def rotate_vectors(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -89,14 +121,15 @@ def rotate_vectors(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return vectors + 2.0 * (q[..., :1] * cross + np.cross(q[..., 1:], cross))
 
 
-def attitude_columns(moments, omega, times, tolerance: float) -> dict[str, tuple]:
+def attitude_columns(moments, omega, times, tolerance: float, frame: BodyFrame = PRINCIPAL) -> dict[str, tuple]:
     """Return omega1 … omega3 and q0 … q3 over `time`, in closed form and (suffix _direct) by direct integration.
 
     Args:
         moments: principal moments of inertia, shape (3,).
-        omega: angular velocity at time 0 in the body, rad/s, shape (3,).
+        omega: angular velocity at time 0 in the principal axes, rad/s, shape (3,).
         times: instants, s, shape (n,).
         tolerance: relative truncation error of the direct integration.
+        frame: axes of the columns.
     """
     from kernels.free import direct, exact
 
@@ -106,7 +139,9 @@ def attitude_columns(moments, omega, times, tolerance: float) -> dict[str, tuple
         raise MotionError(f"times: the body rotates {rotations:.3g} times; allowed: {MAX_DIRECT_ROTATIONS:g} times")
     closed = exact.rotation(moments, omega, times), exact.attitude(moments, omega, times)
     direct_way = direct.rotation(moments, omega, times, tolerance), direct.attitude(moments, omega, times, tolerance)
-    return label_columns(*closed, "closed form") | label_columns(*direct_way, "direct integration", "_direct")
+    return label_columns(*closed, "closed form", "", frame) | label_columns(
+        *direct_way, "direct integration", "_direct", frame
+    )
 
 
 def check_finite(columns: Mapping[str, tuple]) -> None:

@@ -49,7 +49,7 @@ def mean_squares(faces):
     """Return the mean square of each coordinate within closed surfaces, by tetrahedra from the origin."""
     volume, squares, total = 0.0, np.zeros(3), np.zeros(3)
     for face in faces:
-        if face.veil < 1.0:
+        if face.opacity < 1.0:
             continue  # strings weigh nothing
         for u, v, w in ((face.corners[0], face.corners[i], face.corners[i + 1]) for i in range(1, 3)):
             cell = np.dot(u, np.cross(v, w)) / 6.0

@@ -92,6 +92,11 @@ class Body(Strict):
     solid = property(attrgetter("_solid"), doc="Mass properties, of a mesh; else None.")
 
     @property
+    def frame(self) -> str:
+        """Owner of the axes in which the body's vectors are given: "tensor", "mesh", or "body" (principal axes)."""
+        return next((name for name in ("tensor", "mesh") if getattr(self, name) is not None), "body")
+
+    @property
     def moments(self) -> tuple[float, float, float]:
         """(I1, I2, I3), kg m2, or in the unit of `ratios` if only those are known; ascending from a tensor or mesh."""
         if self._principal is not None:

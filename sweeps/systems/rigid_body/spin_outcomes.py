@@ -236,7 +236,7 @@ def predict_body(
     """
     facts = {"name": body.name, "moments": body.moments, "moments_are_ratios": body.ratios is not None, **spun}
     if body.principal is not None:
-        facts |= {"principal_axes": body.principal.axes, "notes": body.principal.notes}
+        facts |= {"frame": body.frame, "principal_axes": body.principal.axes, "notes": body.principal.notes}
     if body.solid is not None:
         facts |= {name: getattr(body.solid, name) for name in ("mass", "volume", "centre", "extents", "faces")}
     facts["axes"], rows = [], []
@@ -271,7 +271,7 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
         yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
     if body.principal is not None:
         yield from axis_lines(body.principal)
-        yield "axes 1, 2, 3 in the order of ascending moments"
+        yield f"principal axes 1, 2, 3 in the order of ascending moments, directions in the axes of the {body.frame}"
         return
     unit = "(ratios)" if body.ratios is not None else "kg m²"
     order = "" if list(body.moments) == sorted(body.moments) else "; axes 1, 2, 3 in the order given"

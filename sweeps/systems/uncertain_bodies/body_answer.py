@@ -1,5 +1,6 @@
 """Answer of `sweeps.body`: the stability of each spin of one body, as numbers and as text."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from io import StringIO
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sweeps.process import machine
 from sweeps.schema.refusals import DefinitionError
 from sweeps.systems.bodies.body import body_entry
-from sweeps.systems.rigid_body import spin_outcomes
+from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -79,10 +80,12 @@ def answer(
         setting: spin, uncertainty and sampling by name.
         load: makes a definition of a mapping, a path or a name.
     """
-    if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty"}):
-        allowed = ", ".join(("axis", "twist", "definition", *SPIN, "uncertainty", *SAMPLING))
+    if unknown := sorted(set(setting) - {*SPIN, *SAMPLING, "uncertainty", "omega"}):
+        allowed = ", ".join(("axis", "twist", "definition", *SPIN, "omega", "uncertainty", *SAMPLING))
         raise DefinitionError(f"body: {unknown[0]} is unknown; allowed: {allowed}")
     options = dict.fromkeys((*SPIN, *SAMPLING, "uncertainty")) | dict(setting)
+    if (omega := options.pop("omega", None)) is not None:
+        return _of_rotation(body, omega, source, options | {"axis": axis, "twist": twist or None}, load)
     is_sampled = options["uncertainty"] is not None
     if not is_sampled and (extra_options := [name for name in SAMPLING if options[name] is not None]):
         raise DefinitionError(f"body: {', '.join(extra_options)}: given without uncertainty; allowed: both, or neither")
@@ -102,3 +105,17 @@ def answer(
     rows = [*sampled_body.outcome_rows(sample), *((f"{name}, nominal", text) for name, text in rows)]
     lines = [*lines, *sampled_body.sampling_lines(sample)]
     return BodyAnswer(nominal.name, facts | sample_facts | {"axes": axis_facts}, lines, rows, observations, sample)
+
+
+def _of_rotation(body: object, omega: object, source: object, options: Mapping[str, object], load) -> BodyAnswer:
+    """Return the answer for an angular velocity in any direction, and for spins of this size about each axis."""
+    if extra_options := [name for name in options if name not in ("epsilon", "phase") and options[name] is not None]:
+        reason = f"is given beside {extra_options[0]}"
+        raise DefinitionError(f"body: omega: {reason}; allowed: one of them")
+    omega = rotation_mode.parse_omega(omega)
+    options = dict(options) | {"omega0": math.hypot(*omega)}
+    nominal, spin = spin_outcomes.body_of(body, source, options, load)
+    rotation = rotation_mode.predict_rotation(nominal, omega)
+    facts, lines, rows, observations = spin_outcomes.predict_body(nominal, spin)
+    rows = [rotation_mode.describe_rotation(rotation), *rows]
+    return BodyAnswer(nominal.name, facts | {"rotation": rotation.facts}, lines, rows, observations)

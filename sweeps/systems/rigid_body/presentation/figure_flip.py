@@ -121,10 +121,13 @@ def frames(ds: Dataset) -> Iterator[np.ndarray]:
 def film(motion: Dataset) -> Iterator[np.ndarray]:
     """Yield the frames of a free body's motion, from `sweeps.motion`, with its mesh if it has one."""
     moments = np.array([float(motion[name]) for name in ("I1", "I2", "I3")])
-    omega = np.array([float(motion[f"omega{i}"][0]) for i in (1, 2, 3)])
+    axes = motion["principal_axes"].values
+    is_principal = np.array_equal(axes, np.eye(3))
+    omega = axes @ [float(motion[f"omega{i}"][0]) for i in (1, 2, 3)]
     times, pace = animation.frame_times(float(motion["time"][-1] - motion["time"][0]))
     inertia, start = (", ".join(wording.format_number(value, 3) for value in values) for values in (moments, omega))
-    words = f"I = ({inertia}) kg m², starts with ω = ({start}) {wording.format_units('rad s-1')}; {pace}"
+    start = f"({start}) {wording.format_units('rad s-1')}" + ("" if is_principal else " about the principal axes")
+    words = f"I = ({inertia}) kg m², starts with ω = {start}; {pace}"
     mesh = next(iter(outlines.read(motion.attrs).values()), None)
     faces = of_mesh(mesh["vertices"], mesh["faces"]) if mesh else solid_of(moments)
     axis = int(np.abs(omega).argmax()) + 1

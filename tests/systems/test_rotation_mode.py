@@ -1,0 +1,208 @@
+"""Motions and answers in the axes of a tensor or a mesh, compared with Euler's equations integrated in these axes."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+import sweeps
+from sweeps.__main__ import main
+from sweeps.schema.refusals import DefinitionError
+from sweeps.systems.rigid_body.rotation_mode import describe_rotation
+
+OMEGAS = ("omega1", "omega2", "omega3")
+QUATERNION = ("q0", "q1", "q2", "q3")
+TENSOR = [[2.0, -0.5, 0.0], [-0.5, 2.0, 0.1], [0.0, 0.1, 3.0]]
+
+
+def integrate_in_axes_of_tensor(tensor, omega, times, attitude=(1.0, 0.0, 0.0, 0.0)):
+    """Return ω and q at some times by DOP853: T ω' = (T ω) × ω and q' = q (0, ω)/2."""
+    tensor = np.asarray(tensor, float)
+
+    def slope(t, y):
+        w, q = y[:3], y[3:]
+        rates = np.linalg.solve(tensor, np.cross(tensor @ w, w))
+        return [*rates, -q[1:] @ w / 2, *(q[0] * w + np.cross(q[1:], w)) / 2]
+
+    start = [*omega, *attitude]
+    run = solve_ivp(slope, (times[0], times[-1]), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-13)
+    return run.y[:3].T, run.y[3:].T
+
+
+def random_tensor(rng):
+    """Return the tensor of a random body in random axes."""
+    squares = rng.uniform(0.2, 1.0, 3)
+    axes = Rotation.random(random_state=rng).as_matrix()
+    return axes @ np.diag(squares.sum() - squares) @ axes.T
+
+
+def test_a_motion_is_in_the_axes_of_its_tensor():
+    rng, times = np.random.default_rng(5401), np.linspace(0.0, 6.0, 61)
+    for _ in range(5):
+        tensor, omega = random_tensor(rng), rng.normal(size=3)
+        attitude = Rotation.random(random_state=rng).as_quat(scalar_first=True)
+        start = dict(zip(OMEGAS, omega, strict=True)) | {"attitude": attitude}
+        ours = sweeps.motion(tensor.tolist(), start, times)
+        rates, q = integrate_in_axes_of_tensor(tensor, omega, times, attitude)
+        # DOP853 at 1e-12 accumulates some 1e-11 over 6 s; the principal axes are exact to some 1e-15
+        np.testing.assert_allclose(np.transpose([ours[name] for name in OMEGAS]), rates, atol=1e-9)
+        np.testing.assert_allclose(np.transpose([ours[name] for name in QUATERNION]), q, atol=1e-9)
+        np.testing.assert_allclose(np.transpose([ours[f"{name}_direct"] for name in QUATERNION]), q, atol=1e-9)
+        assert ours.attrs["frame"] == "axes of the tensor"
+        assert "axis 1 of the tensor" in ours.omega1.attrs["long_name"]
+
+
+def test_moments_and_the_tensor_with_these_moments_move_alike():
+    """The moments are not ascending, so the principal axes of the tensor have another order."""
+    moments, start = [3.0, 1.0, 2.5], {"omega1": 0.4, "omega2": -0.3, "omega3": 1.0}
+    ours, theirs = (sweeps.motion(body, start, "10 s") for body in (np.diag(moments).tolist(), moments))
+    for name in (*OMEGAS, *QUATERNION):
+        # roundings of the closed form, 1e-14 and 4e-16 per radian
+        np.testing.assert_allclose(ours[name], theirs[name], atol=3e-14)
+    assert theirs.attrs["frame"] == "principal axes of the body"
+
+
+def test_an_exact_motion_about_an_axis_of_a_tensor_is_certified():
+    ds = sweeps.motion(TENSOR, [0.1, 0.2, 1.0], "20 s")
+    assert sweeps.certify(ds, TENSOR).attrs["verdict"] == "pass"
+
+
+def test_a_mesh_s_frame_is_that_of_its_file(tmp_path, monkeypatch):
+    trimesh = pytest.importorskip("trimesh")
+    monkeypatch.chdir(tmp_path)
+    turn = Rotation.from_euler("xyz", [20, 35, 50], degrees=True).as_matrix()
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    box.vertices = box.vertices @ turn.T + [4.0, 5.0, 6.0]
+    box.export("box.off")
+    body = {"mesh": {"file": "box.off", "mass": 12.0}}
+    omega, times = turn @ [0.2, 1.0, 0.1], np.linspace(0.0, 5.0, 21)
+    ours = sweeps.motion(body, omega, times)
+    tensor = turn @ np.diag([13.0, 10.0, 5.0]) @ turn.T  # of a box: m (b² + c²)/12
+    rates, q = integrate_in_axes_of_tensor(tensor, omega, times)
+    # the file has eight decimals or more, so its coordinates are off by 1e-8 at most
+    np.testing.assert_allclose(np.transpose([ours[name] for name in OMEGAS]), rates, atol=1e-6)
+    np.testing.assert_allclose(np.transpose([ours[name] for name in QUATERNION]), q, atol=1e-6)
+    assert ours.attrs["frame"] == "axes of the mesh"
+    along = sweeps.body(body, omega=turn[:, 2]).facts["rotation"]
+    assert (along["mode"], along["axis"]) == ("principal", 1)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_mode_tilts_and_periods_are_those_of_the_integrated_motion(seed):
+    rng = np.random.default_rng(5402 + seed)
+    tensor, omega = random_tensor(rng), rng.normal(size=3)
+    facts = sweeps.body(tensor.tolist(), omega=omega).facts["rotation"]
+    moments, axes = np.linalg.eigh(tensor)
+    times = np.linspace(0.0, facts["period_psi"], 2001)
+    rates, q = integrate_in_axes_of_tensor(tensor, omega, times)
+    np.testing.assert_allclose(rates[-1], rates[0], atol=1e-8)  # DOP853's error over one period
+    # no earlier return: the component about the middle axis changes its sign twice in a period
+    assert np.count_nonzero(np.diff(np.signbit(rates @ axes[:, 1]))) == 2
+    momentum, energy = np.linalg.norm(tensor @ omega), omega @ tensor @ omega
+    is_short_axis = momentum**2 > energy * moments[1]
+    assert (facts["mode"], facts["axis"]) == (("short_axis", 3) if is_short_axis else ("long_axis", 1))
+    encircled = axes[:, facts["axis"] - 1]
+    for name, vectors in (("max_tilt", rates), ("max_nutation", rates @ tensor)):
+        angles = np.arccos(np.abs(vectors @ encircled) / np.linalg.norm(vectors, axis=1))
+        # 2,000 samples a period miss a maximum by some (2π/2000)²/8 of the range
+        assert angles.max() == pytest.approx(facts[name], rel=1e-4)
+    # mean precession about L, by the azimuth of an axis after one period
+    rotation = Rotation.from_quat(q, scalar_first=True)
+    z = tensor @ omega / momentum
+    x = np.cross(z, [1.0, 0.0, 0.0])
+    x /= np.linalg.norm(x)
+    for name, axis in (("period_phi_long_axis", axes[:, 0]), ("period_phi_encircled", encircled)):
+        directions = rotation.apply(axis)
+        azimuth = np.unwrap(np.arctan2(directions @ np.cross(z, x), directions @ x))
+        period = 2 * np.pi * facts["period_psi"] / abs(azimuth[-1] - azimuth[0])
+        assert period == pytest.approx(facts[name], rel=1e-7)  # DOP853's error over one period
+
+
+def test_symmetric_bodies_have_the_periods_of_textbooks():
+    """Landau and Lifshitz, section 35: in the body Ω = (I3 − I1)/I1 ω3; about L the rate L/I1."""
+    for third, mode, axis in ((1.7, "short_axis", 3), (0.4, "long_axis", 1)):
+        facts = sweeps.body(np.diag([1.0, 1.0, third]).tolist(), omega=[0.3, 0.0, 2.0]).facts["rotation"]
+        momentum = math.hypot(0.3, third * 2.0)
+        assert (facts["mode"], facts["axis"]) == (mode, axis)
+        # some roundings
+        assert facts["period_psi"] == pytest.approx(2 * np.pi / abs((third - 1.0) * 2.0), rel=1e-13)
+        assert facts["period_phi_encircled"] == pytest.approx(2 * np.pi / momentum, rel=1e-13)
+        assert facts["max_tilt"] == pytest.approx(math.atan2(0.3, 2.0), rel=1e-13)
+        assert facts["max_nutation"] == pytest.approx(math.atan2(0.3, third * 2.0), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("body", "omega", "mode", "axis"),
+    [
+        ([1.0, 2.0, 3.0], [0.0, -1.0, 0.0], "principal", 2),
+        ([1.0, 2.0, 2.0], [0.0, 0.6, 0.8], "principal", 3),  # across the axis of a symmetric body
+        ([2.0, 2.0, 2.0], [0.3, 0.6, 0.8], "principal", 3),
+        ([1.0, 2.0, 3.0], [math.sqrt(3.0), 1.0, 1.0], "separatrix", 2),  # 3 (3 − 2) 1 = 1 (2 − 1) 3
+        ([3.0, 2.0, 1.0], [1.0, 0.1, 1.7], "short_axis", 1),
+        ([3.0, 2.0, 1.0], [1.0, 0.1, 1.74], "long_axis", 3),
+    ],
+)
+def test_modes(body, omega, mode, axis):
+    for factor in (1e-100, 1.0, 1e100):  # units change nothing
+        moments, rates = [factor * value for value in body], [value / factor for value in omega]
+        facts = sweeps.body(moments, omega=rates).facts["rotation"]
+        assert (facts["mode"], facts["axis"]) == (mode, axis)
+
+
+def test_the_command_answers_for_a_spin_about_any_direction(capsys):
+    entries = [str(value) for row in TENSOR for value in row]
+    main(["body", "--tensor", *entries, "--omega", "0", "0", "5 rpm"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "ω = (0, 0, 0.5236) rad s⁻¹, axes of the tensor" in text
+    assert "short-axis mode: ω at most 8.61° and L at most 7.13° from principal axis 3" in text
+    separatrix = sweeps.body([1.0, 2.0, 3.0], omega=[math.sqrt(3.0), 1.0, 1.0])
+    assert "on the separatrix" in str(separatrix)
+    assert "no period" in str(separatrix)
+
+
+def test_the_command_names_the_frame_of_a_motion(tmp_path, capsys):
+    entries, path = [str(value) for row in TENSOR for value in row], tmp_path / "spin.csv"
+    attitude = ["0.7071", "0", "0.7071", "0"]
+    main(["motion", "--tensor", *entries, "--omega", "0", "0", "1", "--attitude", *attitude, "-o", str(path)])
+    captured = capsys.readouterr()
+    assert captured.out == f"{path}\n"
+    assert "in the axes of the tensor" in captured.err
+    table = np.genfromtxt(path, delimiter=",", names=True, max_rows=1)
+    first = [float(table[name]) for name in ("omega1_rad_s1", "omega3_rad_s1", "q0_1", "q2_1")]
+    # omega passes through the principal axes and back; the quaternion is normalised
+    np.testing.assert_allclose(first, [0.0, 1.0, math.sqrt(0.5), math.sqrt(0.5)], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("call", "wrong"),
+    [
+        (lambda: sweeps.body([1.0, 2.0, 3.0], omega=[0, 0, 0]), "omega: .*allowed: three angular velocities"),
+        (lambda: sweeps.body([1.0, 2.0, 3.0], omega=[1, 2]), "omega: .*allowed: three angular velocities"),
+        (lambda: sweeps.body([1.0, 2.0, 3.0], omega=[1, 2, "3 kg"]), "body: omega: '3 kg'; allowed: a finite number"),
+        (lambda: sweeps.body([1.0, 2.0, 3.0], omega=[1, 2, 3], axis=2), "omega: is given beside axis"),
+        (lambda: sweeps.body([1.0, 2.0, 3.0], omega=[1, 2, 3], uncertainty=0.1), "omega: is given beside uncertainty"),
+        (lambda: sweeps.motion([1.0, 2.0, 3.0], {"attitude": [1, 0, 0]}), "start.attitude: .*a unit quaternion"),
+        (lambda: sweeps.motion([1.0, 2.0, 3.0], {"attitude": [1, 1, 0, 0]}), "start.attitude: .*a unit quaternion"),
+        (lambda: sweeps.motion([1.0, 2.0, 3.0], {"attitude": ["fast", 0, 0, 0]}), "start.attitude: 'fast'"),
+    ],
+)
+def test_refusals(call, wrong):
+    with pytest.raises(DefinitionError, match=wrong):
+        call()
+
+
+def test_words_of_a_long_axis_mode():
+    title, text = describe_rotation_of([1.0, 2.0, 3.0], [2.0, 0.1, 0.2])
+    assert title == "ω = (2, 0.1, 0.2) rad s⁻¹, principal axes of the body"
+    assert text.startswith("long-axis mode: ω at most")
+
+
+def describe_rotation_of(body, omega):
+    """Return the words of a rotation."""
+    from sweeps.points import catalogue
+    from sweeps.systems.rigid_body import rotation_mode, spin_outcomes
+
+    nominal, _ = spin_outcomes.body_of(body, "bodies", {}, catalogue.load_definition)
+    return describe_rotation(rotation_mode.predict_rotation(nominal, omega))
