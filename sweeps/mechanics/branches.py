@@ -68,7 +68,10 @@ class ParameterPath:
     periodic: np.ndarray  #: True for periodic variables, shape (n,)
 
     def distance(self, a, b, width):
-        """Return the largest distance of any variable, relative to its range; the shorter way round if periodic."""
+        """Return the largest distance of any variable of `a` and `b`, relative to its range `width`, shape (…,).
+
+        Periodic variables take the shorter way round.
+        """
         distance = np.abs(a - b) / width
         return np.where(self.periodic, np.abs(distance - np.round(distance)), distance).max(axis=-1)
 

@@ -55,6 +55,12 @@ class Degenerate:
     def oscillations(self, parameters, place, x, v) -> dict[str, np.ndarray]:
         """Return the frequencies of motions that start at a distance from equilibria, with a velocity.
 
+        Args:
+            parameters: one array (points,) for each.
+            place: the equilibria, shape (points,).
+            x: distance from them at the start, shape (points,).
+            v: velocity at the start, shape (points,).
+
         Returns:
             `degenerate_frequency` (rad/s), its `_error`, `degenerate_amplitude` (A) and `degenerate_order` (m, 0 if
             no term confines the motion; all further columns are NaN then).

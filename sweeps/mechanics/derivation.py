@@ -213,7 +213,7 @@ def _eliminate_cyclic(system, a, b, V, kept_rows, cyclic):
 
 
 def check_positive(system: System, q: tuple, a: sp.Matrix) -> None:
-    """Check that a is real and positive definite at the defaults, at places inside the bounds and at some times."""
+    """Check that `a` of a `system` is real and positive definite at the defaults, for some `q` in bounds and times."""
     defaults = {p.symbol: p.default for p in system.parameters.values()}
     corners = [[complex(bound.subs(defaults)).real for bound in c.bounds] for c in system.kept]
     fractions = (0.137, 0.411, 0.5, 0.689, 0.931)

@@ -165,7 +165,17 @@ class System:
         self.attitude_equations: tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]] | None = None
 
     def parameter(self, name, unit="1", *, default, positive=False, least=None, most=None, meaning="") -> sp.Symbol:
-        """Add a parameter and return its symbol; a sweep's `grid` gives its value or values."""
+        """Add a parameter and return its symbol; a sweep's `grid` gives its value or values.
+
+        Args:
+            name: the key in `grid`.
+            unit: the unit of its values.
+            default: value if `grid` does not give it.
+            positive: True for values > 0 only.
+            least: smallest allowed value.
+            most: largest allowed value.
+            meaning: description of the coordinate of maps.
+        """
         self._check_name(name, unit)
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         parameter = DescribedParameter(
@@ -192,8 +202,17 @@ class System:
     ) -> sp.Symbol:
         """Add a generalised coordinate and return its symbol; see `Coordinate`.
 
-        `bounds` are not needed for a coordinate with a momentum, and are (-π, π) by default for a `periodic` one;
-        `positive`: it is a distance.
+        Args:
+            name: name of the coordinate in maps.
+            unit: its unit.
+            bounds: two expressions in the parameters between which equilibria are searched; not needed with a
+                momentum; (-π, π) by default for a `periodic` coordinate.
+            periodic: True for an angle.
+            positive: True for a distance.
+            size: typical size of a motion, an expression in the parameters.
+            hold: value at which the coordinate is fixed while equilibria are searched.
+            momentum: conserved momentum of a cyclic coordinate, an expression in the parameters.
+            meaning: description in maps.
         """
         self._check_name(name, unit)
         if len(self.coordinates) >= MAX_COORDINATES:
@@ -244,7 +263,16 @@ class System:
         self.forces[coordinate] = self.forces.get(coordinate, sp.Integer(0)) + force
 
     def state(self, name, unit="1", *, bounds, size=None, positive=False, meaning="") -> sp.Symbol:
-        """Add a state of equations of first order and return its symbol; see `State`. :meth:`rate` sets its rate."""
+        """Add a state of equations of first order and return its symbol; see `State`. :meth:`rate` sets its rate.
+
+        Args:
+            name: name of the state in maps.
+            unit: its unit.
+            bounds: two expressions in the parameters between which equilibria are searched.
+            size: typical size of a motion, by default a quarter of the bounds.
+            positive: True for values > 0 only.
+            meaning: description in maps.
+        """
         self._check_name(name, unit)
         if len(self.states) >= MAX_STATES:
             raise DescriptionError(f"state {name}: there are {MAX_STATES} already; allowed: no more")
@@ -274,7 +302,13 @@ class System:
         self.conserved_quantities[name] = self._expression(f"conserved {name}", expression, self._moving())
 
     def draw(self, kind: str, points, label: str = "") -> None:
-        """Add a part of the moving picture in reports (`PicturePart`), which by default shows masses and rods."""
+        """Add a part of the moving picture in reports (`PicturePart`), which by default shows masses and rods.
+
+        Args:
+            kind: "mass", "body", "line" or "face".
+            points: places, expressions in coordinates, states, parameters and the time.
+            label: text at a mass.
+        """
         if kind not in ("mass", "body", "line", "face"):
             raise DescriptionError(f"draw: {kind!r} is no part of a picture; allowed: mass, body, line, face")
         places = tuple(tuple(self._expression("draw", x, self._moving() | {*ATTITUDE}) for x in p) for p in points)
@@ -308,8 +342,11 @@ class System:
     def equilibrium(self, label: str, place: dict, branch: int = 1) -> None:
         """Define a name for the equilibrium that is found nearest to a place (expressions in the parameters).
 
-        Of a driven motion, `branch` is its number on the curve that leads from the place as the drive grows: motions
-        before the first fold are 1, and each fold adds 1 (a resonance that bends over has 1, 2 and 3).
+        Args:
+            label: the name, a word.
+            place: coordinate or state → expression in the parameters.
+            branch: of a driven motion, its number on the curve that leads from the place as the drive grows: motions
+                before the first fold are 1, and each fold adds 1 (a resonance that bends over has 1, 2 and 3).
         """
         if type(branch) is not int or not 1 <= branch <= MAX_BRANCHES:
             raise DescriptionError(f"branch {branch!r} of {label}: allowed: a whole number from 1 to {MAX_BRANCHES}")

@@ -5,14 +5,14 @@ import sympy as sp
 
 
 def circle(radius=1.0, centre=(0, 0), corners=36) -> list[tuple]:
-    """Return the points of a closed circle in a plane."""
+    """Return the points of a closed circle in a plane, by its `radius`, `centre` and number of `corners`."""
     angles = 2 * np.pi * np.arange(corners + 1) / corners
     places = np.column_stack([np.cos(angles), np.sin(angles)]).round(6).tolist()
     return [(centre[0] + radius * c, centre[1] + radius * s) for c, s in places]
 
 
 def spring(start, end, width, turns=6) -> list[tuple]:
-    """Return the points of a spring along x, from one place to another."""
+    """Return the points of a spring along x from `start` to `end`, of half `width`, with so many `turns`."""
     share = np.linspace(0.1, 0.9, 2 * turns + 1)
     middle = [(start + (end - start) * s, width * (-1) ** k) for k, s in enumerate(share.round(3).tolist())]
     return [(start, 0), (start + (end - start) * 0.08, 0), *middle, (start + (end - start) * 0.92, 0), (end, 0)]
@@ -30,7 +30,16 @@ def box(half, rotation=None) -> list[list]:
 
 
 def cylinder(radius, low, high, rotation=None, tip=None, corners=16) -> list[list]:
-    """Return the faces of a cylinder about axis 3, or of a cone from the radius `tip` at its low end."""
+    """Return the faces of a cylinder or a cone about axis 3, rotated by a matrix.
+
+    Args:
+        radius: radius at the high end.
+        low: low end along axis 3.
+        high: high end.
+        rotation: rotation matrix; None for none.
+        tip: radius at the low end; by default `radius`.
+        corners: number of corners of a rim.
+    """
     rim = circle(1.0, corners=corners)
     ends = [[(r * x, r * y, z) for x, y in rim] for r, z in ((radius if tip is None else tip, low), (radius, high))]
     sides = [[ends[0][k], ends[0][k + 1], ends[1][k + 1], ends[1][k]] for k in range(corners)]
@@ -38,7 +47,7 @@ def cylinder(radius, low, high, rotation=None, tip=None, corners=16) -> list[lis
 
 
 def shaft(x, y, angle, flat=1.0) -> dict[str, list]:
-    """Return a disc at (x, y) on a bent shaft along the first axis, with a mark that rotates; `flat` makes it oval."""
+    """Return a disc at (`x`, `y`) on a bent shaft along axis 1, with a mark at `angle`; `flat` makes it oval."""
     c, s = sp.cos(angle), sp.sin(angle)
     rim = [(0, x + u * c - flat * v * s, y + u * s + flat * v * c) for u, v in circle(0.6, corners=24)]
     curve = [(1.3 * k, x * (1 - k * k), y * (1 - k * k)) for k in np.linspace(-1, 1, 13).round(3).tolist()]
@@ -46,7 +55,14 @@ def shaft(x, y, angle, flat=1.0) -> dict[str, list]:
 
 
 def satellite(moments, roll, pitch, yaw) -> list[tuple]:
-    """Return kind, points and label of the parts of a satellite in its orbit's axes, above the Earth."""
+    """Return kind, points and label of the parts of a satellite in its orbit's axes, above the Earth.
+
+    Args:
+        moments: moments of inertia about the roll, pitch and yaw axes.
+        roll: first angle from the orbit's axes to the body's, rad.
+        pitch: second angle, rad.
+        yaw: third angle, rad.
+    """
     body = sp.rot_axis1(roll) * sp.rot_axis2(pitch) * sp.rot_axis3(yaw)  # from the orbit's axes to the body's
     rotation = sp.Matrix.diag(1, -1, -1) * body.T
     total = sum(moments)

@@ -261,7 +261,10 @@ class EquilibriumSearch:
     # -- evaluations of F
 
     def enclose_jacobian(self, owner, low, high):
-        """Return enclosures of F and J in boxes of points, shape (boxes, n, 1 + n, 2), and state codes, (boxes,)."""
+        """Return enclosures of F and J in the boxes (`low`, `high`), (boxes, n), of the points `owner`, (boxes,).
+
+        Shapes (boxes, n, 1 + n, 2); with them state codes, (boxes,).
+        """
         return self.problem.tape.slopes(self.constants, owner, low, high)
 
     def shared_boxes(self, points, bounds, max_boxes):

@@ -141,7 +141,7 @@ class Graph:
         )
 
     def sum(self, numbers, weights=None, zero=False) -> int:
-        """Return the node of a weighted sum of nodes; ``zero``: its value at the equilibrium vanishes."""
+        """Return the node of Σ `weights` `numbers`; with `zero` its value at the equilibrium vanishes."""
         weights = tuple(weights) if weights else (1.0,) * len(numbers)
         if not any(map(self.moves, numbers)):
             terms = (w * self.nodes[k].weights[0] for k, w in zip(numbers, weights, strict=True))
@@ -391,7 +391,15 @@ class Values:
         return U, {number: U[slope] for number, slope in self.graph.slopes.items()}
 
     def deviations(self, U, slopes, parameters, epsilon, x):
-        """Return û of nodes and the remainders of the functions, for deviations x of the states."""
+        """Return û of nodes and the remainders of the functions, for deviations of the states.
+
+        Args:
+            U: values of the nodes at the place.
+            slopes: slopes of the functions there.
+            parameters: one array (points,) for each.
+            epsilon: size of the perturbation, (points,).
+            x: deviations of the states over epsilon, (states, points).
+        """
         hat, remainders = [np.zeros_like(x[0])] * len(self.graph.nodes), {}
         for number in self._behind:
             node = self.graph.nodes[number]

@@ -54,7 +54,10 @@ class Jumps:
         return edges[of_point], values[of_point], number[of_point]
 
     def of_point(self, parameters, begin: float, end: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return times (pieces + 1,) from begin to end, and switches (pieces, switches), of one point, or None."""
+        """Return times (pieces + 1,) from `begin` to `end`, s, and switches (pieces, switches), for `parameters`.
+
+        None if the jumps cannot be proved.
+        """
         edges = np.array([begin, end], dtype=np.float64)
         own = np.array(parameters[: len(self.parameters) - len(self.switches)], dtype=np.float64)
         if not (np.isfinite(edges).all() and begin < end):

@@ -157,7 +157,14 @@ class Model:
         return equilibria.find(self.landscape, parameters)
 
     def columns_of_runs(self, theory, measured, samples, steps) -> dict[str, np.ndarray]:
-        """Return the columns about runs and equilibria that every measurement has."""
+        """Return the columns about runs and equilibria that every measurement has.
+
+        Args:
+            theory: result of :meth:`place_columns` with the scale.
+            measured: status and spacing of the samples.
+            samples: number of samples used, (points,).
+            steps: steps per sample, (points,).
+        """
         return {
             "rate_scale": theory["scale"],
             "samples_used": np.nan_to_num(samples).astype(np.int32),

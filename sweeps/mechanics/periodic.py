@@ -226,7 +226,14 @@ class Variation:
         return factors, slopes
 
     def rates_and_slopes(self, parameters, x, phases, at_rest=False) -> tuple[list, list]:
-        """Return accelerations or rates (none at rest) and their slopes by all states; arguments as of `slope_sum`."""
+        """Return accelerations or rates (none if `at_rest`) and their slopes by all states.
+
+        Args:
+            parameters: one array (points,) for each.
+            x: one array (phases, points) for each state.
+            phases: fractions of the period, (phases,).
+            at_rest: True for an equilibrium.
+        """
         J, a, mass_slopes, rates = self.jacobian_blocks(parameters, x, phases, at_rest)
         for row, addition in zip(J, mass_slopes, strict=not at_rest and self.is_second_order):
             row[: self.m] = [y - z for y, z in zip(row, addition, strict=False)]
@@ -234,7 +241,7 @@ class Variation:
         return [np.broadcast_to(y, shape) for y in rates], [[np.broadcast_to(y, shape) for y in row] for row in J]
 
     def term_bounds(self, parameters, x, phases) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest rates (points, n) and Jacobian terms (points, n, n); arguments as of `slope_sum`."""
+        """Return the largest rates (points, n) and Jacobian terms (points, n, n) for `parameters`, `x` and `phases`."""
         m, n, points = self.m, self.equations.n, parameters[0].size
         if points > BOUNDS_CHUNK:
             chunks = np.split(np.arange(points), range(BOUNDS_CHUNK, points, BOUNDS_CHUNK))
@@ -610,7 +617,10 @@ class BaseMotions:
     def measure(self, epsilon: np.ndarray, tolerance: float, steps: int = FIRST_STEPS) -> tuple:
         """Return (matrices in units of the states' sizes, amplitude_too_large, not_converged).
 
-        The steps of each segment are halved until their truncation is below the tolerance, relative to its matrix.
+        Args:
+            epsilon: size of the perturbation, shape (points,).
+            tolerance: largest truncation, relative to a segment's matrix; steps are halved until it is met.
+            steps: steps of a segment at first.
         """
         matrices, (truncation, amplitude_effect) = self.measure_in_steps(epsilon, steps)
         is_too_large, is_unresolved = amplitude_effect > MAX_AMPLITUDE_EFFECT, ~(truncation <= tolerance)

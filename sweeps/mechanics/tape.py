@@ -147,7 +147,7 @@ class _Numbers(Tape):
             return self._add(codes.VARIABLE, len(self.variables) + len(self.numeric_functions) - 1)
 
     def values(self, low, high, points):
-        """Return enclosures, shape (points, expressions, 2)."""
+        """Return enclosures for variables from `low` to `high` at so many `points`, (points, expressions, 2)."""
         ends = [np.stack([np.broadcast_to(p, points) for p in end], axis=-1) for end in (low, high)]
         if self.numeric_functions:
             numbers = np.stack(self._evaluate(*ends[0].T), axis=-1)

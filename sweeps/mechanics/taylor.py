@@ -392,7 +392,7 @@ class Code(Generated):
 
 
 def factor_lines(a: dict, m: int, mark: str) -> list[str]:
-    """Return the lines that factorise a = L D Lᵀ (l, and r = 1/D), m × m; `mark` distinguishes their names."""
+    """Return the lines that factorise `a` = L D Lᵀ (l, and r = 1/D), `m` × `m`; `mark` distinguishes their names."""
     places = [(i, j) for i in range(m) for j in range(i, m)]
     lines = [f"a{mark}{i}_{j} = {a[i, j]}" for i, j in places]
     for k in range(m):
