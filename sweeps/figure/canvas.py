@@ -61,7 +61,7 @@ class BorrowedAxes:
         self.ax, self.axes, self.figure = ax, [], ax.figure
 
     def __getattr__(self, name: str):
-        """Return any other attribute from the figure."""
+        """Return any further attribute from the figure."""
         return getattr(self.figure, name)
 
     def add_gridspec(self, *shape: int, **options):

@@ -197,7 +197,7 @@ def _wrong_coordinates(ds: xr.Dataset, sweep: Sweep) -> Iterator[str]:
 def _check_attributes(path: str | Path, sweep: Sweep) -> Check:
     """Check the attributes in the file against those of the definition and its system.
 
-    Other programs read them from the file; `open_map` reads them from the system's own tables.
+    Further programs read them from the file; `open_map` reads them from the system's own tables.
     """
     with closing(FileBytes(validation.map_of(path))) as file:
         structure = read_structure(file)

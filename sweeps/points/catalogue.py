@@ -116,7 +116,7 @@ def plan_sweep(
         check: whether its system also checks the points, which takes longer.
 
     Raises:
-        DefinitionError: also for a definition with the name of one that ships.
+        DefinitionError: also for a definition with the name of a shipped one.
     """
     from sweeps.points.estimate import estimate_needs, refuse_if_too_large
     from sweeps.points.loading import read_sweep

@@ -65,7 +65,7 @@ def cache_warning(why: str) -> str:
 
 
 def compile_examples(examples: Iterable[Example]) -> None:
-    """Compile the missing kernels by calling examples in other processes; one program at a time does so.
+    """Compile the missing kernels by calling examples in child processes; one program at a time does so.
 
     Raises:
         OSError: if another process cannot be started.

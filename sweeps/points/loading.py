@@ -101,7 +101,7 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
 
 
 def _validate_sweep(text: str | None, values: dict, name: str, folder: str) -> Sweep:
-    # Another system has other keys in its grid: to list them as unknown would mislead.
+    # Another system has different keys in its grid: to list them as unknown would mislead.
     system = _resolve_system(values.get("system", DEFAULT_SYSTEM), folder)
     if (reads := _variant_system(system, values)) is not None:
         system, values = _resolve_system(reads, folder), {**values, "system": reads}
@@ -132,7 +132,7 @@ def _resolve_system(name: Any, folder: str) -> systems.Dynamics:
         return systems.resolve(name, folder)
     ours = (
         isinstance(name, str) and name in systems.MODULES
-    )  # a search for installed ones takes longer than reading one
+    )  # a search for installed systems takes longer than reading a file
     if not ours and (not isinstance(name, str) or name not in systems.system_names()):
         problem = "is not available" + hint(name, systems.system_names())
         raise UnreadableError(

@@ -121,7 +121,7 @@ def lazy_columns(source: "SampledPoints | Table") -> dict[str, OnDemand]:
 
     def values(name: str, box: slice) -> np.ndarray:
         rows = last if box.stop - box.start <= PART_POINTS else source.rows
-        return np.array(rows(box.start, box.stop)[name])  # a copy, which does not keep the other columns in memory
+        return np.array(rows(box.start, box.stop)[name])  # a copy, so that no further column stays in memory
 
     return {name: OnDemand((source.num,), "f8", partial(values, name)) for name in source.names}
 
@@ -192,7 +192,7 @@ def _permute_numbers(numbers: np.ndarray, num: int, keys: np.ndarray) -> np.ndar
 
 
 def _apply_network(values: np.ndarray, digits: int, keys: np.ndarray) -> np.ndarray:
-    """Return a permutation of all numbers of so many binary digits: each half is changed by the other, in turn."""
+    """Return a permutation of all numbers of so many binary digits: each half is changed by its partner, in turn."""
     upper, lower = digits // 2, digits - digits // 2
     masks = [np.uint64(2**width - 1) for width in (upper, lower)]
     halves = [values >> np.uint64(lower), values & masks[1]]

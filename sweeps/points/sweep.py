@@ -1,7 +1,7 @@
 """A sweep: its definition, its system and its points.
 
-Points are numbered in C order over the grid's dimensions: the last dimension runs fastest. Of a grid, whose size may
-exceed 64 bits (sizes are Python integers), only the requested part is ever in memory.
+Points are numbered in C order over the grid's dimensions: the last dimension runs fastest. Of a grid, with a size that
+may exceed 64 bits (sizes are Python integers), only the requested part is ever in memory.
 """
 
 import math
@@ -165,7 +165,7 @@ class Grid:
         return {name: values[numbers - first] for name, values in self.point_rows.rows(first, after).items()}
 
     def shard_bounds(self, count: int) -> list[tuple[int, int]]:
-        """Cut the points into `count` consecutive ranges [start, stop) whose sizes differ by at most one."""
+        """Cut the points into `count` consecutive ranges [start, stop) with sizes that differ by 1 at most."""
         if not 1 <= count <= self.size:
             raise ValueError(f"count: {count} is out of range; allowed: 1 to {self.size}, one a point")
         cuts = [self.size * k // count for k in range(count + 1)]

@@ -21,7 +21,7 @@ MAX_EVENTS = 100_000  # values and ends of collections in YAML: five seconds of 
 
 
 def plain(value: Any, where: tuple = (), remaining_counts: list[int] | None = None) -> Any:
-    """Return a value with NumPy numbers, arrays, ranges and lists as plain ones.
+    """Return a value with NumPy numbers, arrays, ranges and lists as plain values.
 
     Args:
         value: the value, of bounded depth, so that cycles are refused.

@@ -9,7 +9,7 @@ from sweeps.schema.refusals import MapError
 
 
 class FileBytes(io.FileIO):
-    """A regular file whose bytes are read by their places, or as a stream; travels between processes by its path.
+    """A regular file with bytes that are read by their places, or as a stream; travels between processes by its path.
 
     Args:
         path: the file. A FIFO or a device is not waited for.

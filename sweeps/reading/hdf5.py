@@ -46,7 +46,7 @@ class StoredVariable:
     attributes: dict[str, Any]  #: name → text, or a list of numbers
     chunk: tuple[int, ...] | None  #: shape of its chunks; None where it is in one piece
     filters: tuple[int, ...]  #: codes of the filters that its chunks went through, in that order
-    #: chunks as (index of its first value …, mask of filters left out, address, bytes), or the one piece.
+    #: chunks as (index of its first value …, mask of filters left out, address, bytes), or the only piece.
     places: np.ndarray
     texts: tuple[str, ...] = ()  #: its values, where they are text
 
@@ -190,7 +190,7 @@ def _variable_facts(name: str, dataset: h5py.Dataset, dim_numbers: dict, attribu
 
 
 def _type(dataset: h5py.Dataset) -> str:
-    """Return NumPy's name of a plain type, "str" for text of any length, "" for others."""
+    """Return NumPy's name of a plain type, "str" for text of any length, "" for further types."""
     kind = dataset.id.get_type()
     if isinstance(kind, h5py.h5t.TypeStringID):
         return "str" if kind.is_variable_str() else f"|S{kind.get_size()}"
@@ -201,7 +201,7 @@ def _type(dataset: h5py.Dataset) -> str:
 
 
 def _dims(dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> list[str]:
-    """Return names of a dataset's dimensions; "" for one that has none."""
+    """Return names of a dataset's dimensions; "" for a dimension without a name."""
     name = _text(dataset.name.encode("utf-8", "replace")).rpartition("/")[2]
     numbers = attributes.get("_Netcdf4Coordinates")
     if isinstance(numbers, list) and len(numbers) == len(dataset.shape):
@@ -209,7 +209,7 @@ def _dims(dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> list[st
     if attributes.get("CLASS") == "DIMENSION_SCALE" and len(dataset.shape) == 1:
         return [name]
     names = [""] * len(dataset.shape)
-    for k in range(len(names)):  # the one dimension that is attached to each, as libraries but netCDF's do
+    for k in range(len(names)):  # the only dimension that is attached to each, as libraries but netCDF's do
         if h5py.h5ds.get_num_scales(dataset.id, k) == 1:
             scale = h5py.h5ds.iterate(dataset.id, k, lambda scale: h5py.h5i.get_name(scale))
             names[k] = _text(scale).rpartition("/")[2]
@@ -267,7 +267,7 @@ def _attributes(holder: Any, where: str) -> dict[str, Any]:
 
 
 def _attribute(attribute: h5py.h5a.AttrID, where: str) -> Any:
-    """Return an attribute's text; numbers as a list; "" for others."""
+    """Return an attribute's text; numbers as a list; "" for further types."""
     size = attribute.get_storage_size()
     if size > MAX_FILE_BYTES:
         raise _RefusedError(f"{where}: takes {size:,} bytes; allowed: at most {MAX_FILE_BYTES:,}")

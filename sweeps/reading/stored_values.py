@@ -22,7 +22,7 @@ class StoredValues:
         file: the file.
         name: the variable's name, for messages.
         variable: its structure, with the addresses of its values.
-        flags: the least and the greatest value of a flag; None for other variables, and to allow any.
+        flags: the least and the greatest value of a flag; None for further variables, and to allow any.
     """
 
     def __init__(self, file: FileBytes, name: str, variable: StoredVariable, flags: tuple[int, int] | None = None):

@@ -49,10 +49,10 @@ def heading(text: str) -> tuple[str, str]:
 def open_source(
     file: FileBytes, suffix: str, other_types: bool = False, readers: "Mapping[str, type[Source]] | None" = None
 ) -> "Source":
-    """Return the columns of a file of the kind of its suffix, by one of the `readers`.
+    """Return the columns of a file of the kind of its suffix, by its entry in `readers`.
 
-    With `other_types`, columns of other types than numbers are in `Source.texts`, and variables of netCDF-4 along other
-    dimensions are left out; they are refused otherwise.
+    With `other_types`, columns of types other than numbers are in `Source.texts`, and variables of netCDF-4 along
+    further dimensions are left out; they are refused otherwise.
     """
     source = (readers or SUFFIXES)[suffix](file, other_types)
     if len(source.headings) > MAX_COLUMNS:
@@ -428,7 +428,7 @@ def _is_plain(variable: hdf5.StoredVariable) -> bool:
 
 
 def _unpack_values(values: np.ndarray, attributes: dict) -> np.ndarray:
-    """Return numbers stored by netCDF's conventions: NaN for missing ones, scaled and shifted."""
+    """Return numbers stored by netCDF's conventions: NaN for missing values, scaled and shifted."""
     from netCDF4 import default_fillvals  # of what was never written
 
     kind = values.dtype.str[1:]
@@ -441,7 +441,7 @@ def _unpack_values(values: np.ndarray, attributes: dict) -> np.ndarray:
 
 
 def _numbers_of(attributes: dict, name: str) -> list:
-    """Return the numbers of an attribute; none for one that is text."""
+    """Return the numbers of an attribute; none for text."""
     return numbers if isinstance(numbers := attributes.get(name), list) else []
 
 

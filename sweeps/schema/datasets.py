@@ -59,7 +59,7 @@ def spreads_by_ratio(values: np.ndarray) -> bool:
 
 
 def flags(variable: DataArray) -> dict[int, str]:
-    """Return value → meaning of a flag variable (CF conventions); {} for any other variable."""
+    """Return value → meaning of a flag variable (CF conventions); {} for any further variable."""
     words = str(variable.attrs.get("flag_meanings", "")).split()
     values = np.atleast_1d(variable.attrs.get("flag_values", [])).tolist()
     return dict(zip(values, words, strict=False)) if variable.dtype.kind in "iub" else {}

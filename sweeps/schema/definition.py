@@ -142,7 +142,7 @@ class Definition(Strict):
 
     @property
     def differing_bits(self) -> str:
-        """The reason why a point measured alone has other bits; "" if it has the same."""
+        """The reason why a point measured alone has different bits; "" if it has the same."""
         return ""
 
     @property

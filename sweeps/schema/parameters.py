@@ -55,7 +55,7 @@ def _power_of_ten(exponent: float) -> float:
 class Range(Strict):
     """Evenly or logarithmically spaced values; both ends are exact.
 
-    Linear values equal `numpy.linspace(start, stop, num)` bit for bit, logarithmic ones
+    Linear values equal `numpy.linspace(start, stop, num)` bit for bit, logarithmic ranges
     `numpy.geomspace(start, stop, num)` to its rounding. Each value comes from its own number alone, so a
     part of a range of any length costs no more than itself.
     """
@@ -155,7 +155,7 @@ def entry_type(item: Any, ranges: type[Range]) -> Any:
 
 
 class GridOf(Strict):
-    """A grid whose keys are those of a table of parameters."""
+    """A grid with the keys of a table of parameters."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     derived: ClassVar[Any] = None  # another way to give some of them, `sweeps.systems.bodies.shapes.RATIOS`, or None
@@ -192,7 +192,7 @@ def _describe_parameter(parameter: Parameter) -> str:
 
 
 def range_model(quantity: Quantity) -> type[Range]:
-    """Return a model of ranges whose values belong to a quantity."""
+    """Return a model of ranges of values of a quantity."""
     units = "dimensionless" if quantity.units == "1" else quantity.units
     ends = {"start": f"first {quantity.noun}, {units}", "stop": f"last {quantity.noun}, {units}, itself included"}
     item = in_unit(quantity.units, quantity.item)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import PydanticCustomError
 
-TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key is one of these: keys are printable
+TAGS = ("\0number", "\0list", "\0range")  # forms of a grid's entry; no key equals any of these: keys are printable
 
 _MAX_PROBLEMS_SHOWN = 10
 _SHOWN_CHARACTERS = 60
@@ -68,7 +68,7 @@ class Problem:
 
 
 class UnreadableError(Exception):
-    """Carries the problem because of which a source cannot be read at all."""
+    """Carries the problem that makes a source unreadable."""
 
     def __init__(self, where: tuple, value_text: str, reason: str, allowed: str):
         super().__init__(reason)

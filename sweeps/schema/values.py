@@ -55,7 +55,7 @@ def in_unit(unit: str, item: Any) -> Any:
 
 
 def integer(minimum: int, maximum: int, allowed: str) -> BeforeValidator:
-    """Return a validator of whole numbers from `minimum` to `maximum`, refusing others with `allowed`."""
+    """Return a validator of whole numbers from `minimum` to `maximum`, refusing all further numbers with `allowed`."""
 
     def check(value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int):

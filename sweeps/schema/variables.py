@@ -24,8 +24,8 @@ class Role(StrEnum):
 
     NONE = ""
     HEADLINE = "headline"  # the main flag of a point
-    MEASUREMENT = "measurement"  # a number at every point whose status is ok
-    STATUS = "status"  # the flag of reliable measurements, `ok`, and of reasons against the other points
+    MEASUREMENT = "measurement"  # a number at every point of status ok
+    STATUS = "status"  # the flag of reliable measurements, `ok`, and of reasons against all further points
     EXISTENCE = "existence"  # negative where no such thing can exist
     CHECK = "check"  # should be zero
     CERTIFICATE = "certificate"  # should be zero, and comes from another way of computing
@@ -170,7 +170,7 @@ class Layout:
     coordinates: Mapping[str, Variable]
     variables: Mapping[str, Variable]  #: name → each variable that a map may have
     needed: tuple[str, ...]  #: names of the variables that a map has unless its own definition selects variables
-    #: coordinate that every map has, but for the spare ones → the checked type of its values (see
+    #: coordinate that every map has, but for the spare attributes → the checked type of its values (see
     #: `sweeps.schema.values`).
     values: Mapping[str, Any] = field(default_factory=dict)
     #: whether a map may have further coordinates and variables, all doubles: parameters named in the description of

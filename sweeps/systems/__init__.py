@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from sweeps.systems.described import Described
     from sweeps.systems.presentation import Presentation
 
-ENTRY_POINT_GROUP = "polhode.systems"  # entry points of systems in other packages: name = module with a SYSTEM
-# Keys of definitions; any other keyword of a call is a key of the definition's grid.
+ENTRY_POINT_GROUP = "polhode.systems"  # entry points of systems in further packages: name = module with a SYSTEM
+# Keys of definitions; any further keyword of a call is a key of the definition's grid.
 KEYS = ("title", "axes", "bodies", "draws", "grid", "integration", "keep", "method", "modulation", "sample", "seed")
 KEYS += ("shards", "start_at", "system", "table", "turns", "twist", "uncertainty")
 _FOLDER = Path(__file__).parent
@@ -35,7 +35,7 @@ DESCRIPTIONS = Path(__file__).parents[1] / "mechanics" / "library"
 
 @cache
 def system_names() -> tuple[str, ...]:
-    """Return the names of the systems: shipped, described, and of other packages."""
+    """Return the names of the systems: shipped, described, and of further packages."""
     ours = (*MODULES, *described_names())
     return (*ours, *(name for name in sorted(_external_modules()) if name not in ours))
 
@@ -60,7 +60,7 @@ def described_kinds() -> "list[type[Described]]":
 
 
 def forget_external() -> None:
-    """Forget the systems of other packages, so that they are looked up again."""
+    """Forget the systems of further packages, so that they are looked up again."""
     for cached_function in (system_names, _external_modules, resolve):
         cached_function.cache_clear()
 

@@ -49,7 +49,7 @@ def sample_times(duration: float, samples: int | None, rotation: float) -> np.nd
 
 
 def check_times(times) -> np.ndarray:
-    """Return times, s, ascending; refuse others."""
+    """Return times, s, ascending; refuse all further values."""
     try:
         is_number = np.asarray(times).dtype.kind not in "mM" and not np.ma.is_masked(times)  # dates have their own unit
         times = np.asarray(times if is_number else (), dtype=np.float64)

@@ -28,11 +28,11 @@ class Example:
     module: str  #: name of a module in `kernels` (`free.exact`), or the path of a generated file
     function: str = ""  #: name of a Python function of the module; "" if its import compiles all of it
     arguments: tuple = ()  #: of the function
-    is_last: bool = False  #: whether it is called after all other examples, as it links kernels that they compile
+    is_last: bool = False  #: whether it is called after all further examples, as it links kernels that they compile
 
     @property
     def name(self) -> str:
-        """A name of the call for files, which no other call has."""
+        """A name of the call for files, which no further call has."""
         values = hashlib.sha256(repr(self.arguments).encode()).hexdigest()[:8]
         return f"{PurePath(self.module.removesuffix('.py')).name}.{self.function}-{values}"
 
@@ -47,7 +47,7 @@ class Reference:
     ways: Mapping[str, Callable[[Mapping[str, float], "Integration"], float]]
     #: a function of (point, integration): largest allowed difference between the map and a method's value.
     allowed: Callable[[Mapping[str, float], "Integration"], float]
-    more: tuple["Reference", ...] = ()  #: references of other variables
+    more: tuple["Reference", ...] = ()  #: references of further variables
     within_error: bool = False  #: whether a deviation of twice the reported error is allowed too
 
 
@@ -95,7 +95,7 @@ class Dynamics(ABC):
     several: Mapping[str, str] = {}
     compiled: tuple[Example, ...] = ()  #: the examples of every definition, see :meth:`examples`
     compile_seconds: float = 1.0  #: for compiling all examples in two processes, measured on an EPYC of 2024, s
-    #: key of a definition, or of one of its bodies → name of the system that reads such definitions.
+    #: key of a definition, or of a body in it → name of the system that reads such definitions.
     variants: Mapping[str, str] = {}
 
     @property
@@ -134,7 +134,7 @@ class Dynamics(ABC):
         return self.tables.ARGUMENTS
 
     def coordinates(self, definition: Any) -> dict[str, Variable]:
-        """Return name → each coordinate that a map of this definition may have, including auxiliary ones."""
+        """Return name → each coordinate that a map of this definition may have, including auxiliary coordinates."""
         return dict(self.layout().coordinates)
 
     def variables(self, definition: Any = None) -> dict[str, Variable]:

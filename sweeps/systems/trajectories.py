@@ -83,7 +83,7 @@ def integrate_motions(system, start: Any, times, parameters: Mapping[str, Any], 
 
 
 def is_described(system: object) -> bool:
-    """Return True for a described system: itself, a Python file, or the name of one that ships."""
+    """Return True for a described system: itself, a Python file, or the name of a shipped one."""
     from sweeps import mechanics, systems
 
     is_direct = isinstance(system, mechanics.System) or systems.is_file(system)
@@ -91,7 +91,7 @@ def is_described(system: object) -> bool:
 
 
 def model_of(system) -> "Model":
-    """Return the model of a described system: itself, of a Python file, or the name of one that ships."""
+    """Return the model of a described system: itself, of a Python file, or the name of a shipped one."""
     from sweeps import mechanics, systems
     from sweeps.systems import described
 

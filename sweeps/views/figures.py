@@ -174,7 +174,7 @@ def _refuse_extreme_values(ds: "xr.Dataset", picture: str) -> Iterator[None]:
 
 
 def _select_names(names: Sequence[str], only: Sequence[str]) -> list[str]:
-    """Return the names that begin with one of `only`; all names if `only` is empty."""
+    """Return the names that begin with a name in `only`; all names if `only` is empty."""
     for start in only:
         if not any(name.startswith(start) for name in names):
             problem = f"{cut_text(repr(start))} is not a figure of this map{hint(start, names)}"

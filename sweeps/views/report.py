@@ -193,7 +193,7 @@ def _json_number(value):
 
 
 def _start_data(contents: PageContents, page_grid) -> dict:
-    """Return the point at which the page begins: the system's, else middle real numbers and first other values."""
+    """Return the point at which the page begins: the system's, else middle real numbers and first further values."""
     description, opening = contents.map, contents.opening
     middle = {dim: (len(v) - 1) // 2 if dim in description.real_dimensions else 0 for dim, v in page_grid.items()}
     values = {dim: description.coordinates[dim].values[page_grid[dim]] for dim in opening.at if dim in page_grid}

@@ -89,7 +89,7 @@ def periods_of_body(periods: TwoPeriods, ratios: Sequence[float]) -> list[dict]:
 
 
 def verdict(sigma: float) -> str:
-    """Return one of VERDICTS for an exclusion by `sigma` standard errors."""
+    """Return the word of VERDICTS for an exclusion by `sigma` standard errors."""
     return VERDICTS[0] if sigma == 0 else VERDICTS[1] if sigma <= MAX_EXCLUSION else VERDICTS[2]
 
 

@@ -155,7 +155,7 @@ class Oscillator(Described):
 
     @staticmethod
     def describes(description: "mechanics.System") -> bool:
-        """Return True: this is the kind of all descriptions that belong to no other one."""
+        """Return True: this is the kind of all descriptions that belong to no further kind."""
         return True
 
     @property

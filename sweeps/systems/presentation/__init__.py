@@ -33,7 +33,7 @@ class Page:
     """The content that a system adds to the page of a map."""
 
     #: the system's sections (.html), styles (.css) and scripts (.js), each kind in order. The last script defines
-    #: `part`, whose members `sweeps/views/page/part.js` lists; () for the plain page.
+    #: `part`, with the members that `sweeps/views/page/part.js` lists; () for the plain page.
     files: tuple[Path, ...] = ()
     #: the question that the page answers, below its title.
     question: str = "What is stable, with which rates, and how accurate are they?"

@@ -32,8 +32,8 @@ def cut_indices(values: xr.DataArray, panel_sides: Iterable[str | None], full_di
 
     Args:
         values: the variable.
-        panel_sides: dimensions along the sides of a panel, of which at most `MAX_DRAWN` values are drawn.
-        full_dims: dimensions that are not cut; all remaining ones are cut in their middle.
+        panel_sides: dimensions along the sides of a panel, with at most `MAX_DRAWN` drawn values.
+        full_dims: dimensions that are not cut; all remaining dimensions are cut in their middle.
     """
     middle = {name: values.sizes[name] // 2 for name in values.dims if name not in (*panel_sides, *full_dims)}
     return middle | {name: spaced_indices(values.sizes[name], MAX_DRAWN) for name in panel_sides if name}

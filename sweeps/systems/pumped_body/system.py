@@ -142,7 +142,7 @@ class PumpedBody(Dynamics):
         return {name: columns[name] for name in VARIABLES}
 
     def impossible(self, points: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return True for points at which one moment exceeds the sum of the two remaining ones during the period."""
+        """Return True for points at which one moment exceeds the sum of the two remaining moments during the period."""
         return least_margin(points, self.inverse) < 0
 
     @property
@@ -182,7 +182,7 @@ def moments_at(points: Mapping[str, np.ndarray], phase: np.ndarray | float, inve
 
 
 def least_margin(points: Mapping[str, np.ndarray], inverse: bool) -> np.ndarray:
-    """Return the least triangle margin over the period, of points whose arrays broadcast together.
+    """Return the least triangle margin over the period, of points with arrays that broadcast together.
 
     The margin is the least of three smooth functions of the phase: where it is least, it is smooth.
     """

@@ -19,7 +19,7 @@ def rate_variables(reduced: str, by: str, size: str, window: str, sparse: bool =
     Args:
         reduced: words for the reduction of the measurement to an infinitesimal perturbation.
         by: the same in one word.
-        size: words for the quantity of which the slope of the logarithm is measured.
+        size: words for the quantity with the logarithm that has the slope.
         window: words for the reference of the window's upper end, 0.01.
         sparse: True if most points of a map do not grow.
     """

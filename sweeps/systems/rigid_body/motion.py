@@ -76,7 +76,7 @@ def integrate_from(
             its principal axes.
         spun: omega0, epsilon and phase of a start about an axis.
         start: initial state, as for `sweeps.motion`.
-        times: instants, beginning at the start; or a duration (s, "2 min"); None for one that shows the motion.
+        times: instants, beginning at the start; or a duration (s, "2 min"); None for a duration that shows the motion.
         tolerance: relative truncation error of the integration.
         samples: number of instants of a duration; left out, 32 per rotation, from 400 to 100,000.
     """

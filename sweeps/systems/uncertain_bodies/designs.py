@@ -40,11 +40,11 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
     """Return standard normals, independent between columns, shape (replicates, size, dimension), read-only.
 
     Args:
-        method: one of `METHODS`.
+        method: a name in `METHODS`.
         dimension: number of columns.
         draws: requested number of draws.
         seed: seed of the random numbers.
-        stream: number of one of the seed's independent sets.
+        stream: number of an independent set of the seed.
         threads: number of threads.
     """
     from scipy.special import ndtri
@@ -132,7 +132,7 @@ def sobol_indices(
         groups: columns of each input; dependent inputs share a group.
         draws: number of draws in A, and in B.
         seed: seed of the random numbers, an integer ≥ 0.
-        method: one of `METHODS`.
+        method: a name in `METHODS`.
         run: `map`, or a parallel one.
 
     Returns:

@@ -27,7 +27,7 @@ class Distribution:
     axes: np.ndarray  #: principal axes as rows, in the coordinates of the tensor
     entries: np.ndarray  #: the three moments, or the six entries of the tensor (`possible.ENTRIES`), that are sampled
     covariance: np.ndarray  #: covariance of the entries
-    #: relative standard deviations of omega0 and epsilon, and that of phase in rad or `ANY`; omitted ones are exact.
+    #: relative standard deviations of omega0 and epsilon, and that of phase in rad or `ANY`; omitted values are exact.
     spin: Mapping[str, float | str]
 
     @property
@@ -126,7 +126,7 @@ def relative_covariance(values: np.ndarray, fractions: np.ndarray | float) -> np
     """Return the covariance of independent entries with relative standard deviations.
 
     Raises:
-        InertiaError: if a variance over- or underflows; one of 0 would make an uncertain entry exact.
+        InertiaError: if a variance over- or underflows; a variance of 0 would make an uncertain entry exact.
     """
     deviations = np.abs(np.asarray(values, dtype=np.float64) * fractions)
     if not (deviations <= MAX_DEVIATION).all() or (deviations[deviations > 0] < 1 / MAX_DEVIATION).any():

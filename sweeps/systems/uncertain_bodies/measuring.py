@@ -41,7 +41,7 @@ class BodySampling:
 
     draws: int = 10_000  #: number of draws, at least
     seed: int = 1  #: seed of the random numbers, an integer ≥ 0
-    method: str = "sobol"  #: one of `designs.METHODS`
+    method: str = "sobol"  #: a name in `designs.METHODS`
     turns: float = 100.0  #: number of turns of the spin within which `probability_flip` counts flips
     twist: bool = False  #: whether the twist of the draws that are integrated to their flips is measured
 

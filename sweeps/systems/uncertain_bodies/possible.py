@@ -51,7 +51,7 @@ def project_second_moments(second: np.ndarray, delta: float) -> np.ndarray:
 
 
 def project_moments(moments: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return moments of possible bodies from Gaussian moments, shape (n, 3), and True for impossible ones."""
+    """Return moments of possible bodies from Gaussian moments, shape (n, 3), and True for impossible bodies."""
     columns = moments.T
     half = (columns[0] + columns[1] + columns[2]) / 2
     second = [half - column for column in columns]

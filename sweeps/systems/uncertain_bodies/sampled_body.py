@@ -84,7 +84,7 @@ def make_definition(entry: Mapping, options: Mapping, spun: Mapping[str, float],
 
 
 def measure_body(definition: UncertainDefinition, threads: int = 1) -> Answer:
-    """Sample and measure the one body of a definition."""
+    """Sample and measure the only body of a definition."""
     body = definition.bodies[0]
     distribution, sampling = definition.distributions[body.name], definition.sampling(body)
     spins = [measuring.SpinSettings(axis, body.omega0, body.epsilon, body.phase) for axis in definition.axes]
@@ -136,7 +136,7 @@ def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
 def _format_probability(summary: Mapping, event: str, draws: int) -> str:
     """Return a probability with its standard error, "= 0.4758 ± 0.0009"; of no hit or no miss, its bound."""
     value, error = summary[f"probability_{event}"], summary[f"probability_{event}_error"]
-    if value in (0.0, 1.0):  # the other end of the interval of 95 %
+    if value in (0.0, 1.0):  # the opposite end of the interval of 95 %
         bound = designs.wilson_end(draws)
         digits = 2 - math.floor(math.log10(bound))
         return f"< {bound:.2g} (95 %)" if value == 0.0 else f"> {1 - bound:.{digits}g} (95 %)"

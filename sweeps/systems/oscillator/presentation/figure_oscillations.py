@@ -77,7 +77,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _panels(subset):
-    """Return (title, content) of each panel, equal ones once, and a line for each mode that is marginal everywhere."""
+    """Return (title, content) of each panel, equal panels once, and a line for each mode marginal everywhere."""
     all_modes = [{"equilibrium": e, "mode": m} for e in subset["equilibrium"].values for m in subset["mode"].values]
     panels = planes.merge_equal(
         ((_panel_title(subset, *mode_of.values()), subset.sel(mode_of)) for mode_of in all_modes),
@@ -180,7 +180,7 @@ def _draw_rate_curves(ax, panel, x, y):
 
 
 def _draw_over_one(ax, panel, x):
-    """Draw measured signed ω² as dots on theory's line over the one parameter that varies."""
+    """Draw measured signed ω² as dots on theory's line over the only parameter that varies."""
     values = panel[x].values
     theory, measured, regime = (panel[name].values.ravel() for name in ("theory", "measured", "regime"))
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)

@@ -45,7 +45,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _panels(ds, subset, third, top):
-    """Return (title, content) of the panels, equal ones once, and lines of words for panels of one colour."""
+    """Return (title, content) of the panels, equal panels once, and lines of words for panels of one colour."""
     panels = []
     for e in subset["equilibrium"].values:
         for z in subset[third].values if third else [None]:
@@ -123,7 +123,7 @@ def _margins(panel):
 
 
 def _draw_over_one(ax, panel, x):
-    """Draw the measured growth rate as dots on theory's line over the one parameter that varies."""
+    """Draw the measured growth rate as dots on theory's line over the only parameter that varies."""
     values = panel[x].values
     ax.axhline(0.0, color=colors.FAINT, lw=0.8)
     ax.plot(values, panel["growth_rate_theory"].values, color=colors.INK, lw=0.9, gid="theory", label="theory")

@@ -44,7 +44,7 @@ def settings(values: Mapping[str, float]) -> str:
 
 
 def cut_at(ds: Dataset) -> dict[str, int]:
-    """Return the indices at which figures cut spin and perturbation: the middle ones, and that of the least ε."""
+    """Return the indices at which figures cut spin and perturbation: the middle values, and that of the least ε."""
     middle = {dim: (ds.sizes[dim] - 1) // 2 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims}
     return middle | ({"epsilon": int(ds["epsilon"].values.argmin())} if "epsilon" in middle else {})
 

@@ -18,7 +18,7 @@ from sweeps.systems.rigid_body.presentation.appearance import LINES, cut_at, mom
 MAX_BODIES = 14  # rows of the table
 EXPECTED, TOLERANCE = 2.0, 0.1  # exponent of the deviation, and its deviation that is marked
 MIN_DRAWN = 1e-16  # deviation, the rounding unit
-NUM_COLORED = 3  # bodies in colours; the remaining ones are grey
+NUM_COLORED = 3  # bodies in colours; the remaining bodies are grey
 GREY = "#b5b9bf"
 NAME_LENGTH = 29  # characters of a name in the table
 
@@ -38,7 +38,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
     unstable_ax.sharey(stable_ax)
     unstable_ax.sharex(stable_ax)
     num_fits = np.isfinite(fits["slope"].transpose("body", "axis").values).sum(axis=1)
-    best = np.flatnonzero(num_fits == num_fits.max())  # a few of these are coloured, far from each other
+    best = np.flatnonzero(num_fits == num_fits.max())  # a few of these are coloured, far apart
     colored_bodies = best[np.unique(np.linspace(0, best.size - 1, NUM_COLORED).round().astype(int))].tolist()
     _draw_panel(stable_ax, fits, fits["theory"] > 0, colored_bodies)
     _draw_panel(unstable_ax, fits, fits["theory"] < 0, colored_bodies)

@@ -34,7 +34,7 @@ SCREEN = animation.screen_axes(TOWARDS)
 LIGHT = np.array([0.35, -0.2, 0.91])  # direction of the light
 RACKET = {"I1": 0.00121, "I2": 0.01638, "I3": 0.01748, "axis": 2}  # Brody 1985; shown if it is on the grid
 PARAMETERS = ("I1", "I2", "I3", "axis", "omega0", "epsilon", "phase")
-THROW_RATE = 10.0  # rad/s, a thrown racket's spin rate; the nearest one of the grid is shown
+THROW_RATE = 10.0  # rad/s, a thrown racket's spin rate; the nearest rate of the grid is shown
 TRAIL = 24  # length of the trail, frames
 FINER = 8  # points of the trail per frame
 MAX_ROTATIONS = 8.0  # rotations of a film; of a slower flip only this part is shown, with the flip in its middle
@@ -106,7 +106,7 @@ def frames(ds: Dataset) -> Iterator[np.ndarray]:
     if not np.isfinite(period):
         return
     rotation = None
-    with suppress(ArithmeticError, ValueError):  # plain kernels raise errors for which compiled ones return NaN
+    with suppress(ArithmeticError, ValueError):  # plain kernels raise errors for which compiled kernels return NaN
         times = _frame_times(moments, omega, int(point["axis"]), period, abs(point["omega0"]))
         rotation = _rotation(moments, omega, times)
     if rotation is None:  # products of the moments overflow

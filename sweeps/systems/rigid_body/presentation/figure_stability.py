@@ -49,7 +49,7 @@ BODY_LABELS = {
 
 
 def plane_and_cuts(ds: Dataset) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the moments that a map's stability figures show, and the fixed values of the other parameters.
+    """Return the moments that a map's stability figures show, and the fixed values of all further parameters.
 
     The moments are the two longest dimensions, one or none, in storage order. The fixed values are the least epsilon
     (theory is about small perturbations), the middle omega0 and phase, and the third moment at which the possible
@@ -181,7 +181,7 @@ def _set_axes(ax: Axes, plane: Mapping[str, np.ndarray], sides, x, y) -> None:
 
 
 def _hatch_impossible(ax: Axes, x, y, plane: Mapping[str, np.ndarray], third: float) -> None:
-    """Hatch impossible bodies, up to the line on which one moment is the sum of the two remaining ones.
+    """Hatch impossible bodies, up to the line on which one moment is the sum of the two remaining moments.
 
     For moments p and q along the sides and a third moment r: q < |p − r| and q > p + r.
     """

@@ -76,7 +76,7 @@ def _is_on_triangle(ds: Dataset) -> bool:
 
 
 def fixed_at(ds: Dataset) -> dict[str, int]:
-    """Return the indices at which figures of a grid of shapes cut its other dimensions."""
+    """Return the indices at which figures of a grid of shapes cut its further dimensions."""
     return {dim: (n - 1) // 2 for dim, n in dimensions(ds).items() if dim not in (*SHAPE, "axis")} | cut_at(ds)
 
 

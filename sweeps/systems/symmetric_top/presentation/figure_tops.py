@@ -20,7 +20,7 @@ from sweeps.systems.symmetric_top.presentation import APPEARANCE
 
 MAX_DRAWN = {"ratio": 160, "omega3": 12, "half_angle": 90}  # values per dimension that are drawn
 PROLATE, OBLATE = colors.UNSTABLE, colors.STABLE
-SHOWN_RATIOS = (0.5, 1.8)  # I3/I1 of a long and of a flat top; the nearest ones of the grid are drawn
+SHOWN_RATIOS = (0.5, 1.8)  # I3/I1 of a long and of a flat top; the nearest tops of the grid are drawn
 ANGLE = 25.0  # degrees; the nearest half-angle of the grid is drawn
 TOWARDS = (math.cos(0.3), math.sin(0.3))  # direction of the viewer: before the plane of L and the axis, and above it
 BODY, SPACE = colors.STABLE, colors.UNSTABLE

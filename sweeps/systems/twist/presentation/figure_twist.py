@@ -15,7 +15,7 @@ REAL_BODIES = {  # (I1/I2, I3/I2): sources in the definition `rackets`
     "tennis racket": (0.00121 / 0.01638, 0.01748 / 0.01638),
     "telephone": (7.4181040233333e-5 / 3.0975441516667e-4, 3.8236311326667e-4 / 3.0975441516667e-4),
 }
-THROW_ANGLE = 0.13  # rad, χ near a racket's best throw; the nearest one of the grid is drawn
+THROW_ANGLE = 0.13  # rad, χ near a racket's best throw; the nearest throw of the grid is drawn
 MAX_DRAWN = 320  # ratios per side of the map
 NAME_SPACING = 0.12  # distance of the names of bodies, relative to the panel's height
 MAX_NAMED = 20  # bodies up to which they are named, and drawn large
