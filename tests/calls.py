@@ -11,16 +11,16 @@ ROOT = Path(__file__).parents[1]
 
 
 def python(code, *arguments, **settings):
-    """Return what code prints in a fresh process of this checkout, whose environment has some settings besides."""
+    """Return the output of code in a fresh process of this checkout, with some settings added to the environment."""
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | settings
     command = [sys.executable, "-c", code, *map(str, arguments)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
-def said(capsys, *arguments, status=0):
-    """What a call prints: its output, or its message where another status is expected."""
+def run_command(capsys, *arguments, status=0):
+    """Return the output of a command, or its message if the expected status is not 0."""
     capsys.readouterr()
     assert main([str(argument) for argument in arguments]) == status
     captured = capsys.readouterr()
@@ -30,9 +30,9 @@ def said(capsys, *arguments, status=0):
     return error if status else captured.out
 
 
-def refused(capsys, *arguments):
-    """The one message of a refused call."""
-    message = said(capsys, *arguments, status=2)
+def refusal_message(capsys, *arguments):
+    """Return the single message of a refused command."""
+    message = run_command(capsys, *arguments, status=2)
     assert "Traceback" not in message
     assert "allowed" in message
     return message

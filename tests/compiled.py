@@ -13,7 +13,7 @@ from kernels.compile.fingerprint import machine
 ROOT = Path(__file__).parents[1]
 
 
-def copied(folder: Path) -> Path:
+def copy_sources(folder: Path) -> Path:
     """Copy the sources and the workflow into a folder, and return it."""
     for name in ("kernels", "sweeps"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -30,7 +30,7 @@ def run(folder: Path, *arguments) -> subprocess.CompletedProcess:
 
 
 def share(folder: Path, base: Path) -> None:
-    """Puts the compiled kernels into the cache of a copy of the sources, whose folder is named by the copy's path."""
+    """Put the compiled kernels into the cache of a copy of the sources; the copy's path names the folder."""
     checkout = hashlib.sha256(str((folder / "kernels").resolve()).encode()).hexdigest()[:8]
     target = base / "polhode" / f"{machine()[:16]}-{checkout}"
     for path in (path for folder in ("code", "ready", "generated") for path in cache_folder().glob(f"{folder}/*")):

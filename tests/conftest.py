@@ -1,7 +1,7 @@
 """Settings of the whole test run: the same examples every time, and no time limit on any of them.
 
-Tests run in parallel, a process a core (pytest-xdist). What they share is the compiled kernels: compiled once, before
-the processes start, and whatever a test compiles besides is stored by one process at a time.
+Tests run in parallel, a process a core (pytest-xdist). They share the compiled kernels: compiled once, before the
+processes start; further code that a test compiles is stored by one process at a time.
 """
 
 import contextlib
@@ -35,11 +35,13 @@ settings.load_profile("without_jit" if numba.config.DISABLE_JIT else "fixed")
 
 
 def pytest_configure(config):
-    """Compiles the kernels, where there are processes to share them and no other run has.
+    """Compile the kernels if processes share them and no earlier run has compiled them.
 
-    What only slow tests need, only where they are asked for.
+    Kernels that only slow tests need are compiled only if slow tests are selected.
     """
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in a shell's background; tests interrupt what they start
+    if (
+        signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    ):  # in a shell's background; tests interrupt processes that they start
         signal.signal(signal.SIGINT, signal.default_int_handler)
     slow = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
     examples = [example for example in systems.all_examples() if slow or example.module not in LEFT_TO_THE_SLOW]
@@ -51,7 +53,7 @@ def pytest_configure(config):
 
 @contextlib.contextmanager
 def byte_code_made_beside(arguments):
-    """Collects once, in a process beside, without kernels: tests' processes, which begin together, would each do it."""
+    """Collect once, in a parallel process without kernels, to write byte code that each test process would compile."""
     plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0", "-p", "no:cacheprovider", *arguments]
     with subprocess.Popen(command, env=plain, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
@@ -59,15 +61,15 @@ def byte_code_made_beside(arguments):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Where nothing is compiled, leaves out what takes minutes, and hears no division by zero: kernels know of them.
+    """Without compiled kernels, deselect tests of minutes, and ignore divisions by zero, which kernels handle.
 
-    There, the lines of the kernels are what is tried: of the cases of one test the first, the middle and the last show
-    as much as all, which the compiled kernels are shown.
+    Such a run tests the lines of the kernels: the first, the middle and the last case of a test suffice for it; runs
+    with compiled kernels test all cases.
     """
     if numba.config.DISABLE_JIT:
-        kept = _some(items)
-        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
-        items[:] = kept
+        selection = _three_of_each(items)
+        config.hook.pytest_deselected(items=[item for item in items if item not in selection])
+        items[:] = selection
         for item in items:
             item.add_marker(pytest.mark.filterwarnings("ignore::RuntimeWarning"))
             if item.get_closest_marker("compiled"):
@@ -76,7 +78,7 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection():
-    """What is imported stays: it is not looked through for rubbish again and again."""
+    """Exclude imported objects, which stay, from garbage collection."""
     gc.disable()
     try:
         return (yield)
@@ -85,15 +87,15 @@ def pytest_collection():
         gc.enable()
 
 
-def _some(items):
-    """Of the cases of each test three."""
+def _three_of_each(items):
+    """Return the first, the middle and the last case of each test."""
     cases = {}
     for item in items:
         cases.setdefault((item.path, item.originalname), []).append(item)
     return [case for of_one in cases.values() for case in dict.fromkeys(of_one[k] for k in (0, len(of_one) // 2, -1))]
 
 
-if sys.prefix != sys.base_prefix:  # what pip left uncompiled, the tests' many processes compile once
+if sys.prefix != sys.base_prefix:  # modules that pip left uncompiled are compiled once by the tests' many processes
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
 
@@ -132,7 +134,7 @@ def house(tmp_path_factory):
     from houses import House
 
     house = House(tmp_path_factory.mktemp("house"))
-    status, said = house.run()
-    assert status == 0, said
+    status, output = house.run()
+    assert status == 0, output
     house.hash = house.content()
     return house

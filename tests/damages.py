@@ -41,10 +41,10 @@ SAMPLED = {
     "sample": {"method": "sobol", "num": 16, "seed": 1},
     "grid": {"I1": {"start": 0.5, "stop": 1.5}, "I2": {"start": 0.5, "stop": 1.5}, "I3": 1.0, "omega0": 1.0},
 }
-FEW = ["omega_squared_theory", "omega_squared", "growth_rate", "regime", "status", "energy_drift"]
-DRAWN = [*FEW, "omega_squared_stderr", "omega_squared_error", "triangle_margin", "propagation_error"]  # by pictures
+RATE_COLUMNS = ["omega_squared_theory", "omega_squared", "growth_rate", "regime", "status", "energy_drift"]
+PICTURE_COLUMNS = [*RATE_COLUMNS, "omega_squared_stderr", "omega_squared_error", "triangle_margin", "propagation_error"]
 BASES = {
-    "rigid": DEFINITION | {"axes": [2], "integration": {"variables": DRAWN}},
+    "rigid": DEFINITION | {"axes": [2], "integration": {"variables": PICTURE_COLUMNS}},
     "bodies": BODIES | {"axes": [2]},
     "top": TOP,
     "pendulum": OSCILLATOR,
@@ -56,12 +56,12 @@ BASES = {
     "sampled": SAMPLED,
     "double": {"system": "double_pendulum", "grid": {"mass2": [0.5, 1.0, 2.0], "length2": [0.5, 1.0]}},
 }
-FEWER = {
-    "rigid": DEFINITION | {"integration": {"variables": FEW}},
-    "bodies": BODIES | {"integration": {"variables": FEW}},
+QUICK_BASES = {
+    "rigid": DEFINITION | {"integration": {"variables": RATE_COLUMNS}},
+    "bodies": BODIES | {"integration": {"variables": RATE_COLUMNS}},
     "top": TOP,
     "pendulum": OSCILLATOR,
-}  # for tests that are quick
+}
 NASTY = "\x1b[31mred\x1b[0m"
 TEXTS = {
     "control": NASTY,
@@ -100,15 +100,15 @@ LOCAL = (
     *("long_name", "flag_values", "flag_meanings", "_Encoding", "calendar", "sha256", "CLASS", "NAME", "own"),
     *("_Netcdf4Coordinates", "_Netcdf4Dimid", "_Unsigned", "dtype", "_ChunkSizes", "comment"),
 )
-PATIENCE = 10.0  # s of processor that a command may take,
-MOST_BYTES = 2**30  # and memory, beside what the process held before
+PATIENCE = 10.0  # s of processor time that a command may take
+MAX_EXTRA_BYTES = 2**30  # bytes that a command may add to the memory of the process
 COMMANDS = ("show", "show --json", "point", "point --trajectory", "slice", "figures", "report", "verify")
 SLOW = ("figures", "report")  # seconds each, of a map that is let in
 LOCAL_WORDS = ("control", "script", "number", "array", "compound", "long", "zero", "bytes")
 
 
-def told(path, holder, name, value):
-    """Sets an attribute of the file ("") or of a variable to anything."""
+def set_attribute(path, holder, name, value):
+    """Set an attribute of the file ("") or of a variable to any value."""
     with h5py.File(path, "r+", track_order=True) as file:
         attributes = (file if holder == "" else file[holder]).attrs
         if name in attributes:
@@ -121,23 +121,23 @@ def without_attribute(path, name):
         file.attrs.pop(name, None)
 
 
-def gone(path, name):
+def remove_variable(path, name):
     with h5py.File(path, "r+") as file:
         del file[name]
 
 
-def replaced(path, name, make):
-    """Puts what `make(file, name, old values)` makes in the place of a variable, with the old attributes."""
+def replace_variable(path, name, make):
+    """Replace a variable by the result of `make(file, name, old values)`, with the old attributes."""
     with h5py.File(path, "r+") as file:
         old = file[name]
         values, attributes = old[()], {k: v for k, v in old.attrs.items() if not k.endswith("_LIST")}
         shape = old.shape
         del file[name]
-        made = make(file, name, values)
-        if isinstance(made, h5py.Dataset):
+        variable = make(file, name, values)
+        if isinstance(variable, h5py.Dataset):
             for key, value in attributes.items():
                 if key != "_FillValue":
-                    made.attrs[key] = value
+                    variable.attrs[key] = value
             if (key := attributes.get("_Netcdf4Coordinates")) is not None:
                 assert len(shape) == np.size(key)
 
@@ -151,30 +151,30 @@ def as_type(dtype):
     return lambda file, name, old: file.create_dataset(name, data=np.zeros(np.shape(old), dtype=dtype))
 
 
-def declared(shape, chunks, dtype="f8", **options):
-    """A variable that declares much and holds nothing."""
+def declare(shape, chunks, dtype="f8", **options):
+    """Return a function that makes a variable of a large shape without data."""
     return lambda file, name, old: file.create_dataset(name, shape, dtype, chunks=chunks, **options)
 
 
 def bomb(file, name, old):
-    """Chunks that swell a thousand times beyond what they should."""
+    """Make chunks that inflate to a thousand times their size."""
     import zlib
 
     shape = np.shape(old) or (1,)
-    made = file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
-    made.id.write_direct_chunk((0,) * len(shape), zlib.compress(bytes(2**26), 9))
-    return made
+    variable = file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
+    variable.id.write_direct_chunk((0,) * len(shape), zlib.compress(bytes(2**26), 9))
+    return variable
 
 
-def swollen(file, name, old):
+def zeros_chunk(file, name, old):
     """A large chunk of zeros, deflated well."""
     rank = max(np.ndim(old), 1)
     shape = (2**27,) + (1,) * (rank - 1)
-    made = file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
-    return made
+    variable = file.create_dataset(name, shape, "f8", chunks=shape, compression="gzip")
+    return variable
 
 
-def filtered(**options):
+def with_filter(**options):
     def make(file, name, old):
         return file.create_dataset(name, data=old, chunks=np.shape(old) or None, **options)
 
@@ -183,9 +183,9 @@ def filtered(**options):
 
 def noise(file, name, old):
     shape = np.shape(old)
-    made = file.create_dataset(name, shape, np.asarray(old).dtype, chunks=shape, compression="gzip")
-    made.id.write_direct_chunk((0,) * len(shape), b"\x78\x01 no deflated bytes")
-    return made
+    variable = file.create_dataset(name, shape, np.asarray(old).dtype, chunks=shape, compression="gzip")
+    variable.id.write_direct_chunk((0,) * len(shape), b"\x78\x01 no deflated bytes")
+    return variable
 
 
 def unknown_filter(file, name, old):
@@ -194,9 +194,9 @@ def unknown_filter(file, name, old):
     properties.set_chunk(shape)
     properties.set_filter(32001, h5py.h5z.FLAG_OPTIONAL, (1, 2))
     space, kind = h5py.h5s.create_simple(shape), h5py.h5t.py_create(np.asarray(old).dtype)
-    made = h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, properties))
-    made.id.write_direct_chunk((0,) * len(shape), bytes(old.nbytes))
-    return made
+    variable = h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, properties))
+    variable.id.write_direct_chunk((0,) * len(shape), bytes(old.nbytes))
+    return variable
 
 
 def outside(file, name, old):
@@ -237,20 +237,20 @@ REPLACED = {
     "as enum": lambda f, n, v: f.create_dataset(n, np.shape(v), h5py.enum_dtype({"a": 1, "b": 2})),
     "as lists": lambda f, n, v: f.create_dataset(n, np.shape(v), h5py.vlen_dtype("f8")),
     "as references": lambda f, n, v: f.create_dataset(n, np.shape(v), h5py.ref_dtype),
-    "2^40 long": declared((2**40,), (2**16,)),
-    "2^40 in one chunk": declared((2**40,), (2**28,)),
-    "2^60 long": declared((2**60,), (2**16,)),
-    "2^20 by 2^20": declared((2**20, 2**20), (1, 2**16), "i1", compression="gzip"),
+    "2^40 long": declare((2**40,), (2**16,)),
+    "2^40 in one chunk": declare((2**40,), (2**28,)),
+    "2^60 long": declare((2**60,), (2**16,)),
+    "2^20 by 2^20": declare((2**20, 2**20), (1, 2**16), "i1", compression="gzip"),
     "unlimited": lambda f, n, v: f.create_dataset(n, (10**11,), "f8", maxshape=(None,), chunks=(2**16,)),
-    "1e10 texts": declared((10**10,), (2**16,), h5py.string_dtype()),
-    "1e10 characters": declared((10**10,), (2**16,), "S1"),
-    "long texts": declared((10,), (10,), "S100000000"),
+    "1e10 texts": declare((10**10,), (2**16,), h5py.string_dtype()),
+    "1e10 characters": declare((10**10,), (2**16,), "S1"),
+    "long texts": declare((10,), (10,), "S100000000"),
     "never written": lambda f, n, v: f.create_dataset(n, np.shape(v), "f8"),
     "bomb": bomb,
-    "swollen": swollen,
+    "swollen": zeros_chunk,
     "noise": noise,
-    "fletcher": filtered(fletcher32=True),
-    "lzf": filtered(compression="lzf"),
+    "fletcher": with_filter(fletcher32=True),
+    "lzf": with_filter(compression="lzf"),
     "scale offset": lambda f, n, v: f.create_dataset(n, np.shape(v), "i4", chunks=np.shape(v), scaleoffset=0),
     "unknown filter": unknown_filter,
     "external": outside,
@@ -265,7 +265,7 @@ REPLACED = {
 }
 
 
-def added(path, name, make):
+def add_variable(path, name, make):
     with h5py.File(path, "r+") as file:
         make(file, name, np.zeros(3))
 
@@ -287,7 +287,7 @@ def noisy(content, seed):
 
 
 def heaps(content, value):
-    """Damages each collection of texts and lists: sizes of their items, of which the library believes all."""
+    """Damage each collection of texts and lists by false sizes of items, which the library trusts."""
     content, at = bytearray(content), 0
     while (at := content.find(b"GCOL", at)) >= 0:
         content[at + 16 : at + 40] = value * 24
@@ -295,7 +295,7 @@ def heaps(content, value):
     return bytes(content)
 
 
-def signed(content, place, value):
+def overwrite(content, place, value):
     return content[:place] + value + content[place + len(value) :]
 
 
@@ -328,7 +328,7 @@ def no_file(path, kind):
         path.symlink_to("/dev/zero")
 
 
-def many(path, number):
+def add_many_groups(path, number):
     with h5py.File(path, "r+") as file:
         for k in range(number):
             file.create_group(f"g{k}")
@@ -350,58 +350,58 @@ def table(base):
         coordinates = [n for n in names if file[n].attrs.get("CLASS") == b"DIMENSION_SCALE"]
         rank = max(file[name].ndim for name in names)
         full = [name for name in names if file[name].ndim == rank and name not in coordinates]
-        leading = next((n for n in ("regime", "sense") if n in names), None)
-        leading = leading or next(n for n in full if file[n].dtype == "i1")
+        flag_name = next((n for n in ("regime", "sense") if n in names), None)
+        flag_name = flag_name or next(n for n in full if file[n].dtype == "i1")
         first = next((n for n in ("omega_squared", "precession_rate") if n in names), None)
         first = first or next(n for n in full if file[n].dtype == "f8")
         size = base.stat().st_size
-    found = {}
+    damages = {}
     for name in GLOBAL:
         for word, value in ODD.items():
-            found[f"{name} = {word}"] = partial(told, holder="", name=name, value=value)
-        found[f"without {name}"] = partial(without_attribute, name=name)
-    for holder in (first, leading, coordinate):
+            damages[f"{name} = {word}"] = partial(set_attribute, holder="", name=name, value=value)
+        damages[f"without {name}"] = partial(without_attribute, name=name)
+    for holder in (first, flag_name, coordinate):
         for name in LOCAL:
             for word in LOCAL_WORDS:
-                found[f"{holder}:{name} = {word}"] = partial(told, holder=holder, name=name, value=ODD[word])
-    for holder in dict.fromkeys((first, leading, *coordinates)):
+                damages[f"{holder}:{name} = {word}"] = partial(set_attribute, holder=holder, name=name, value=ODD[word])
+    for holder in dict.fromkeys((first, flag_name, *coordinates)):
         for word, make in REPLACED.items():
-            found[f"{holder} {word}"] = partial(replaced, name=holder, make=make)
+            damages[f"{holder} {word}"] = partial(replace_variable, name=holder, make=make)
     for name in names:
-        found[f"without variable {name}"] = partial(gone, name=name)
+        damages[f"without variable {name}"] = partial(remove_variable, name=name)
     for word, make in REPLACED.items():
         if word not in ("reversed", "shuffled", "cut", "another rank", "transposed"):
-            found[f"beside: {word}"] = partial(added, name="beside", make=make)
+            damages[f"beside: {word}"] = partial(add_variable, name="beside", make=make)
     for word in ("control", "bidi", "markup", "script", "mathtext"):
         name = TEXTS[word].replace("/", "|")
-        found[f"a variable named {word}"] = partial(added, name=name, make=as_type("f8"))
+        damages[f"a variable named {word}"] = partial(add_variable, name=name, make=as_type("f8"))
     for k in range(1, 40):
-        found[f"cut at {k}/40"] = bytes_of(lambda content, k=k: content[: len(content) * k // 40])
+        damages[f"cut at {k}/40"] = bytes_of(lambda content, k=k: content[: len(content) * k // 40])
     for k in (0, 1, 7, 8, 9, 40, 47, 48, 95, size - 1):
-        found[f"cut to {k} bytes"] = bytes_of(lambda content, k=k: content[:k])
+        damages[f"cut to {k} bytes"] = bytes_of(lambda content, k=k: content[:k])
     for seed in range(150):
-        found[f"noise {seed}"] = bytes_of(lambda content, seed=seed: noisy(content, seed))
+        damages[f"noise {seed}"] = bytes_of(lambda content, seed=seed: noisy(content, seed))
     for k, value in enumerate((b"\0", b"\xff", b"\x01")):
-        found[f"heaps {k}"] = bytes_of(lambda content, value=value: heaps(content, value))
+        damages[f"heaps {k}"] = bytes_of(lambda content, value=value: heaps(content, value))
     for place in (8, 9, 10, 11, 12, 20, 28, 36, 44):
         for value in (b"\0", b"\xff" * 4, b"\x01"):
-            found[f"superblock {place} {value.hex()}"] = bytes_of(partial(signed, place=place, value=value))
-    found["longer by zeros"] = bytes_of(lambda content: content + bytes(5000))
-    found["512 bytes in front"] = bytes_of(lambda content: bytes(512) + content)
+            damages[f"superblock {place} {value.hex()}"] = bytes_of(partial(overwrite, place=place, value=value))
+    damages["longer by zeros"] = bytes_of(lambda content: content + bytes(5000))
+    damages["512 bytes in front"] = bytes_of(lambda content: bytes(512) + content)
     for form in ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4"):
-        found[form] = partial(classic, form=form)
-    found["plain HDF5"] = plain_hdf
+        damages[form] = partial(classic, form=form)
+    damages["plain HDF5"] = plain_hdf
     for kind in ("fifo", "folder", "loop", "zeros", "nothing"):
-        found[kind] = partial(no_file, kind=kind)
+        damages[kind] = partial(no_file, kind=kind)
     for word, content in {
         "text": b"title: a map\n",
         "picture": b"\x89PNG\r\n\x1a\n" + bytes(99),
         "zeros": bytes(999),
     }.items():
-        found[f"a file of {word}"] = bytes_of(lambda _, content=content: content)
-    found["20,000 groups"] = partial(many, number=20_000)
-    found["5,000 attributes"] = partial(many_attributes, number=5000)
-    return found
+        damages[f"a file of {word}"] = bytes_of(lambda _, content=content: content)
+    damages["20,000 groups"] = partial(add_many_groups, number=20_000)
+    damages["5,000 attributes"] = partial(many_attributes, number=5000)
+    return damages
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -429,7 +429,7 @@ def commands(base):
 
 
 def run(words):
-    """A command in this process: (exit status, what it said on both streams, or the traceback)."""
+    """Run a command in this process and return (exit status, output, messages or traceback)."""
     from sweeps.__main__ import main
 
     out, err = io.StringIO(), io.StringIO()
@@ -437,20 +437,20 @@ def run(words):
         warnings.simplefilter("error", RuntimeWarning)  # which a person would see
         try:
             status = main(words)
-        except SystemExit as left:
-            status = left.code
+        except SystemExit as end:
+            status = end.code
         except BaseException:
             status = 1
             traceback.print_exc()
     return status, out.getvalue(), err.getvalue()
 
 
-def wrong(name, status, out, err):
-    """What is wrong with how a command ended; "" for a good end."""
-    said = out + err
-    if "Traceback" in said or "Error:" in said:
-        return "traceback: " + " | ".join(said.strip().splitlines()[-1:])[-200:]
-    if any(not (c.isprintable() or c in "\n\t") for c in said):
+def describe_fault(name, status, out, err):
+    """Return a description of the fault of a command's end; "" for a correct end."""
+    output = out + err
+    if "Traceback" in output or "Error:" in output:
+        return "traceback: " + " | ".join(output.strip().splitlines()[-1:])[-200:]
+    if any(not (c.isprintable() or c in "\n\t") for c in output):
         return "a control character"
     if "owned=1" in out and name == "report":
         return "script"
@@ -464,7 +464,7 @@ def wrong(name, status, out, err):
     if status == 1 and name == "verify" and "differs" in out:
         return ""
     if status != 0:
-        return f"status {status}: {said[-200:]!r}"
+        return f"status {status}: {output[-200:]!r}"
     if err:
         return f"beside its work it says {err[:200]!r}"
     if name.endswith("--json"):
@@ -474,8 +474,8 @@ def wrong(name, status, out, err):
     return ""
 
 
-def known(path):
-    """Return the hash of all that the door lets in of a file, with every value; None where it lets nothing in."""
+def hash_of_content(path):
+    """Return the hash of all values and attributes that the reader accepts of a file; None if it refuses the file."""
     import sweeps
     from sweeps.schema.refusals import RefusedError
     from sweeps.shards import content_hash
@@ -489,14 +489,14 @@ def known(path):
         return None
 
 
-_KNOWN = {}  # map → what has been let in of it and of damaged ones, and its commands
+_KNOWN = {}  # map → (hashes of accepted contents of it and of damaged copies, its commands)
 
 
-def tried(folder, base, damage, turn):
-    """Command → what went wrong with it at a damaged copy of a map, in this process; {} for what was tried before.
+def try_damage(folder, base, damage, number):
+    """Return command → fault at a damaged copy of a map, in this process; {} for a copy with tested content.
 
-    Commands know of a file what the door lets in, so what it lets in as another file has shown it is not tried again.
-    Quick commands take turns, and `show` is run as well where the file is read.
+    Commands depend on the accepted content of a file alone, so content that a previous file has shown is not run again.
+    Quick commands alternate, and `show` is also run if the file is accepted.
     """
     path = folder / "map.nc"
     shutil.copy(base, path)
@@ -506,28 +506,28 @@ def tried(folder, base, damage, turn):
         return {}  # HDF5 itself has no such thing
     os.chdir(folder)
     if base not in _KNOWN:
-        _KNOWN[base] = {known(base)}, commands(base)
-    (seen, chosen), found = _KNOWN[base], known(path)
-    if found in seen:
+        _KNOWN[base] = {hash_of_content(base)}, commands(base)
+    (known_hashes, words_of), content_hash = _KNOWN[base], hash_of_content(path)
+    if content_hash in known_hashes:
         return {}
-    seen |= {found} - {None}
-    quick = [name for name in chosen if name not in SLOW]
-    one = quick[turn % len(quick)]
-    return one_by_one({name: chosen[name] for name in ({one, "show"} if found else {one})})
+    known_hashes |= {content_hash} - {None}
+    quick = [name for name in words_of if name not in SLOW]
+    command = quick[number % len(quick)]
+    return one_by_one({name: words_of[name] for name in ({command, "show"} if content_hash else {command})})
 
 
-def one_by_one(chosen):
+def one_by_one(words_of):
     """Run commands in this process. Return each one's fault: how it ended, or that it took too long or too much."""
     faults = {}
-    for name, words in chosen.items():
-        begun, children = processor_seconds(), _children()
+    for name, words in words_of.items():
+        begin, children = processor_seconds(), _children()
         _forget_peak()
         resident = _peak_here()
         status, out, err = run(words)
-        seconds, size = processor_seconds() - begun, _peak(children) - resident
-        what = wrong(name, status, out, err)
+        seconds, size = processor_seconds() - begin, _peak(children) - resident
+        what = describe_fault(name, status, out, err)
         what = what or (f"took {seconds:.0f} s" if seconds > PATIENCE else "")
-        what = what or (f"took {size / 2**30:.2f} GiB" if size > MOST_BYTES else "")
+        what = what or (f"took {size / 2**30:.2f} GiB" if size > MAX_EXTRA_BYTES else "")
         if what:
             faults[name] = what
     return faults
@@ -559,23 +559,23 @@ def _peak(children):
 
 
 def look_once():
-    """Keeps what the door's look at a file tells: it is the same for each command, and half of what a refusal takes."""
+    """Cache the reader's check of a file: it is the same for each command, and takes half of the time of a refusal."""
     from sweeps.reading import sandbox
 
-    told, kept = sandbox.run_in_child, {}
+    run_in_child, answers = sandbox.run_in_child, {}
 
-    def remembered(look, size):
+    def run_once(look, size):
         status = os.stat("map.nc")
         key = status.st_ino, status.st_mtime_ns, size
-        if key not in kept:
-            kept[key] = json.dumps(told(look, size))
-        return json.loads(kept[key])
+        if key not in answers:
+            answers[key] = json.dumps(run_in_child(look, size))
+        return json.loads(answers[key])
 
-    sandbox.run_in_child = remembered
+    sandbox.run_in_child = run_once
 
 
 def in_a_copy(function, patience=300):
-    """What a function returns in a copy of this process; how that ended, as text, where it does not."""
+    """Return the result of a function in a fork of this process, or a description of the fork's failure."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
@@ -591,13 +591,13 @@ def in_a_copy(function, patience=300):
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
         answer = pipe.read()
-    _, ended = os.waitpid(child, 0)
-    return json.loads(answer) if answer and ended == 0 else f"the process ended with {ended}"
+    _, exit_status = os.waitpid(child, 0)
+    return json.loads(answer) if answer and exit_status == 0 else f"the process ended with {exit_status}"
 
 
 @contextlib.contextmanager
 def light():
-    """Make pictures of few dots and few frames, of which nothing is missing, and the commands' descriptions once."""
+    """Make complete pictures of few dots and few frames, and build the commands' parser once."""
     from sweeps.commands import program
     from sweeps.figure import sheets
     from sweeps.systems.rigid_body.presentation import figure_flip

@@ -23,14 +23,14 @@ grid:
 shards: %d
 """
 TARGET = "results/broken/stability_map.nc"
-PATIENCE = 600.0  # s until what must come has come, on however slow a machine
+PATIENCE = 600.0  # s, the longest wait for an expected state on a slow machine
 
 
 class House:
     """A copy of the sources with results and a compiler cache of its own."""
 
     def __init__(self, folder):
-        self.folder = compiled.copied(folder.resolve())
+        self.folder = compiled.copy_sources(folder.resolve())
         compiled.share(self.folder, self.folder / ".cache")
         self.define()
         self.map = self.folder / TARGET
@@ -42,13 +42,13 @@ class House:
         """Writes the definition anew; into how many shards the work is cut changes no number."""
         (self.folder / "broken.yaml").write_text(TEXT % shards)
 
-    def start(self, said=None, *options):
-        """The workflow, not waited for; what it says goes to the file `said`, or is kept for communicate()."""
+    def start(self, log=None, *options):
+        """Start the workflow without waiting; its output goes to the file `log`, or to communicate()."""
         command = [sys.executable, "-m", "snakemake", *(options or ("--cores", "2"))]
-        return self.process([*command, "--config", "definition=broken.yaml", "--", TARGET], said)
+        return self.process([*command, "--config", "definition=broken.yaml", "--", TARGET], log)
 
-    def process(self, command, said=None, **options):
-        output = subprocess.PIPE if said is None else said.open("w")
+    def process(self, command, log=None, **options):
+        output = subprocess.PIPE if log is None else log.open("w")
         try:
             return subprocess.Popen(
                 command,
@@ -60,24 +60,24 @@ class House:
                 **options,
             )
         finally:
-            if said is not None:
+            if log is not None:
                 output.close()
 
     def run(self):
-        """The workflow to its end: (exit status, what it said)."""
+        """Run the workflow to its end and return (exit status, output)."""
         process = self.start()
-        said, _ = process.communicate()
-        return process.returncode, said
+        output, _ = process.communicate()
+        return process.returncode, output
 
     def ask(self, code, **settings):
-        """What Python code prints in this house."""
-        return self._printed(["-c", code], settings)
+        """Return the output of Python code in this copy."""
+        return self._run_python(["-c", code], settings)
 
     def command(self, *words):
-        """What a command of `python -m sweeps` prints in this house."""
-        return self._printed(["-m", "sweeps", *words], {})
+        """Return the output of a command of `python -m sweeps` in this copy."""
+        return self._run_python(["-m", "sweeps", *words], {})
 
-    def _printed(self, arguments, settings):
+    def _run_python(self, arguments, settings):
         command, environment = [sys.executable, *arguments], {**self.environment, **settings}
         answer = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
         assert answer.returncode == 0, answer.stderr
@@ -87,7 +87,7 @@ class House:
     def clear(self):
         shutil.rmtree(self.folder / "results", ignore_errors=True)
 
-    def finished(self):
+    def finished_shards(self):
         """Numbers of the finished shards."""
         return [path.name.partition("-")[0] for path in self.shards.glob("[0-9]*.nc")]
 
@@ -100,33 +100,33 @@ class House:
 
     def orphans(self):
         """Processes that work in this house."""
-        found = []
+        processes = []
         for process in psutil.process_iter():
             try:
                 if process.cwd() == str(self.folder) and process.pid != os.getpid():
-                    found.append(process)
+                    processes.append(process)
             except psutil.Error:
                 continue
-        return found
+        return processes
 
     def settle(self):
-        """Waits for what killed runs have left running."""
+        """Wait for processes that killed runs have left."""
         _, alive = psutil.wait_procs(self.orphans(), timeout=PATIENCE)
         assert not alive
 
 
 def wait_for(condition, process=None):
     end = time.monotonic() + PATIENCE
-    while not (found := condition()):
+    while not (result := condition()):
         if process is not None and process.poll() is not None:
             return None
         assert time.monotonic() < end
         time.sleep(0.05)
-    return found
+    return result
 
 
 def assert_whole(house, expected=None):
-    """The map of the undisturbed run, and nothing beside it that a killed process has left."""
+    """Assert that the map is that of the undisturbed run, and that no file of a killed process remains."""
     assert house.content() == (expected or house.hash)
     assert [check for check in verify.verify(house.map, points=20, any_kernels=True) if check.findings] == []
     assert not list(house.folder.glob("results/broken/**/.*.part"))

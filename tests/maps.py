@@ -1,4 +1,4 @@
-"""A small map of everything, on the disk, for tests of what reads maps."""
+"""Small maps of several kinds, on the disk, for tests of code that reads maps."""
 
 import sweeps
 from sweeps.maps import storage
@@ -33,11 +33,11 @@ def write(folder, definition=DEFINITION, name="map.nc"):
     return folder / name
 
 
-def assert_same_bits(left, right):
+def assert_same_bits(first, second):
     """Assert that two maps have the same names, dimensions, types and bytes, NaN and signed zeros included."""
-    assert set(left.variables) == set(right.variables)
-    for name in left.variables:
-        a, b = left[name], right[name]
+    assert set(first.variables) == set(second.variables)
+    for name in first.variables:
+        a, b = first[name], second[name]
         assert a.dims == b.dims, name
         if a.dtype.kind in "UOT":
             assert a.values.tolist() == b.values.tolist(), name

@@ -5,7 +5,7 @@
 
 Each mutation is one change of the kind that a slip of the hand makes: another sign, another comparison, a number one
 off. The quick tests that are named in `TESTS` then run with kernels as plain Python, and should fail. FOLDER keeps the
-copy and the sessions: `cr-report --surviving-only --show-diff FOLDER/NAME.sqlite` shows what was not caught.
+copy and the sessions: `cr-report --surviving-only --show-diff FOLDER/NAME.sqlite` shows the undetected mutations.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from pathlib import Path
 from cosmic_ray import work_db
 
 ROOT = Path(__file__).parents[1]
-TESTS = {  # of modules without a test file of their own name, or of which another file shows more
+TESTS = {  # of modules without a test file of their own name, or with a better test file
     "sincos": ["attitude"],
     "estimates": ["near_axis_block", "survey"],
     "near_axis_block": ["survey"],
@@ -88,8 +88,8 @@ def main():
         run(copy, "cosmic_ray.tools.filters.operators_filter", session, config)
         sample(session, arguments.count, random.Random(f"{arguments.seed} {name}"))
         run(copy, "cosmic_ray.cli", "exec", config, session)
-        tried, missed = survivors(session)
-        print(f"{name}: {tried - missed} of {tried} caught", flush=True)
+        num_mutations, num_survivors = survivors(session)
+        print(f"{name}: {num_mutations - num_survivors} of {num_mutations} caught", flush=True)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ def jacobi(u, m, m1):
 
 
 def coefficients(I1, I2, I3, axis):
-    """Euler coefficients (c_a, c_b, c_c) seen from the spin axis."""
+    """Euler coefficients (c_a, c_b, c_c) in the order of the spin axis."""
     moments = [I1, I2, I3]
     a, b, c = (np.array([0, 1, 2]) + axis - 1) % 3
     Ia, Ib, Ic = moments[a], moments[b], moments[c]
@@ -43,8 +43,8 @@ def samples(I1, I2, I3, axis, sign, epsilon, phase, spacing, count):
 def rate_squared(transverse, spacing):
     """Signed rate² and standard error by NumPy's least squares, over the samples up to tenfold growth."""
     size = np.hypot(*transverse.T)
-    used = len(size) if (size <= 10 * size[0]).all() else int(np.argmax(size > 10 * size[0]))
-    x = transverse[:used]
+    num_samples = len(size) if (size <= 10 * size[0]).all() else int(np.argmax(size > 10 * size[0]))
+    x = transverse[:num_samples]
     second = (x[2:] - 2 * x[1:-1] + x[:-2]).ravel()
     middle = x[1:-1].ravel()
     slope = np.linalg.lstsq(middle[:, None], second, rcond=None)[0][0]
@@ -53,15 +53,15 @@ def rate_squared(transverse, spacing):
     stderr_D = np.sqrt(residual @ residual / (len(second) - 1) / (middle @ middle)) / 2
     angle = np.arccos(1 - D) if D > 0 else np.arccosh(1 - D)
     derivative = 2 * angle / (np.sin(angle) if D > 0 else np.sinh(angle))
-    return np.sign(D) * (angle / spacing) ** 2, derivative * stderr_D / spacing**2, used
+    return np.sign(D) * (angle / spacing) ** 2, derivative * stderr_D / spacing**2, num_samples
 
 
 def seen_from(axis, x1, x2, x3):
     """The three values in the order (a, b, c) of a spin axis, by walking round the axes."""
     values = {1: x1, 2: x2, 3: x3}
-    following = {1: 2, 2: 3, 3: 1}
-    b = following[axis]
-    return values[axis], values[b], values[following[b]]
+    next_axis = {1: 2, 2: 3, 3: 1}
+    b = next_axis[axis]
+    return values[axis], values[b], values[next_axis[b]]
 
 
 def fractions(*values):

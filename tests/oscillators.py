@@ -4,7 +4,7 @@ import importlib
 
 import described
 
-LIBRARY = {  # name → what is varied, and between which values
+LIBRARY = {  # name → parameter → range of its values
     "pendulum": {"length": (0.1, 5.0), "gravity": (1.0, 20.0)},
     "bead_on_hoop": {"radius": (0.1, 5.0), "spin_rate": (0.0, 10.0)},
     "central_potential": {"exponent": (-1.5, 4.0), "angular_momentum": (0.1, 5.0)},
@@ -16,7 +16,7 @@ LIBRARY = {  # name → what is varied, and between which values
 }
 
 
-def shipped(name):
+def description_of(name):
     """The description of a system that ships."""
     return importlib.import_module(f"sweeps.mechanics.library.{name}").system
 

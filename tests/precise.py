@@ -17,7 +17,7 @@ def turns(I1, I2, I3, chi, theta, digits=None):
     real = np.longdouble if digits is None else mp.mpf
     lift = (lambda x: np.asarray(x, np.longdouble)) if digits is None else np.vectorize(mp.mpf, otypes=[object])
     sin, cos = (np.sin, np.cos) if digits is None else (np.frompyfunc(f, 1, 1) for f in (mp.sin, mp.cos))
-    whole = 8 * (np.arctan(real(1)) if digits is None else mp.atan(1))
+    angle_of_turn = 8 * (np.arctan(real(1)) if digits is None else mp.atan(1))
     precision = float(np.finfo(np.longdouble).eps) if digits is None else 10.0**-digits
     n1, n2, n3 = lift(np.sort([I1, I2, I3], axis=0))
     chi, tilt = lift(chi), lift(theta)
@@ -47,15 +47,15 @@ def turns(I1, I2, I3, chi, theta, digits=None):
         sizes = np.maximum(np.abs(T[:, -2:].astype(float)).max(axis=0), 1e-300)
         h = lift(0.8 * np.minimum(*((precision / sizes[i]) ** (1 / (ORDER - 1 + i)) for i in (0, 1))))
         new = _at(T, h)
-        done = new[3] >= whole
+        is_over = new[3] >= angle_of_turn
         t = h
-        if done.any():
+        if is_over.any():
             for _ in range(8):
-                t = t - np.where(done, (_at(T[3], t) - whole) / _at(P, t), real(0))
+                t = t - np.where(is_over, (_at(T[3], t) - angle_of_turn) / _at(P, t), real(0))
             new = _at(T, t)
         y[:5, alive], y[5, alive] = new, y[5, alive] + t
-        out[:, alive[done]] = y[4:, alive[done]]
-        alive = alive[~done]
+        out[:, alive[is_over]] = y[4:, alive[is_over]]
+        alive = alive[~is_over]
     return out
 
 

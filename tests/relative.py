@@ -5,7 +5,7 @@ import importlib
 import described
 import numpy as np
 
-RANGES = {  # name → what is varied, and between which values
+RANGES = {  # name → parameter → range of its values
     "sleeping_top": {
         "I1": (0.3, 2.0),
         "I2": (0.3, 2.0),
@@ -48,7 +48,7 @@ RANGES = {  # name → what is varied, and between which values
 }
 
 
-def shipped(name):
+def description_of(name):
     """The description of a system that ships."""
     return importlib.import_module(f"sweeps.mechanics.library.relative.{name}").system
 
@@ -67,8 +67,8 @@ def _product(*factors):
 
 def _sleeping_top(p):
     I1, I2, I3, P, W = (p[k] for k in ("I1", "I2", "I3", "moment_of_weight", "spin_rate"))
-    one, two = [I1, 0, (I3 - I2) * W**2 - P], [I2, 0, (I3 - I1) * W**2 - P]
-    return np.polyadd(_product(one, two), [(I1 + I2 - I3) ** 2 * W**2, 0, 0])
+    block1, block2 = [I1, 0, (I3 - I2) * W**2 - P], [I2, 0, (I3 - I1) * W**2 - P]
+    return np.polyadd(_product(block1, block2), [(I1 + I2 - I3) ** 2 * W**2, 0, 0])
 
 
 def _gyrostat(p):
@@ -101,8 +101,8 @@ def _gravity_gradient_damped(p):
         slug = kappa / J * (w - s) - np.cross(w, s)
         return np.concatenate([torque / moments, slug, np.linalg.solve(axes, w - frame)])
 
-    rest = np.array([0, -n, 0, 0, -n, 0, 0, 0, 0], dtype=complex)
-    A = np.array([rates(rest + 1e-30j * e).imag / 1e-30 for e in np.eye(9)]).T
+    equilibrium = np.array([0, -n, 0, 0, -n, 0, 0, 0, 0], dtype=complex)
+    A = np.array([rates(equilibrium + 1e-30j * e).imag / 1e-30 for e in np.eye(9)]).T
     return np.poly(A)
 
 

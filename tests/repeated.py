@@ -1,8 +1,8 @@
-"""Cases of one test of which some are quick tests, and the others, which repeat them, slow ones."""
+"""Cases of a test: quick cases, and slow cases that repeat them."""
 
 import pytest
 
 
 def but(quick, cases):
-    """The cases, those that are not among the quick ones marked slow."""
+    """Return the cases; those that are not in `quick` are marked slow."""
     return [case if case in quick else pytest.param(case, marks=pytest.mark.slow) for case in cases]

@@ -14,24 +14,24 @@ QUANTITIES = {
 
 
 @st.composite
-def ranges(draw, low, high, most=6):
+def ranges(draw, low, high, max_num=6):
     """A linear or logarithmic range with ends of one sign, a factor of two or more apart."""
     start = draw(st.floats(low, high / 2))
     stop = draw(st.floats(2 * start, high))
     start, stop = (stop, start) if draw(st.booleans()) else (start, stop)
     spacing = draw(st.sampled_from(["linear", "log"]))
-    return {"start": start, "stop": stop, "num": draw(st.integers(2, most)), "spacing": spacing}
+    return {"start": start, "stop": stop, "num": draw(st.integers(2, max_num)), "spacing": spacing}
 
 
 def entries(quantity, low, high):
-    """A number, a list of up to three different ones, or a range."""
-    listed = st.lists(quantity, min_size=1, max_size=3, unique=True)
-    return quantity | listed | ranges(low, high)
+    """A number, a list of up to three different numbers, or a range."""
+    lists = st.lists(quantity, min_size=1, max_size=3, unique=True)
+    return quantity | lists | ranges(low, high)
 
 
 @st.composite
 def grid_sweeps(draw):
-    """A definition whose moments are grid dimensions."""
+    """A definition with moments as grid dimensions."""
     grid = {name: draw(entries(MOMENT, 1e-60, 1e60)) for name in ("I1", "I2", "I3")}
     grid["omega0"] = draw(entries(QUANTITIES["omega0"], 1e-100, 1e100))
     for name, low, high in (("epsilon", 1e-12, 0.99), ("phase", 1e-3, 3.0)):
@@ -50,12 +50,12 @@ def body_sweeps(draw):
         bodies.append({"name": f"body {number}"} | ({"ratios": moments} if draw(st.booleans()) else moments))
     grid = {}
     for name, low, high in (("omega0", 1e-100, 1e100), ("epsilon", 1e-12, 0.99), ("phase", 1e-3, 3.0)):
-        giving = draw(st.integers(0, len(bodies)))
-        for body in bodies[:giving]:
+        num_with_value = draw(st.integers(0, len(bodies)))
+        for body in bodies[:num_with_value]:
             body[name] = draw(QUANTITIES[name])
-        if giving == 0:
+        if num_with_value == 0:
             grid[name] = draw(entries(QUANTITIES[name], low, high))
-        elif giving < len(bodies):
+        elif num_with_value < len(bodies):
             grid[name] = draw(QUANTITIES[name])
     axes = draw(st.lists(st.integers(1, 3), min_size=1, max_size=3, unique=True))
     return {"axes": axes, "bodies": bodies, "grid": grid}
@@ -69,10 +69,10 @@ LANES = 12  # points of one example: one batch, whatever hypothesis draws
 def moment_triples(low=1e-3, high=1e3):
     """Three positive moments, ties and neighbouring floats often among them."""
     near = st.builds(lambda x, k: (x, float(x + k * np.spacing(x))), st.floats(low, high), st.integers(-2, 2))
-    tied = st.builds(
+    with_ties = st.builds(
         lambda pair, z, turn: tuple(np.roll([*pair, z], turn)), near, st.floats(low, high), st.integers(0, 2)
     )
-    return st.tuples(*[st.floats(low, high)] * 3) | tied
+    return st.tuples(*[st.floats(low, high)] * 3) | with_ties
 
 
 @st.composite

@@ -52,9 +52,9 @@ def test_every_module_on_the_page_exists():
     assert len(names) > 15
     for name in names:
         parent, _, last = name.rpartition(".")
-        there = find_spec(name) if not parent or find_spec(parent).submodule_search_locations else None
-        source = "" if there else Path(find_spec(parent).origin).read_text(encoding="utf-8")
-        assert there or re.search(rf"^(def|class) {last}\b", source, re.MULTILINE), name
+        spec = find_spec(name) if not parent or find_spec(parent).submodule_search_locations else None
+        source = "" if spec else Path(find_spec(parent).origin).read_text(encoding="utf-8")
+        assert spec or re.search(rf"^(def|class) {last}\b", source, re.MULTILINE), name
 
 
 @pytest.fixture
@@ -109,7 +109,7 @@ def test_another_integrator(toy):
 
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory):
-    """A copy of the repository with Polhode installed in .venv; all other packages are those of this environment."""
+    """A copy of the repository with Polhode installed in .venv; all further packages are those of this environment."""
     folder = tmp_path_factory.mktemp("clone") / "polhode"
     shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".*", "results", "__pycache__", "*.egg-info"))
     venv.create(folder / ".venv", with_pip=True)
@@ -120,17 +120,17 @@ def clone(tmp_path_factory):
 
 
 def type_lines(folder, lines):
-    """Run lines of shell in a folder, as a reader types them, and return what they print."""
+    """Run lines of shell in a folder, as a reader types them, and return their output."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     command = ["bash", "-euo", "pipefail", "-c", lines]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr + done.stdout
-    return done.stdout
+    process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr + process.stdout
+    return process.stdout
 
 
 @pytest.mark.slow
 def test_the_recipes_are_typed_as_they_are_printed(clone):
-    """All in one clone, one after the other, as a contributor follows the page."""
+    """All in one clone, in sequence, as a contributor follows the page."""
     system = clone / "tests/toy/damped_top/system.py"
     (install,) = blocks("Recipes: install the toy system first", "sh")
     assert "24 = 2 spin × 12 tau" in type_lines(clone, install)

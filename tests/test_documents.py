@@ -81,7 +81,7 @@ def test_constraints_pin_versions_and_name_no_address():
 
 @pytest.mark.slow
 def test_a_new_system_from_its_page(tmp_path, monkeypatch):
-    """The page's files, as they stand on it, checked and measured; against what a hand derives of them."""
+    """The page's files, unchanged, checked and measured; against a derivation by hand."""
     page = (ROOT / "sweeps" / "mechanics" / "README.md").read_text(encoding="utf-8")
     assert len(page.splitlines()) <= 40
     (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
@@ -92,15 +92,15 @@ def test_a_new_system_from_its_page(tmp_path, monkeypatch):
     ds = sweeps.survey("buckling.yaml").squeeze()
     middle = (ds["stiffness"] * (1 - 1 / ds["distance"])).transpose(*ds["omega_squared"].dims[:2])
     bound = ds["rate_scale"].sel(equilibrium="middle").values ** 2
-    off = np.abs(ds["omega_squared"].sel(equilibrium="middle").values - middle.values)
-    assert (off <= 1e-9 * bound).all()
-    here = ds.sel(equilibrium="right", distance=ds["distance"][ds["distance"] < 0.99])
-    expected = here["stiffness"] * (1 - here["distance"] ** 2)
-    assert np.abs(here["omega_squared"] / expected - 1).max() <= 1e-9
+    deviation = np.abs(ds["omega_squared"].sel(equilibrium="middle").values - middle.values)
+    assert (deviation <= 1e-9 * bound).all()
+    right = ds.sel(equilibrium="right", distance=ds["distance"][ds["distance"] < 0.99])
+    expected = right["stiffness"] * (1 - right["distance"] ** 2)
+    assert np.abs(right["omega_squared"] / expected - 1).max() <= 1e-9
 
 
 def test_what_leads_out_of_the_documents_is_a_whole_address():
-    """Without a network only the form can be looked at; today nothing leads out."""
+    """Without a network only the form can be checked; today no link leads out."""
     pages = [*ROOT.glob("*.md"), ROOT / "results" / "README.md"]
     pages += [path for kind in ("md", "html") for path in (ROOT / "sweeps").rglob(f"*.{kind}")]
     for path in pages:

@@ -7,13 +7,13 @@ import pytest
 import sweeps
 from sweeps import plot
 
-PARTS = [getattr(sweeps, name) for name in sweeps.__all__ if name != "plot"] + [plot.Polhode]
+CLASSES_AND_FUNCTIONS = [getattr(sweeps, name) for name in sweeps.__all__ if name != "plot"] + [plot.Polhode]
 
 
-@pytest.mark.parametrize("part", [sweeps, *PARTS], ids=lambda part: part.__name__)
-def test_every_example_prints_what_it_says(part, tmp_path, monkeypatch):
+@pytest.mark.parametrize("module", [sweeps, *CLASSES_AND_FUNCTIONS], ids=lambda module: module.__name__)
+def test_every_example_prints_what_it_says(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = doctest.DocTestFinder(recurse=False).find(part, part.__name__, globs={"sweeps": sweeps})
-    results = [doctest.DocTestRunner(verbose=False).run(each) for each in found]
+    examples = doctest.DocTestFinder(recurse=False).find(module, module.__name__, globs={"sweeps": sweeps})
+    results = [doctest.DocTestRunner(verbose=False).run(each) for each in examples]
     assert sum(result.attempted for result in results) > 0
     assert sum(result.failed for result in results) == 0

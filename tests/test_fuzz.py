@@ -28,8 +28,8 @@ DEFINITIONS = {
     "json": '{"bodies": [{"name": "A", "I1": 1, "I2": 2, "I3": 2.5, "uncertainty": "5 %"}], "grid": {"omega0": 1}}',
     "described": "system: pendulum\ngrid: {length: [0.5, 1.0], gravity: 9.8}\n",
 }
-FEW = {"integration": {"variables": ["omega_squared", "regime", "status"]}, "axes": [2]}
-MAPS = {"map": BODIES | FEW, "top": TOP, "pendulum": damages.OSCILLATOR}
+SMALL_DEFINITION = {"integration": {"variables": ["omega_squared", "regime", "status"]}, "axes": [2]}
+MAPS = {"map": BODIES | SMALL_DEFINITION, "top": TOP, "pendulum": damages.OSCILLATOR}
 TABLES, MESHES = ("csv", "nc", "parquet"), ("stl", "ply", "obj", "off", "stl_ascii")
 WORDS = [SECRET.encode(), f"../{SECRET}".encode(), b"/etc/passwd", b"file:///etc/passwd", b"[[", b"&a [*a]"]
 WORDS += [
@@ -51,7 +51,7 @@ WORDS += [
 WORDS += [b"4294967295", b"1000000000000", b"\n", b": ", b"- ", b"#", b"\x1b[31m", "\u202e".encode(), b"e9", b"~"]
 
 
-def mutated(content, rng):
+def mutate(content, rng):
     """Change, move, double or leave out some bytes, or put words in their place over which parsers stumble."""
     content = bytearray(content)
     for _ in range(rng.choice([1, 1, 2, 5, 20])):
@@ -62,23 +62,23 @@ def mutated(content, rng):
     return bytes(content)
 
 
-def spliced(content, rng):
+def splice(content, rng):
     """Put a part of a file into another place of it."""
     a, b, c = sorted(rng.randrange(len(content) + 1) for _ in range(3))
     return content[:a] + content[b:c] + content[a:]
 
 
-def worded(content, rng):
+def insert_words(content, rng):
     at = rng.randrange(len(content) + 1)
     return content[:at] + rng.choice(WORDS) + content[at + rng.choice([0, 0, 8]) :]
 
 
 GENERATORS = (
-    mutated,
+    mutate,
     lambda content, rng: damages.noisy(content, rng.random()),
     lambda content, rng: content[: rng.randrange(len(content))],
-    spliced,
-    worded,
+    splice,
+    insert_words,
 )
 
 
@@ -87,20 +87,20 @@ def seeds(folder):
     trimesh, pyarrow = pytest.importorskip("trimesh"), pytest.importorskip("pyarrow")
     from pyarrow import parquet
 
-    found = {f"definition {k}": (f"my.{k if k == 'json' else 'yaml'}", v.encode(), "") for k, v in DEFINITIONS.items()}
+    files = {f"definition {k}": (f"my.{k if k == 'json' else 'yaml'}", v.encode(), "") for k, v in DEFINITIONS.items()}
     (folder / "a.csv").write_text("I1,epsilon\n" + "".join(f"{1 + k / 100},{1e-6}\n" for k in range(50)))
     with h5py.File(folder / "a.nc", "w") as file:
         file.create_dataset("I1", data=np.linspace(1, 2, 500), chunks=(100,), compression="gzip")
     parquet.write_table(pyarrow.table({"I1": np.linspace(1, 2, 500)}), folder / "a.parquet")
     for kind in TABLES:
-        found[f"table {kind}"] = f"a.{kind}", (folder / f"a.{kind}").read_bytes(), f"table: a.{kind}\n{GRID}"
+        files[f"table {kind}"] = f"a.{kind}", (folder / f"a.{kind}").read_bytes(), f"table: a.{kind}\n{GRID}"
     for kind in MESHES:
-        made = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type=kind)
+        mesh = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type=kind)
         name = f"a.{kind.partition('_')[0]}"
-        found[f"mesh {kind}"] = name, made if isinstance(made, bytes) else made.encode(), MESH.replace("FILE", name)
+        files[f"mesh {kind}"] = name, mesh if isinstance(mesh, bytes) else mesh.encode(), MESH.replace("FILE", name)
     for kind, definition in MAPS.items():
-        found[f"map {kind}"] = "map.nc", write(folder, definition, "m.nc").read_bytes(), ""
-    return found
+        files[f"map {kind}"] = "map.nc", write(folder, definition, "m.nc").read_bytes(), ""
+    return files
 
 
 def commands(kind, name, base):
@@ -116,16 +116,19 @@ def commands(kind, name, base):
     }
 
 
-OPENED = []  # what this process opens, by Python's own account; a child of the reader can open nothing
-sys.addaudithook(lambda event, args: event == "open" and OPENED.append(args[0]))
-QUICK, FILES = 3, int(os.environ.get("POLHODE_FUZZ_FILES", 10))  # of each kind
+PATHS_READ = []  # paths that this process opens, by Python's audit events; a child of the reader can open nothing
+sys.addaudithook(lambda event, args: event == "open" and PATHS_READ.append(args[0]))
+QUICK, FILES = (
+    3,
+    int(os.environ.get("POLHODE_FUZZ_FILES", 10)),
+)  # number of damaged files of each kind, in quick tests and in all
 
 
 @pytest.fixture(scope="module")
-def known(tmp_path_factory):
+def seed_files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("seeds")
     with damages.light():
-        yield seeds(folder), write(folder, BODIES | FEW, "whole.nc")
+        yield seeds(folder), write(folder, BODIES | SMALL_DEFINITION, "whole.nc")
 
 
 KINDS = [*(f"definition {k}" for k in DEFINITIONS), *(f"table {k}" for k in TABLES), *(f"mesh {k}" for k in MESHES)]
@@ -134,32 +137,32 @@ KINDS += [f"map {k}" for k in MAPS]
 
 @pytest.mark.parametrize("number", [QUICK, pytest.param(FILES, marks=pytest.mark.faults)])
 @pytest.mark.parametrize("kind", KINDS)
-def test_damaged_files_end_well_or_are_refused(kind, number, known, tmp_path, monkeypatch):
-    found, whole = known
-    name, content, definition = found[kind]
+def test_damaged_files_end_well_or_are_refused(kind, number, seed_files, tmp_path, monkeypatch):
+    files, sound_map = seed_files
+    name, content, definition = files[kind]
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
     Path(SECRET).write_text("secret")
-    Path("whole.nc").write_bytes(whole.read_bytes())
+    Path("whole.nc").write_bytes(sound_map.read_bytes())
     base = tmp_path / "base.nc"
-    base.write_bytes(content if kind.startswith("map") else whole.read_bytes())
-    chosen = commands(kind, name, base)
+    base.write_bytes(content if kind.startswith("map") else sound_map.read_bytes())
+    words_of = commands(kind, name, base)
     for k in range(number):
         rng = random.Random(f"{kind} {k}")
-        Path(name).write_bytes(damaged := rng.choice(GENERATORS)(content, rng))
-        if name.startswith("my.") and b".py" in damaged:
+        Path(name).write_bytes(damaged_content := rng.choice(GENERATORS)(content, rng))
+        if name.startswith("my.") and b".py" in damaged_content:
             continue
         if definition:
             Path("my.yaml").write_text(definition)
         before = {*os.listdir()}
-        OPENED.clear()
-        one = [*chosen][k % len(chosen)]
-        faults = damages.one_by_one({word: chosen[word] for word in {one, next(iter(chosen))}})
-        wrong = {w for w in faults.values() if not re.match("[0-9]+ lines: .*allowed", w)}  # a line a problem
-        assert not wrong, (kind, k)
-        made = {*os.listdir()} - before
-        assert made <= {"s.nc", "m.nc", "t.nc", "figures", "report.html", "cache"}, (kind, k)
-        opened = {Path(os.fsdecode(p)).name for p in OPENED if isinstance(p, str | bytes)}
-        assert not opened & {SECRET, "passwd"}, (kind, k)
-        for left in made - {"cache"}:
-            shutil.rmtree(left) if Path(left).is_dir() else Path(left).unlink()
+        PATHS_READ.clear()
+        command = [*words_of][k % len(words_of)]
+        faults = damages.one_by_one({word: words_of[word] for word in {command, next(iter(words_of))}})
+        messages = {w for w in faults.values() if not re.match("[0-9]+ lines: .*allowed", w)}  # a line a problem
+        assert not messages, (kind, k)
+        outputs = {*os.listdir()} - before
+        assert outputs <= {"s.nc", "m.nc", "t.nc", "figures", "report.html", "cache"}, (kind, k)
+        paths = {Path(os.fsdecode(p)).name for p in PATHS_READ if isinstance(p, str | bytes)}
+        assert not paths & {SECRET, "passwd"}, (kind, k)
+        for output in outputs - {"cache"}:
+            shutil.rmtree(output) if Path(output).is_dir() else Path(output).unlink()

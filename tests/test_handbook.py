@@ -1,4 +1,4 @@
-"""The handbook's pages against the code, without building them; the build itself is slow, and tells what is left."""
+"""The handbook's pages against the code, without building them; a slow test builds them."""
 
 import importlib.util
 import inspect
@@ -27,7 +27,7 @@ from sweeps.schema.refusals import DefinitionError
 
 ROOT = Path(__file__).parents[1]
 PAGES = pages.texts()
-# what is no prose: fenced blocks, code, formulas, roles, targets of links, comments
+# patterns of text that is no prose: fenced blocks, code, formulas, roles, targets of links, comments
 NO_PROSE = (
     r"^[ ]*(`{3,}|:{3,}).*?^[ ]*\1[ ]*$",
     pages.NUMBER.pattern,
@@ -54,16 +54,16 @@ def test_no_number_of_a_page_is_typed(page):
 
 
 def test_every_number_that_is_asked_for_is_there_and_says_what_it_is():
-    wanted = {name for text in PAGES.values() for _, name, _ in pages.numbers(text)}
-    assert wanted - {name for table in numbers.NUMBERS.values() for name in table} == set()
+    names = {name for text in PAGES.values() for _, name, _ in pages.numbers(text)}
+    assert names - {name for table in numbers.NUMBERS.values() for name in table} == set()
     assert all(meaning and formula for table in numbers.NUMBERS.values() for meaning, formula in table.values())
     assert set(numbers.NUMBERS) <= set(evidence.definitions())
 
 
 def test_no_number_waits_for_a_page():
-    wanted = {name for text in PAGES.values() for _, name, _ in pages.numbers(text)}
+    names_on_pages = {name for text in PAGES.values() for _, name, _ in pages.numbers(text)}
     names = [name for table in numbers.NUMBERS.values() for name in table]
-    assert sorted(names) == sorted(wanted)  # each once
+    assert sorted(names) == sorted(names_on_pages)  # each once
 
 
 @pytest.mark.parametrize(
@@ -74,50 +74,50 @@ def test_numbers_as_people_write_them(value, form, text):
     assert numbers.format_number(value, form) == text
 
 
-def differing(facts):
+def differences(facts):
     """(name, text on the page, measured) of each number on the pages that is not as measured.
 
     Distances that are rounding, and the share of an error bar that the worst one uses, are another processor's too.
     """
     for text in PAGES.values():
-        for shown, name, form in pages.numbers(text):
+        for text_of_number, name, form in pages.numbers(text):
             if fact := facts.get(name):
                 measured = numbers.format_number(fact["value"], form)
                 exact = not name.endswith("_bar") and not (0 < fact["value"] < 1e-9)
-                if shown != measured if exact else not (shown and fact["value"] <= 1.0):
-                    yield name, shown, measured
+                if text_of_number != measured if exact else not (text_of_number and fact["value"] <= 1.0):
+                    yield name, text_of_number, measured
 
 
 def test_numbers_on_the_pages_are_those_measured(tmp_path):
-    """Of the two maps that take less than a second; the others with the slow build."""
+    """Numbers of the two maps that take less than a second; the slow build checks all maps."""
     maps = {
         name: evidence.measure_map(name, evidence.definitions()[name], tmp_path, print) for name in ("racket", "wobble")
     }
     facts = evidence.measure_numbers(maps, print)
     assert len(facts) > 20
-    assert list(differing(facts)) == []
+    assert list(differences(facts)) == []
     facts["racket_points"]["value"] += 1
-    assert list(differing(facts))
+    assert list(differences(facts))
 
 
 @pytest.mark.parametrize("page", PAGES)
 def test_a_page_reads_as_plain_markdown(page):
     assert "{measured}" not in PAGES[page]
-    assert all(re.search(r"\d", shown) for shown, _, _ in pages.numbers(PAGES[page]))
+    assert all(re.search(r"\d", number) for number, _, _ in pages.numbers(PAGES[page]))
 
 
 def test_a_number_is_written_beside_its_name_and_read_again():
     facts = {"growth": {"value": 1.2e-13, "meaning": "<rate>", "map": "x", "content_hash": "0" * 64}}
-    written = pages.with_numbers("is <!--growth .1g-->.", partial(evidence.as_markdown, facts))
-    assert written == "is 1\u202f×\u202f10⁻¹³<!--growth .1g-->."
-    assert pages.with_numbers(written, partial(evidence.as_markdown, facts)) == written
-    shown = pages.with_numbers(written, partial(evidence.as_html, facts))
-    assert shown.startswith('is <span class="measured" title="&lt;rate&gt; (map x,')
-    assert shown.endswith(">1\u202f×\u202f10⁻¹³</span>.")
+    markdown = pages.with_numbers("is <!--growth .1g-->.", partial(evidence.as_markdown, facts))
+    assert markdown == "is 1\u202f×\u202f10⁻¹³<!--growth .1g-->."
+    assert pages.with_numbers(markdown, partial(evidence.as_markdown, facts)) == markdown
+    html = pages.with_numbers(markdown, partial(evidence.as_html, facts))
+    assert html.startswith('is <span class="measured" title="&lt;rate&gt; (map x,')
+    assert html.endswith(">1\u202f×\u202f10⁻¹³</span>.")
 
 
 def test_pictures_are_of_maps_that_there_are():
-    pictures = [found for text in PAGES.values() for found in pages.PICTURE.findall(text)]
+    pictures = [path for text in PAGES.values() for path in pages.PICTURE.findall(text)]
     assert {name for name, _ in pictures} == set(evidence.definitions()) & {name for name, _ in pictures}
     assert len(pictures) == sum(text.count("(/pictures/") + text.count(" /pictures/") for text in PAGES.values())
 
@@ -126,7 +126,7 @@ PUBLIC = [f"sweeps.{name}" for name in sweeps.__all__ if name != "plot"]
 PUBLIC += [f"sweeps.plot.{name}" for name in (*plot.NAMES, "draw") if name != "deviations"]
 
 
-def documented():
+def reference_names():
     """Qualified names of the functions and classes of the reference."""
     for page, text in PAGES.items():
         if page.startswith("reference/api-"):
@@ -138,17 +138,17 @@ def documented():
 
 
 def test_every_public_function_stands_in_the_reference():
-    assert set(PUBLIC) | {"sweeps.plot.Polhode", "sweeps.mechanics.System"} <= set(documented())
+    assert set(PUBLIC) | {"sweeps.plot.Polhode", "sweeps.mechanics.System"} <= set(reference_names())
 
 
 def test_the_index_leads_to_every_page():
-    """`toctree` entries of all pages that stand in the repository."""
-    listed = set()
+    """`toctree` entries of all pages in the repository."""
+    entries = set()
     for page, text in PAGES.items():
         for block in re.findall(r"```\{toctree\}\n(.*?)```", text, re.DOTALL):
             folder = page.rpartition("/")[0]
-            listed |= {f"{folder}/{line}".strip("/") for line in block.split() if not line.startswith(":")}
-    assert set(PAGES) - listed == {"index"}
+            entries |= {f"{folder}/{line}".strip("/") for line in block.split() if not line.startswith(":")}
+    assert set(PAGES) - entries == {"index"}
 
 
 def test_words_that_people_search_for_stand_on_a_page_to_learn_from():
@@ -178,7 +178,7 @@ def test_the_gallery_has_every_sweep_that_ships():
     for name in gallery.names():
         page = texts[f"gallery/{name}"]
         assert f":link: gallery/{name}\n" in texts["gallery"]
-        assert all(part in page for part in (f"polhode run {name}\n", f" {name}.png", f"/{name}.yaml", f"/{name}.html"))
+        assert all(link in page for link in (f"polhode run {name}\n", f" {name}.png", f"/{name}.yaml", f"/{name}.html"))
 
 
 @pytest.mark.parametrize("name", catalogue.shipped_files())
@@ -197,9 +197,9 @@ def test_a_reduced_sweep_is_small_and_else_the_same():
 
 
 def test_an_accent_stands_over_its_letter_and_the_index_beside_both():
-    dotted = "".join(formulas.mathml(r"\dot q_i = \sum_k^n x_k").split())
-    assert '<msub><moveraccent="true"><mi>q</mi><mostretchy="false">˙</mo></mover><mi>i</mi></msub>' in dotted
-    assert '<munderover><momovablelimits="true">∑</mo><mi>k</mi><mi>n</mi></munderover>' in dotted
+    mathml = "".join(formulas.mathml(r"\dot q_i = \sum_k^n x_k").split())
+    assert '<msub><moveraccent="true"><mi>q</mi><mostretchy="false">˙</mo></mover><mi>i</mi></msub>' in mathml
+    assert '<munderover><momovablelimits="true">∑</mo><mi>k</mi><mi>n</mi></munderover>' in mathml
 
 
 def test_functions_and_signs_of_xml_in_formulas():
@@ -219,30 +219,30 @@ def page_formulas(text):
 
 def test_every_formula_of_the_pages_is_known():
     texts = [*PAGES.values(), *((ROOT / source).read_text(encoding="utf-8") for source in generated.INCLUDED.values())]
-    found = [formula for text in texts for formula in page_formulas(text)]
-    assert len(found) > 250
-    for tex, block in found:
+    page_formulas_ = [formula for text in texts for formula in page_formulas(text)]
+    assert len(page_formulas_) > 250
+    for tex, block in page_formulas_:
         formulas.mathml(tex, block)
 
 
 def without_sections(lines):
-    """What Napoleon does, as far as docutils' parser cares: each entry of "Args:" and so on is a paragraph."""
-    made, section = [], ""
+    """Return lines as Napoleon converts them for docutils' parser: each entry of "Args:" and so on is a paragraph."""
+    paragraphs, section = [], ""
     for line in lines:
         indent = len(line) - len(line.lstrip())
         if re.fullmatch("Args|Attributes|Raises|Returns|Yields", line.rstrip().rstrip(":")) and line.endswith(":"):
             section = line
         elif section and (indent or not line.strip()):
             entry = indent == 4 and section[:-1] in ("Args", "Attributes", "Raises")
-            made += ["", line[4:]] if entry else [line[4 if section[:-1] in ("Returns", "Yields") else 8 :]]
+            paragraphs += ["", line[4:]] if entry else [line[4 if section[:-1] in ("Returns", "Yields") else 8 :]]
         else:
-            made += ["", line] if section else [line]
+            paragraphs += ["", line] if section else [line]
             section = ""
-    return made
+    return paragraphs
 
 
 def complaints(text):
-    """What docutils says of a docstring, and of its formulas."""
+    """Return docutils' complaints about a docstring and its formulas."""
     stream = io.StringIO()
     settings = SETTINGS.copy()
     settings.warning_stream = stream
@@ -259,17 +259,17 @@ for role in ("attr", "class", "data", "func", "meth", "mod"):  # Sphinx's own
     roles.register_generic_role(role, nodes.literal)
 
 
-@pytest.mark.parametrize("name", list(documented()))
+@pytest.mark.parametrize("name", list(reference_names()))
 def test_docutils_understands_every_docstring_of_the_reference(name):
-    module, _, thing = name.rpartition(".")
-    thing = getattr(importlib.import_module(module), thing)
-    members = vars(thing).values() if isinstance(thing, type) else ()
-    texts = [each.__doc__ for each in (thing, *members) if callable(each) and each.__doc__]
-    assert [said for text in texts if (said := complaints(inspect.cleandoc(text)))] == []
+    module, _, member = name.rpartition(".")
+    member = getattr(importlib.import_module(module), member)
+    members = vars(member).values() if isinstance(member, type) else ()
+    texts = [each.__doc__ for each in (member, *members) if callable(each) and each.__doc__]
+    assert [complaint for text in texts if (complaint := complaints(inspect.cleandoc(text)))] == []
 
 
 def test_links_between_pages_lead_somewhere():
-    """Sphinx says the same of whole links; this says it without Sphinx, of pages and files."""
+    """Sphinx checks whole links; this test checks pages and files without Sphinx."""
     names = {*PAGES, *generated._systems(), *gallery.pages(), "reference/commands"}
     for page, text in PAGES.items():
         for target in re.findall(r"\]\((?!https?:|#)([^)#]+)[^)]*\)", text):
@@ -286,9 +286,9 @@ def test_the_lecture_in_one_file_has_its_chapters_in_order_and_its_outputs_open(
     (tmp_path / "index.html").write_text("".join(links))
     monkeypatch.setattr(lecture, "BROWSERS", ())
     assert lecture.write(tmp_path) == tmp_path / "lecture/all.html"
-    whole = (tmp_path / "lecture/all.html").read_text()
-    assert re.findall("<h1>(.*?)</h1>", whole) == ["two", "one"]
-    assert whole.count("<details open>") == 2
+    page = (tmp_path / "lecture/all.html").read_text()
+    assert re.findall("<h1>(.*?)</h1>", page) == ["two", "one"]
+    assert page.count("<details open>") == 2
     monkeypatch.undo()
     if not any(map(shutil.which, lecture.BROWSERS)):
         pytest.skip("no Chromium")
@@ -297,12 +297,12 @@ def test_the_lecture_in_one_file_has_its_chapters_in_order_and_its_outputs_open(
 
 
 def test_without_sphinx_one_message_names_the_extra(monkeypatch, capsys):
-    found = importlib.util.find_spec
-    monkeypatch.setattr(making, "find_spec", lambda name: None if name == "sphinx" else found(name))
+    find_spec = importlib.util.find_spec
+    monkeypatch.setattr(making, "find_spec", lambda name: None if name == "sphinx" else find_spec(name))
     assert making.main(["-o", "x"]) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "'.[docs]'" in told
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "'.[docs]'" in message
 
 
 @pytest.mark.handbook
@@ -314,15 +314,15 @@ def test_the_handbook_is_built_without_a_warning(tmp_path):
     answer = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert answer.returncode == 0, answer.stderr[-3000:]
     facts = evidence.measure_numbers(evidence.measure_maps(tmp_path / "work", print), print)
-    assert list(differing(facts)) == []
+    assert list(differences(facts)) == []
 
 
 def test_what_is_included_from_other_pages_is_there():
     """Each part of a page of the repository, between two lines that it has."""
-    parts = r"```\{include\} (?:\.\./)?included/(\S+)\n:start-after: \"(.*?)\"\n(?::end-before: \"(.*?)\"\n)?```"
-    found = [part for text in PAGES.values() for part in re.findall(parts, text)]
-    assert len(found) == sum(text.count("{include}") for text in PAGES.values())
-    for name, start, end in found:
-        _, _, rest = (ROOT / generated.INCLUDED[name]).read_text(encoding="utf-8").partition(start)
-        assert len(rest.partition(end)[0] if end else rest) > 200, (name, start, end)
-        assert not end or end in rest
+    pattern = r"```\{include\} (?:\.\./)?included/(\S+)\n:start-after: \"(.*?)\"\n(?::end-before: \"(.*?)\"\n)?```"
+    inclusions = [inclusion for text in PAGES.values() for inclusion in re.findall(pattern, text)]
+    assert len(inclusions) == sum(text.count("{include}") for text in PAGES.values())
+    for name, start, end in inclusions:
+        _, _, text_after = (ROOT / generated.INCLUDED[name]).read_text(encoding="utf-8").partition(start)
+        assert len(text_after.partition(end)[0] if end else text_after) > 200, (name, start, end)
+        assert not end or end in text_after

@@ -69,28 +69,28 @@ def paths_of(value, at=()):
         yield from paths_of(item, (*at, key))
 
 
-def changed(value, at, new):
+def with_change(value, at, new):
     """The value with something else at one place."""
     if not at:
         return new
     copy = dict(value) if isinstance(value, dict) else list(value)
-    copy[at[0]] = changed(value[at[0]], at[1:], new)
+    copy[at[0]] = with_change(value[at[0]], at[1:], new)
     return copy
 
 
 PLACES = [at for at in paths_of(FIELDS) if at]
 
 
-def judged(source):
+def is_accepted(source):
     """Whether a definition is taken; a refusal is words of bounded length that no terminal obeys."""
     try:
         estimate.estimate_needs(loading.read_sweep(source))
     except DefinitionError as refused:
-        said = str(refused)
-        assert 0 < len(said) < 20_000
-        assert len(said.splitlines()) <= 11
-        assert all(c.isprintable() or c == "\n" for c in said)
-        assert "allowed" in said
+        message = str(refused)
+        assert 0 < len(message) < 20_000
+        assert len(message.splitlines()) <= 11
+        assert all(c.isprintable() or c == "\n" for c in message)
+        assert "allowed" in message
         return False
     return True
 
@@ -101,15 +101,15 @@ def judged(source):
 @example(("system",), "/dev/stdin")
 @example(("grid", "I1"), {"start": 1.0, "stop": 2.0, "num": 10**400})
 def test_a_field_of_anything_is_taken_or_refused(place, new):
-    judged(changed(FIELDS, place, new))
+    is_accepted(with_change(FIELDS, place, new))
 
 
 @settings(max_examples=20)
 @given(place=st.sampled_from(PLACES), new=VALUES)
 def test_a_file_of_anything_is_taken_or_refused(tmp_path_factory, place, new):
     path = tmp_path_factory.getbasetemp() / "anything.yaml"
-    path.write_bytes(json.dumps(changed(FIELDS, place, new)).encode("utf-8", "surrogatepass"))
-    judged(path)
+    path.write_bytes(json.dumps(with_change(FIELDS, place, new)).encode("utf-8", "surrogatepass"))
+    is_accepted(path)
 
 
 @settings(max_examples=160)
@@ -121,7 +121,7 @@ def test_a_file_of_anything_is_taken_or_refused(tmp_path_factory, place, new):
 def test_bytes_of_any_kind_are_refused_in_words(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "bytes.yaml"
     path.write_bytes(content)
-    assert not judged(path)
+    assert not is_accepted(path)
 
 
 BOMBS = {
@@ -148,7 +148,7 @@ BOMBS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_bomb_takes_bounded_memory_and_time(folder, name):
-    """In a process that may use 60 s of processor and 2 GiB beyond what an idle one maps."""
+    """In a process that may use 60 s of processor and 2 GiB beyond the address space of an idle process."""
     (folder / "bomb.yaml").write_text(BOMBS[name])
 
     def bounded():
@@ -207,9 +207,9 @@ def test_a_name_that_could_escape_is_refused(folder, name, capsys):
     (folder / "given" / name).write_text(GOOD)
     for command in ("check", "run"):
         assert main([command, f"given/{name}"]) == 2
-        said = capsys.readouterr()
-        assert "is no name for a sweep (a file's stem); allowed: " in said.err
-        assert all(c.isprintable() or c == "\n" for c in said.err)
+        output = capsys.readouterr()
+        assert "is no name for a sweep (a file's stem); allowed: " in output.err
+        assert all(c.isprintable() or c == "\n" for c in output.err)
     assert [path.name for path in folder.iterdir()] == ["given"]
     assert [path.name for path in (folder / "given").iterdir()] == [name]
 
@@ -221,12 +221,14 @@ def test_a_name_that_could_escape_is_refused(folder, name, capsys):
 @example("a\n")
 def test_whatever_name_is_taken_stays_below_results(name):
     try:
-        taken = loading.read_definition(json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name).name
+        accepted_name = loading.read_definition(
+            json.loads('{"grid": {"I1": 1, "I2": 2, "I3": 3, "omega0": 1}}'), name
+        ).name
     except RefusedError:
         return
-    assert taken == name
-    assert Path("/r/results", taken).resolve().parent == Path("/r/results")
-    assert not set(taken) & set(" \t\n;&|$`'\"\\*?[]{}()<>~#!%\0")
+    assert accepted_name == name
+    assert Path("/r/results", accepted_name).resolve().parent == Path("/r/results")
+    assert not set(accepted_name) & set(" \t\n;&|$`'\"\\*?[]{}()<>~#!%\0")
 
 
 @pytest.mark.parametrize("name", ["a.b", "a-b_c.1", "A" * 64, "0"])
@@ -239,9 +241,9 @@ def test_odd_names_that_are_allowed_work(folder, name, capsys):
 
 @pytest.mark.parametrize("source", ["/dev/zero", "/dev/stdin", "/proc/self/mem", "/", ".", "\0", "a" * 5000 + ".yaml"])
 def test_what_is_no_file_is_refused_at_once(folder, source, capsys):
-    begun = time.process_time()
+    begin = time.process_time()
     assert main(["check", source]) == 2
-    assert time.process_time() - begun < 20  # no endless reading; some seconds are imports
+    assert time.process_time() - begin < 20  # no endless reading; some seconds are imports
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -249,10 +251,10 @@ def test_what_is_no_file_is_refused_at_once(folder, source, capsys):
 def test_a_system_that_is_no_file_is_refused_in_one_short_line(folder, name, capsys):
     (folder / "named.yaml").write_text(f'system: "{name}"\ngrid: {{}}\n')
     assert main(["check", "named.yaml"]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert "allowed" in said
-    assert len(said) < 1000
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "allowed" in message
+    assert len(message) < 1000
 
 
 def test_a_python_file_runs_only_where_a_person_names_it(folder, capsys):
@@ -272,7 +274,7 @@ FEW_PICTURES = {"integration": {"variables": ["omega_squared", "regime", "status
 
 FINE = dict.fromkeys(damages.COMMANDS, 0)
 REFUSED = dict.fromkeys(damages.COMMANDS, 2)
-UNLIKE = FINE | {"verify": 1}  # it says in what the map differs from what its definition makes
+UNLIKE = FINE | {"verify": 1}  # it reports the differences between the map and the result of its definition
 ATTRIBUTES = {
     "control characters": ({"title": "<script>owned=1</script>\x1b[31m"}, REFUSED),
     "bidirectional marks": ({"source": "Polhode \u202egnp.exe"}, REFUSED),
@@ -286,7 +288,7 @@ ATTRIBUTES = {
     "definition of script": ({"definition": "</script><script>owned=1</script>"}, UNLIKE),
     "deep definition": ({"definition": "[" * 10_000}, UNLIKE),
     "odd definition": ({"definition": "integration: {tolerance: [], variables: 7}\nbodies: [{axis: 9}, 3]"}, UNLIKE),
-    "a file": ({"system": "evil.py"}, REFUSED),  # whose maps have no axis
+    "a file": ({"system": "evil.py"}, REFUSED),  # of systems without an axis
     "two lines": ({"system": "rigid_body\n<b>"}, REFUSED),
     "version": ({"contract_version": 3.0}, FINE),
     "conventions": ({"Conventions": [9]}, UNLIKE),
@@ -300,14 +302,14 @@ DRAWN = (*QUICK, "a formula that is none", "title of many lines")  # pictures ta
 def test_attributes_of_any_kind_are_taken_or_refused_in_words_by_every_command(folder, name):
     attributes, expected = ATTRIBUTES[name]
     (folder / "evil.py").write_text("open('owned', 'w')\n")
-    ds = sweeps.survey(GRID if "definition" in attributes else GRID | FEW_PICTURES)  # it says which variables there are
+    ds = sweeps.survey(GRID if "definition" in attributes else GRID | FEW_PICTURES)  # it lists the variables
     ds.assign_attrs(attributes).to_netcdf(folder / "map.nc")
     for command, words in damages.commands("map.nc").items():
         if command == "figures" and name not in DRAWN:
             continue
-        ended = damages.run(words)
-        assert ended[0] == expected[command], (command, ended)
-        assert damages.wrong(command, *ended) == "", command
+        end = damages.run(words)
+        assert end[0] == expected[command], (command, end)
+        assert damages.describe_fault(command, *end) == "", command
     assert not (folder / "owned").exists()
 
 
@@ -316,13 +318,13 @@ LARGE = {"one word": "x" * 1_000_000, "markup": "[b]<a>$x^{" * 100_000, "201 cha
 
 @pytest.mark.parametrize("what", LARGE)
 def test_a_name_of_a_megabyte_is_refused_in_a_line(folder, what, capsys):
-    named = {"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5}], "grid": {"omega0": 1.0}}
-    sweeps.survey(named).assign_coords(body=[LARGE[what]]).to_netcdf(folder / "map.nc")
+    definition = {"bodies": [{"name": "A", "I1": 1.0, "I2": 2.0, "I3": 2.5}], "grid": {"omega0": 1.0}}
+    sweeps.survey(definition).assign_coords(body=[LARGE[what]]).to_netcdf(folder / "map.nc")
     for door in ("show", "report"):
         assert main(damages.commands("map.nc")[door]) == 2
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1
-        assert len(said) < 300
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1
+        assert len(message) < 300
 
 
 def test_a_message_lists_some_of_many_names(folder, capsys):
@@ -330,6 +332,6 @@ def test_a_message_lists_some_of_many_names(folder, capsys):
     sweeps.survey({"bodies": bodies, "grid": {"omega0": 1.0}, "axes": [2]}).to_netcdf(folder / "map.nc")
     for words in (["--body", "0"], ["--body", "nothing"], []):
         assert main(["point", "map.nc", *words]) == 2
-        said = capsys.readouterr().err
-        assert "(200 names)" in said
-        assert len(said) < 11_000
+        message = capsys.readouterr().err
+        assert "(200 names)" in message
+        assert len(message) < 11_000

@@ -1,4 +1,4 @@
-"""Other projects' internals that Polhode uses: few, each with its reason, and nothing else."""
+"""Internals of foreign projects that Polhode uses: few, each with its reason, and nothing else."""
 
 import ast
 from pathlib import Path
@@ -12,7 +12,7 @@ INTERNAL = (
     "xarray.core",
     "snakemake.",
 )  # modules, by how they begin
-PUBLIC = {"_exit"}  # of os, documented
+PUBLIC = {"_exit"}  # private-looking name of os that its documentation lists
 OURS = ("kernels", "sweeps")
 REASONS = {
     "kernels/compile/jit.py: kernel._cache": "Numba has no public way to give a dispatcher a cache",
@@ -30,24 +30,24 @@ REASONS = {
 
 
 def uses(path):
-    """Internal modules that a file imports, and private names that it imports or assigns of what is not its own."""
+    """Internal modules that a file imports, and private names that it imports or assigns of foreign objects."""
     tree, name = ast.parse(path.read_text(encoding="utf-8")), path.relative_to(ROOT).as_posix()
-    imported = set()
+    imports = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and not node.level and not node.module.startswith(OURS):
-            imported |= {alias.asname or alias.name for alias in node.names}
+            imports |= {alias.asname or alias.name for alias in node.names}
             if node.module.startswith(INTERNAL):
                 yield f"{name}: {node.module}"
             yield from (f"{name}: {node.module}.{a.name}" for a in node.names if is_private(a.name))
             yield from (f"{name}: llvmlite.ir" for a in node.names if (node.module, a.name) == ("llvmlite", "ir"))
         elif isinstance(node, ast.Import):
-            imported |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+            imports |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
             yield from (f"{name}: {alias.name}" for alias in node.names if alias.name.startswith(INTERNAL))
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and is_private(node.attr) and isinstance(node.value, ast.Name):
-            own = node.value.id in ("self", "cls", "super", "other")
-            stored = isinstance(node.ctx, ast.Store) and not own
-            if stored or node.value.id in imported:
+            is_own = node.value.id in ("self", "cls", "super", "other")
+            is_assigned = isinstance(node.ctx, ast.Store) and not is_own
+            if is_assigned or node.value.id in imports:
                 yield f"{name}: {node.value.id}.{node.attr}"
 
 
@@ -56,7 +56,7 @@ def is_private(name):
 
 
 def test_internals_of_other_projects_are_these_and_each_has_a_reason():
-    files = [path for part in OURS for path in sorted((ROOT / part).rglob("*.py"))]
-    found = {use for path in files for use in uses(path)}
-    assert found == set(REASONS)
+    files = [path for folder in OURS for path in sorted((ROOT / folder).rglob("*.py"))]
+    internals = {use for path in files for use in uses(path)}
+    assert internals == set(REASONS)
     assert len(REASONS) <= 12

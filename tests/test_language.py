@@ -1,4 +1,4 @@
-"""The language of what people read: docstrings begin with a verb, and no text uses the listed phrases."""
+"""The language of texts for readers: docstrings begin with a verb, and no text uses the listed phrases."""
 
 import ast
 import re
@@ -43,7 +43,7 @@ def of(node):
 
 
 def texts():
-    """Yield (file, text) of what people read: documents, pages, definitions, and texts in the code."""
+    """Yield (file, text) of texts for readers: documents, pages, definitions, and texts in the code."""
     for path in (*ROOT.glob("*.md"), ROOT / "results/README.md", *(ROOT / "sweeps").rglob("*")):
         if path.suffix in (".md", ".html", ".yaml", ".ipynb") and path.name != "glossary.md":
             yield path, re.sub(r'(id|for|by|describedby)="[^"]*"', "", path.read_text(encoding="utf-8"))
@@ -55,11 +55,11 @@ def texts():
 
 
 def test_docstrings_begin_with_an_imperative_sentence():
-    found = [(module, name, text.splitlines()[0]) for module, name, text in docstrings()]
-    assert len(found) > 1500
-    assert [each for each in found if each[2].split()[0] not in VERBS or len(each[2].split()) < 3] == []
+    first_lines = [(module, name, text.splitlines()[0]) for module, name, text in docstrings()]
+    assert len(first_lines) > 1500
+    assert [each for each in first_lines if each[2].split()[0] not in VERBS or len(each[2].split()) < 3] == []
 
 
 def test_no_listed_phrase_is_used():
-    found = {(str(path.relative_to(ROOT)), hit[0]) for path, text in texts() for hit in PHRASES.finditer(text)}
-    assert found == set()
+    phrases = {(str(path.relative_to(ROOT)), hit[0]) for path, text in texts() for hit in PHRASES.finditer(text)}
+    assert phrases == set()

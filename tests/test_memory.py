@@ -25,13 +25,13 @@ print(held - int(open("/proc/self/statm").read().split()[1]))
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the setting is glibc's")
 def test_what_is_kept_is_not_asked_for_again_and_is_given_back_at_the_end():
-    faults, returned = {}, {}
+    faults, pages_returned = {}, {}
     for how in ("kept", "given back"):
-        faults[how], returned[how] = map(int, python(ASKED, how).split())
+        faults[how], pages_returned[how] = map(int, python(ASKED, how).split())
     # 20 blocks of 16 MiB are 81,920 pages
     assert faults["given back"] > 10_000
     assert faults["kept"] < 500
-    assert returned["kept"] > 4000  # most of the last block's 4,096
+    assert pages_returned["kept"] > 4000  # most of the last block's 4,096
 
 
 def test_another_c_library_is_left_alone(monkeypatch):

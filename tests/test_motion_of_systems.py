@@ -1,4 +1,4 @@
-"""Motions of described systems: against closed forms and SciPy, with explicit time too, and what is refused."""
+"""Motions of described systems: against closed forms and SciPy, with explicit time too, and refusals."""
 
 import mpmath
 import numpy as np
@@ -22,7 +22,7 @@ TIMES = np.linspace(0.0, 20.0, 41)
 
 @pytest.mark.parametrize("times", [TIMES, np.sort(np.random.default_rng(1).uniform(0.0, 20.0, 500))])
 def test_pendulums_swing_as_elliptic_functions_say(times):
-    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); at samples that steps end at or hold within."""
+    """θ from rest at α: sin(θ/2) = k cd(√(g/l) t, k), k = sin(α/2); at samples at the ends of steps and inside."""
     starts = np.array([0.1, 1.0, 3.0])
     ds = sweeps.motion("pendulum", {"theta": starts}, times)
     assert ds["theta"].dims == ("run", "time")
@@ -30,9 +30,9 @@ def test_pendulums_swing_as_elliptic_functions_say(times):
     k = np.sin(starts / 2)[:, None]
     sn, *_ = ellipj(np.sqrt(9.80665) * (times - times[0]) + ellipk(k**2), k**2)  # sn(u + K) = cd(u)
     exact = 2 * np.arcsin(k * sn)
-    off = np.abs(ds["theta"].values - exact)
+    deviation = np.abs(ds["theta"].values - exact)
     # the elliptic functions of SciPy are known to some roundings of their argument
-    assert (off <= ds["theta_error"].values + 1e-13).all()
+    assert (deviation <= ds["theta_error"].values + 1e-13).all()
     assert ds["theta_error"].max() < 1e-10
 
 
@@ -80,11 +80,11 @@ def test_the_command_refuses_with_one_message(options, words, tmp_path, capsys):
 
 
 def test_a_film_shows_the_picture_where_the_motion_is(tmp_path, capsys):
-    moved = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
-    parts = dict(equations.picture_points(trajectories.model_of("pendulum").equations, moved))
-    bob = 2.0 * np.stack([np.sin(moved["theta"]), -np.cos(moved["theta"])], axis=-1)
-    assert parts["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
-    assert parts["line"][:, -1] == pytest.approx(bob, abs=1e-14)
+    trajectory = sweeps.motion("pendulum", {"theta": 3.0}, np.linspace(0.0, 5.0, 7), parameters={"length": 2.0})
+    shapes = dict(equations.picture_points(trajectories.model_of("pendulum").equations, trajectory))
+    bob = 2.0 * np.stack([np.sin(trajectory["theta"]), -np.cos(trajectory["theta"])], axis=-1)
+    assert shapes["mass"][:, 0] == pytest.approx(bob, abs=1e-14)  # a rounding of a product
+    assert shapes["line"][:, -1] == pytest.approx(bob, abs=1e-14)
     out = str(tmp_path / "p.gif")
     assert main(["motion", "pendulum", "--start", "theta=3", "--duration", "7 s", "-o", out]) == 0
     assert capsys.readouterr().out.strip() == out
@@ -117,39 +117,39 @@ def test_a_shaken_pendulum_is_scipys(begin):
 
     exact = solve_ivp(rate, (0, 5), [3.0, 0.1], "DOP853", rtol=1e-13, atol=1e-14, t_eval=times - begin).y
     assert ds["theta"].dims == ("time",)
-    off = np.abs(np.array([ds["theta"], ds["theta_dot"]]) - exact)
-    assert (off <= [ds["theta_error"] + 1e-10, ds["theta_dot_error"] + 1e-10]).all()  # DOP853's, 1e-13 a step
+    deviation = np.abs(np.array([ds["theta"], ds["theta_dot"]]) - exact)
+    assert (deviation <= [ds["theta_error"] + 1e-10, ds["theta_dot_error"] + 1e-10]).all()  # DOP853's, 1e-13 a step
     assert ds["theta_error"].max() < (1e-10 if begin == 0.0 else 2e-7)
     assert ds["theta_dot"].attrs["units"] == "rad s-1"
 
 
 @pytest.mark.slow
 def test_three_rods_far_from_equilibrium_are_scipys():
-    """Masses 1 at the ends of rods of length 1, whose kinetic energy couples all three; SciPy's a⁻¹ is LAPACK's."""
+    """Masses 1 at the ends of rods of length 1; the kinetic energy couples all three; SciPy's a⁻¹ is LAPACK's."""
     system, x, y = System("Three rods"), 0, 0
     for name in ("one", "two", "three"):
         angle = system.coordinate(name, "rad", bounds=(-4, 4), periodic=True)
         x, y = x + sp.sin(angle), y - sp.cos(angle)
         system.particle(1, (x, y))
         system.potential(9 * y)
-    hanging = np.array([[3, 2, 1], [2, 2, 1], [1, 1, 1]])
+    masses = np.array([[3, 2, 1], [2, 2, 1], [1, 1, 1]])
 
     def rate(t, x):
-        apart = x[:3, None] - x[:3]
-        force = -(hanging * np.sin(apart)) @ x[3:] ** 2 - 9 * np.array([3, 2, 1]) * np.sin(x[:3])
-        return [*x[3:], *np.linalg.solve(hanging * np.cos(apart), force)]
+        difference = x[:3, None] - x[:3]
+        force = -(masses * np.sin(difference)) @ x[3:] ** 2 - 9 * np.array([3, 2, 1]) * np.sin(x[:3])
+        return [*x[3:], *np.linalg.solve(masses * np.cos(difference), force)]
 
     start = {"one": 1.0, "two": 0.5, "three": -0.3, "one_dot": 0.2, "two_dot": -1.0, "three_dot": 0.5}
     times = np.linspace(0.0, 2.0, 9)
     ds = sweeps.motion(system, start, times)
     exact = solve_ivp(rate, (0, 2), [*start.values()], "DOP853", rtol=1e-13, atol=1e-14, t_eval=times).y
-    off = np.abs([ds[name] for name in start] - exact)
-    assert (off <= np.array([ds[f"{name}_error"] for name in start]) + 1e-10).all()  # DOP853's, 1e-13 a step
+    deviation = np.abs([ds[name] for name in start] - exact)
+    assert (deviation <= np.array([ds[f"{name}_error"] for name in start]) + 1e-10).all()  # DOP853's, 1e-13 a step
     assert max(ds[f"{name}_error"].max() for name in start) < 1e-9
 
 
 def test_an_error_covers_solutions_that_agree_at_one_time_by_chance():
-    """A ball on a turning saddle, whose equations are linear: its motion is a matrix exponential."""
+    """A ball on a rotating saddle, with linear equations: its motion is a matrix exponential."""
     parameters = {"mass": 1.0368898059619107, "stiffness_x": 1.1666900399586864, "stiffness_y": -0.9432788400989257}
     parameters |= {"drag": 0.0, "spin_rate": 2.075190369888101}
     start = {"x": -0.4705979866637946, "y": -0.08574361402953934}
@@ -182,7 +182,7 @@ def test_an_error_covers_a_halving_that_undoes_a_rounding_of_the_time():
 
 @pytest.mark.parametrize("width", [0.3, 1e-2, 1e-6])
 def test_no_step_passes_a_pulse(width):
-    """From where all of its terms are 0; also of the time. Once 0, with an error of 0."""
+    """From a state at which all terms are 0; also of the time. The result was once 0, with an error of 0."""
     system = System("Pulses")
     x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
     pulse = sp.exp(-(((x - 5) / width) ** 2))
@@ -196,9 +196,9 @@ def test_no_step_passes_a_pulse(width):
 
 @pytest.mark.parametrize(("n", "begin"), [(17, 0.0), (40, 0.0), (40, 1e-9), (40, 1e-3), (100, 0.01), (256, 0.05)])
 def test_no_step_passes_the_maxima_of_a_high_power(n, begin):
-    """The integral of sin^n over a turn, from where all terms are 0 or small. Once 0, with an error of 0.
+    """The integral of sin^n over a turn, from a state at which all terms are 0 or small. Once 0, with an error of 0.
 
-    Beside it stands an exponential of the same argument, which allows longer steps.
+    An added exponential of the same argument allows longer steps.
     """
     system = System("Powers")
     x, y, z = (system.state(name, bounds=(-9, 9)) for name in "xyz")
@@ -211,7 +211,7 @@ def test_no_step_passes_the_maxima_of_a_high_power(n, begin):
 
 
 def test_an_error_covers_a_cosine_that_comes_back_from_large_arguments():
-    """The integral of 1/cosh from -5 to 5; the error was a third of what it was off by."""
+    """The integral of 1/cosh from -5 to 5; the reported error was once a third of the deviation."""
     system = System("Pulse")
     x, y = system.state("x", bounds=(-9, 9)), system.state("y", bounds=(-9, 9))
     system.rate(x, 1 + 0 * x)
@@ -246,7 +246,7 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
 
 
 @pytest.mark.parametrize(
-    ("change", "wrong"),
+    ("change", "message"),
     [
         ({"system": "pendulun"}, "system: 'pendulun' is no described system"),
         ({"system": "double_pendulum", "start": {}}, "start: theta1, theta2 are missing"),
@@ -268,9 +268,9 @@ def test_a_motion_that_ends_in_finite_time_is_missing():
         ({"tolerance": "1e-9"}, "tolerance: '1e-9'; allowed: 1e-13 to 0.001"),
     ],
 )
-def test_what_is_wrong_is_named(change, wrong):
+def test_what_is_wrong_is_named(change, message):
     arguments = {"system": "pendulum", "start": {"theta": 1.0}, "times": [0.0, 1.0]} | change
-    with pytest.raises(DefinitionError, match=wrong):
+    with pytest.raises(DefinitionError, match=message):
         sweeps.motion(**arguments)
 
 
@@ -302,7 +302,7 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
 
 
 @pytest.mark.parametrize(
-    ("start", "times", "wrong"),
+    ("start", "times", "message"),
     [
         ([0.0, 0.0, 0.0], None, "at rest"),
         ({"axis": 4}, None, "start.axis: 4; allowed: 1, 2 or 3"),
@@ -318,8 +318,8 @@ def test_a_spin_and_its_point_of_a_map_have_the_same_motion():
         (None, 0.0, "allowed: instants, or a duration > 0"),
     ],
 )
-def test_a_wrong_start_of_a_body_is_named(start, times, wrong):
-    with pytest.raises(DefinitionError, match=wrong):
+def test_a_wrong_start_of_a_body_is_named(start, times, message):
+    with pytest.raises(DefinitionError, match=message):
         sweeps.motion([1.0, 2.0, 2.6], start, times)
 
 
@@ -354,8 +354,7 @@ OTHER_CASES = ((1.0, 20.0), (100.0, 300.0), (100.0, 2000.0))
 
 @pytest.mark.compiled
 @pytest.mark.parametrize(
-    ("mu", "duration"),
-    [(10.0, 40.0), *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHER_CASES)],
+    ("mu", "duration"), [(10.0, 40.0), *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHER_CASES)]
 )
 def test_van_der_pols_oscillator_is_that_of_radau(van_der_pol, mu, duration):
     ds = sweeps.motion(van_der_pol, {"x": 2.0, "y": 0.0}, [0.0, duration], parameters={"mu": mu})
@@ -369,7 +368,7 @@ def test_van_der_pols_oscillator_is_that_of_radau(van_der_pol, mu, duration):
         jac=lambda t, s: [[0.0, 1.0], [-2 * mu * s[0] * s[1] - 1, mu * (1 - s[0] ** 2)]],
     )
     assert ds.status == 0
-    # Radau's tolerance a step, over some thousand steps of an attracting cycle, whose phase errors add up
+    # Radau's tolerance a step, over some thousand steps of an attracting cycle, along which phase errors add up
     assert abs(ds.x.values[-1] - run.y[0, -1]) <= ds.x_error.values[-1] + 1e-7
     assert ds.x_error.values[-1] < 1e-9
 

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-def executed(name, folder):
+def execute(name, folder):
     """The outputs of each cell, as text."""
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not here: pip install -e . --group slow")
     nbformat = pytest.importorskip("nbformat", reason="nbformat is not here: pip install -e . --group slow")
@@ -22,7 +22,7 @@ def executed(name, folder):
 
 
 def test_maps_of_regimes_are_drawn_by_the_public_function():
-    """An array's own `plot` colours impossible bodies like the others."""
+    """An array's own `plot` colours impossible bodies like possible bodies."""
     code = [
         "".join(cell["source"]) for cell in json.loads((ROOT / "sweeps/notebooks/first_map.ipynb").read_text())["cells"]
     ]
@@ -34,13 +34,13 @@ def test_maps_of_regimes_are_drawn_by_the_public_function():
 def test_the_first_map_is_what_its_words_say(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
-    outputs = executed("first_map.ipynb", tmp_path)
-    said = "\n".join(outputs)
-    assert "'axis': 3, 'I1_over_I3': 48, 'thickness': 48, 'I3': 6, 'omega0': 8" in said
-    assert "{1: 'stable_minor', 2: 'unstable', 3: 'stable_major'}" in said
+    outputs = execute("first_map.ipynb", tmp_path)
+    output_text = "\n".join(outputs)
+    assert "'axis': 3, 'I1_over_I3': 48, 'thickness': 48, 'I3': 6, 'omega0': 8" in output_text
+    assert "{1: 'stable_minor', 2: 'unstable', 3: 'stable_major'}" in output_text
     table = next(text for text in outputs if "growth_rate_theory" in text and "<table" in text)
     assert "epsilon" not in table  # rates, and no coordinates but the axis
-    assert said.count("image/png") == 4
-    deviation = float(said.split("worst relative deviation over ")[1].split(": ")[1][:7])
+    assert output_text.count("image/png") == 4
+    deviation = float(output_text.split("worst relative deviation over ")[1].split(": ")[1][:7])
     assert 0 < deviation < 1e-6
     assert "'True'" in outputs[-1]

@@ -35,7 +35,7 @@ def commands():
 def folder(tmp_path_factory):
     """The repository, the default map, and the files that a reader of the README has."""
     trimesh = pytest.importorskip("trimesh")
-    folder = compiled.copied(tmp_path_factory.mktemp("readme"))
+    folder = compiled.copy_sources(tmp_path_factory.mktemp("readme"))
     compiled.share(folder, folder / ".cache")
     large = folder / "sweeps/definitions/gravity_gradient.yaml"
     large.write_text(re.sub(r"num: \d+", "num: 9", large.read_text()))  # its points take minutes
@@ -57,8 +57,8 @@ def make_what_it_reads(folder, line):
     for name in re.findall(r" results/(\w+)/stability_map.nc", line):
         if not (folder / f"results/{name}/stability_map.nc").exists():
             definition = f"{name}.yaml" if (folder / f"{name}.yaml").exists() else name
-            made = run(folder, f".venv/bin/polhode run {definition}")
-            assert made.returncode == 0, made.stderr
+            process = run(folder, f".venv/bin/polhode run {definition}")
+            assert process.returncode == 0, process.stderr
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_links_and_pictures_of_the_readme_are_there():
 @pytest.mark.parametrize("package", ["kernels", "sweeps"])
 def test_another_package_of_our_names_is_reported(package, tmp_path):
     """Another project's package was installed over ours: its __init__.py in place of ours, or before it on the path."""
-    folder = compiled.copied(tmp_path)
+    folder = compiled.copy_sources(tmp_path)
     (folder / package / "__init__.py").write_text("")
     answer = compiled.run(folder, "-m", "sweeps", "--version")
     assert answer.returncode != 0

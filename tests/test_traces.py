@@ -1,4 +1,4 @@
-"""Polhode leaves the process of whoever imports it as it was: a fresh process for each entry, beside one without it."""
+"""Polhode leaves an importing process unchanged: a fresh process for each entry, against a process without Polhode."""
 
 import json
 import os
@@ -10,11 +10,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-# What Polhode loads of others: importing these changes a process, and is no trace of ours.
-OTHERS = "dask.array h5py matplotlib.figure netCDF4 numba pandas pydantic rich.progress ruamel.yaml scipy.stats xarray"
+# Dependencies of Polhode: their import changes a process, and is no trace of Polhode.
+DEPENDENCIES = (
+    "dask.array h5py matplotlib.figure netCDF4 numba pandas pydantic rich.progress ruamel.yaml scipy.stats xarray"
+)
 SEEN = f"""
 import gc, importlib, json, os, signal, sys, threading, warnings
-for other in {OTHERS.split()!r}:
+for other in {DEPENDENCIES.split()!r}:
     importlib.import_module(other)
 import matplotlib, multiprocessing, numba, numpy
 
@@ -48,33 +50,37 @@ main(['check', 'tiny']); main(['body', 'racket']); main(['run', 'tiny'])
 """
 
 
-def seen(code, folder):
-    """What a fresh process looks like after some code, once all that Polhode loads of others is loaded."""
+def process_state(code, folder):
+    """Return the state of a fresh process after some code, with all dependencies of Polhode loaded."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLCONFIGDIR": str(folder)}
     environment.pop("PYTEST_CURRENT_TEST", None)
     command = [sys.executable, "-c", code + "\n" + SEEN]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    told = done.stdout.rpartition("SEEN")[2].replace(str(folder), "FOLDER")
-    return json.loads(re.sub(r"0x[0-9a-f]+", "ADDRESS", told))
+    process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr
+    output = process.stdout.rpartition("SEEN")[2].replace(str(folder), "FOLDER")
+    return json.loads(re.sub(r"0x[0-9a-f]+", "ADDRESS", output))
 
 
 @pytest.fixture(scope="module")
-def untouched(tmp_path_factory):
-    """What a process looks like that never heard of Polhode."""
-    return seen("", tmp_path_factory.mktemp("untouched"))
+def state_without_polhode(tmp_path_factory):
+    """Return the state of a process that has never imported Polhode."""
+    return process_state("", tmp_path_factory.mktemp("untouched"))
 
 
-def changed(before, after):
-    """What was there and is not, and what is there now."""
+def difference(before, after):
+    """Return the items that disappeared and those that appeared."""
     if isinstance(before, dict):
         before, after = ([f"{name}={value}" for name, value in of.items()] for of in (before, after))
-    return [str(one) for one in before if one not in after], [str(one) for one in after if one not in before]
+    return [str(item) for item in before if item not in after], [str(item) for item in after if item not in before]
 
 
 @pytest.mark.parametrize(
     "code", ["import kernels, sweeps", pytest.param(SURVEY + ENTRIES, marks=pytest.mark.slow, id="every entry")]
 )
-def test_nothing_is_left_in_the_process(code, untouched, tmp_path):
-    found = seen(code, tmp_path)
-    assert {name: changed(untouched[name], value) for name, value in found.items() if value != untouched[name]} == {}
+def test_nothing_is_left_in_the_process(code, state_without_polhode, tmp_path):
+    state = process_state(code, tmp_path)
+    assert {
+        name: difference(state_without_polhode[name], value)
+        for name, value in state.items()
+        if value != state_without_polhode[name]
+    } == {}

@@ -7,7 +7,7 @@ TOY = Path(__file__).parent / "toy"
 
 
 def write_metadata(folder: Path) -> None:
-    """Write what an installation adds to a folder on the path: the package's name and its entry points."""
+    """Write the metadata of an installation to a folder on the path: the package's name and its entry points."""
     project = tomllib.loads((TOY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     metadata = folder / f"{project['name']}-{project['version']}.dist-info"
     metadata.mkdir()

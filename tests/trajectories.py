@@ -41,10 +41,10 @@ def write_aem(path, rows, digits="%.17g", direction="A2B", order="LAST", epoch="
     head += [f"QUATERNION_TYPE = {order}", f"ATTITUDE_TYPE = {kind}", "META_STOP", "", "DATA_START", "COMMENT a line"]
     q = rows["q"] if order == "FIRST" else np.roll(rows["q"], -1, axis=1)
     begin = np.datetime64(epoch)
-    whole = np.floor(rows["t"]).astype(int)
+    seconds = np.floor(rows["t"]).astype(int)
     lines = []
     for k, t in enumerate(rows["t"]):
-        at = str(begin + np.timedelta64(int(whole[k]), "s")) + f"{t - whole[k]:.15f}"[1:]
+        at = str(begin + np.timedelta64(int(seconds[k]), "s")) + f"{t - seconds[k]:.15f}"[1:]
         values = [*q[k], *(np.degrees(rows["w"][k]) if rates else ())]
         lines.append(" ".join([at, *(digits % x for x in values)]))
     path.write_text("\n".join([*head, *lines, "DATA_STOP", ""]), encoding="ascii")

@@ -1,4 +1,4 @@
-"""Twenty systems of users whose regime a theorem or a closed form decides, and ten points that are marginal."""
+"""Twenty systems of users with a regime that a theorem or a closed form decides, and ten marginal points."""
 
 import math
 
@@ -12,7 +12,7 @@ from sweeps.mechanics import System, periodic
 from sweeps.mechanics.model import Model
 from sweeps.systems.relative_equilibrium.system import REGIMES
 
-SOUND, GROWS, DECAYS, KEEPS = "stable", "unstable flutter period_doubling", "asymptotically_stable", "marginal"
+STABLE, GROWS, DECAYS, KEEPS = "stable", "unstable flutter period_doubling", "asymptotically_stable", "marginal"
 
 
 def of_coordinates(count, build, period=None, **defaults):
@@ -59,22 +59,23 @@ def of_matrix(rows, form, **defaults):
 
 def columns(model, **values):
     """Return regimes by theory and as measured, statuses, and columns at points: parameters, or `epsilon`."""
-    given = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-6} | values
-    size, n = np.broadcast(*map(np.atleast_1d, given.values())).size, model.n
+    parameters = {p.name: p.default for p in model.system.parameters.values()} | {"epsilon": 1e-6} | values
+    size, n = np.broadcast(*map(np.atleast_1d, parameters.values())).size, model.n
     each, names = 1, REGIMES
     if model.system.given_period is None:
         each = n
     points = {
-        name: np.repeat(np.broadcast_to(np.asarray(value, dtype=float), size), each) for name, value in given.items()
+        name: np.repeat(np.broadcast_to(np.asarray(value, dtype=float), size), each)
+        for name, value in parameters.items()
     }
     points["equilibrium"] = np.zeros(size * each, dtype=int)
     if model.system.given_period is None:
-        found = model.survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), size)})
-        found = {name: rows.reshape(size, n)[:, 0] for name, rows in found.items()}
+        columns_of_points = model.survey(points | {"eigenvalue": np.tile(np.arange(1, n + 1), size)})
+        columns_of_points = {name: rows.reshape(size, n)[:, 0] for name, rows in columns_of_points.items()}
     else:
-        found, names = periodic.survey(model, points, 1e-12), OF_MULTIPLIERS
-    told = [[names[k + 1] for k in found[name]] for name in ("regime_theory", "regime")]
-    return *told, [STATUSES[k] for k in found["status"]], found
+        columns_of_points, names = periodic.survey(model, points, 1e-12), OF_MULTIPLIERS
+    regimes = [[names[k + 1] for k in columns_of_points[name]] for name in ("regime_theory", "regime")]
+    return *regimes, [STATUSES[k] for k in columns_of_points["status"]], columns_of_points
 
 
 # -- equal eigenvalues that grow or decay
@@ -91,7 +92,7 @@ def hill(count=2):
 
 
 def pendulum():
-    """A spherical pendulum with drag: it stands where `gravity` is above 0, and hangs below."""
+    """A spherical pendulum with drag: upright for `gravity` above 0, hanging below."""
 
     def build(system, q, v, g):
         depth = sp.sqrt(4 - q[0] ** 2 - q[1] ** 2)
@@ -158,7 +159,7 @@ def twin_swings():
 
 
 def pairs(count):
-    """Equal oscillators as states of first order, of which nothing is said to be conserved."""
+    """Equal oscillators as states of first order, without declared conserved quantities."""
     return of_states(2 * count, lambda x, k: [*x[count:], *(-k * y - y**3 for y in x[:count])], k=1.0)
 
 
@@ -174,7 +175,7 @@ def growth_of_mathieu(depth, constant=0.0, drag=0.0):
 
 
 def of_trap(depth):
-    return GROWS if growth_of_mathieu(depth) > 1e-6 else SOUND
+    return GROWS if growth_of_mathieu(depth) > 1e-6 else STABLE
 
 
 def of_swings(depth):
@@ -206,7 +207,7 @@ def ziegler(form):
 
 
 def beck(P):
-    """Two modes of Beck's column: stiffness, and what the follower force makes of it, not symmetric."""
+    """Two modes of Beck's column: stiffness with the follower force, not symmetric."""
     return [[-12.36 + 0.86 * P, 11.74 * P], [-1.87 * P, -485.5 - 13.29 * P]]
 
 
@@ -219,7 +220,7 @@ def reut(P):
 def of_beck(P):
     """Two squares of frequencies, real and above 0: a sum below 0, a product and a discriminant above 0."""
     (a, b), (c, d) = beck(P)
-    return SOUND if a + d < 0 < a * d - b * c and (a - d) ** 2 + 4 * b * c > 0 else GROWS
+    return STABLE if a + d < 0 < a * d - b * c and (a - d) ** 2 + 4 * b * c > 0 else GROWS
 
 
 def panel(flow):
@@ -233,7 +234,7 @@ def bearing(k, q):
 
 
 def of_bearing(k, q):
-    return SOUND if abs(k - 1) > 2 * abs(q) else GROWS
+    return STABLE if abs(k - 1) > 2 * abs(q) else GROWS
 
 
 # -- energies that are definite
@@ -253,7 +254,7 @@ def rotor():
 def of_rotor(k, W, c):
     if c:
         return DECAYS if k > W**2 else GROWS
-    return SOUND
+    return STABLE
 
 
 def charge():
@@ -268,7 +269,7 @@ def charge():
 
 
 def partly_damped():
-    """Three equal springs, of which one is damped."""
+    """Three equal springs, a single one damped."""
 
     def build(system, q, v, k, c):
         system.potential(k * sum(x**2 for x in q) / 2)
@@ -289,7 +290,7 @@ def rough():
 
 
 def oscillators(count=4, coupling=1e-3):
-    """Equal oscillators, of which a gyroscopic force couples two: with equal eigenvalues, and linear."""
+    """Equal oscillators, two of them coupled by a gyroscopic force: with equal eigenvalues, and linear."""
 
     def build(system, q, v, k):
         system.potential(k * sum(x**2 for x in q) / 2)
@@ -299,7 +300,7 @@ def oscillators(count=4, coupling=1e-3):
     return of_coordinates(count, build, k=4.0)
 
 
-def alike(*signs):
+def signs_of(*signs):
     """Grows above 0, decays below."""
     return lambda x, *_: GROWS if x > 0 else DECAYS
 
@@ -310,39 +311,39 @@ LOADS = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.08, 2.085, 2.087, 2.1, 3.0])
 
 
 def of_ziegler(P):
-    return SOUND if 3.5 - math.sqrt(2) > P else GROWS
+    return STABLE if 3.5 - math.sqrt(2) > P else GROWS
 
 
 #: name → model, values of each parameter (all combinations), regime by theorem or closed form
-OWN = {
-    "round hill": (hill, {"k": SIGNS, "c": [0.1, 1.0]}, alike()),
-    "hill in space": (lambda: hill(3), {"k": SIGNS, "c": [0.1]}, alike()),
-    "spherical pendulum": (pendulum, {"gravity": SIGNS}, alike()),
-    "growth twice": (growth_twice, {"a": SIGNS}, alike()),
+USER_SYSTEMS = {
+    "round hill": (hill, {"k": SIGNS, "c": [0.1, 1.0]}, signs_of()),
+    "hill in space": (lambda: hill(3), {"k": SIGNS, "c": [0.1]}, signs_of()),
+    "spherical pendulum": (pendulum, {"gravity": SIGNS}, signs_of()),
+    "growth twice": (growth_twice, {"a": SIGNS}, signs_of()),
     "dark laser": (dark_laser, {"r": [0.1, 0.5, 0.9, 1.1, 2.0, 9.0]}, lambda r: GROWS if r > 1 else DECAYS),
     "ring": (ring, {"g": [-3.0, -1.1, -0.9, 0.2, 0.45, 0.55, 2.0]}, lambda g: DECAYS if -1 < g < 0.5 else GROWS),
     "negative drag": (negative_drag, {"c": SIGNS}, lambda c: DECAYS if c > 0 else GROWS),
     "trap": (trap, {"depth": DEPTHS}, of_trap),
     "trap in space": (lambda: trap(3), {"depth": DEPTHS}, of_trap),
     "twin swings": (twin_swings, {"depth": [0.05, 0.1, 0.15, 0.3, 0.6]}, of_swings),
-    "two pairs": (lambda: pairs(2), {"k": SIGNS}, lambda k: SOUND if k > 0 else GROWS),
-    "three pairs": (lambda: pairs(3), {"k": SIGNS}, lambda k: SOUND if k > 0 else GROWS),
+    "two pairs": (lambda: pairs(2), {"k": SIGNS}, lambda k: STABLE if k > 0 else GROWS),
+    "three pairs": (lambda: pairs(3), {"k": SIGNS}, lambda k: STABLE if k > 0 else GROWS),
     "Ziegler": (lambda: ziegler("coordinates"), {"P": LOADS}, of_ziegler),
     "Ziegler, states": (lambda: ziegler("states"), {"P": LOADS}, of_ziegler),
     "rotor": (rotor, {"k": [0.5, 1.0], "W": [0.0, 0.4, 0.9], "c": [0.0, 0.1]}, of_rotor),
-    "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: SOUND),
-    "undamped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0]}, lambda k, c: SOUND),
-    "rough": (rough, {"k": [1.0, 2.0], "c": [0.0, 0.1], "d": [0.0, 0.1]}, lambda k, c, d: SOUND),
-    "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: SOUND),
+    "charge": (charge, {"k": [1.0, 2.0], "B": [0.0, 0.5, 1.0, 2.0]}, lambda k, B: STABLE),
+    "undamped": (partly_damped, {"k": [1.0, 2.0], "c": [0.0]}, lambda k, c: STABLE),
+    "rough": (rough, {"k": [1.0, 2.0], "c": [0.0, 0.1], "d": [0.0, 0.1]}, lambda k, c, d: STABLE),
+    "oscillators": (oscillators, {"k": [1.0, 2.0, 4.0]}, lambda k: STABLE),
 }
 for _form in ("coordinates", "states"):
-    OWN |= {
+    USER_SYSTEMS |= {
         f"Beck, {_form}": (lambda form=_form: of_matrix(beck, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
         f"Reut, {_form}": (lambda form=_form: of_matrix(reut, form, P=1.0), {"P": np.linspace(0.5, 40, 9)}, of_beck),
         f"panel, {_form}": (
             lambda form=_form: of_matrix(panel, form, flow=1.0),
             {"flow": [0.0, 1.0, 7.0, 7.49, 7.51, 9.0]},
-            lambda flow: SOUND if flow < 7.5 else GROWS,
+            lambda flow: STABLE if flow < 7.5 else GROWS,
         ),
         f"bearing, {_form}": (
             lambda form=_form: of_matrix(bearing, form, k=2.0, q=0.1),
@@ -352,19 +353,19 @@ for _form in ("coordinates", "states"):
     }
 
 
-def own(name):
-    """Return the model of a system, its points, and the regimes that are right at each: one of several words."""
-    make, values, regime = OWN[name]
+def user_system(name):
+    """Return the model of a system, its points, and the right regimes at each: alternatives in one string."""
+    make, values, regime = USER_SYSTEMS[name]
     grid = np.meshgrid(*values.values(), indexing="ij")
     points = dict(zip(values, map(np.ravel, grid), strict=True))
     return make(), points, [regime(*row).split() for row in zip(*points.values(), strict=True)]
 
 
-# -- what is marginal
+# -- marginal systems
 
 
 def hopf(form):
-    """A damping that changes its sign at mu = 0, where a cubic one decides: as coordinates, it drives."""
+    """A damping that changes its sign at mu = 0, at which a cubic damping decides: as coordinates, it drives."""
     if form == "states":
         return of_states(2, lambda x, mu: [x[1], -x[0] + (mu - x[0] ** 2) * x[1]], mu=0.0)
 
@@ -376,7 +377,7 @@ def hopf(form):
 
 
 def pitchfork():
-    """A damped bead where V″ = 0."""
+    """A damped bead at V″ = 0."""
 
     def build(system, q, v, k):
         system.potential(k * q[0] ** 2 / 2 + q[0] ** 4 / 4)
@@ -387,7 +388,7 @@ def pitchfork():
 
 #: name → model and a point at which the motion nearby neither grows nor stays by linear theory
 MARGINAL = {
-    "a mode without drag": (partly_damped, {"c": 0.1}),  # or one that decays by less than the errors
+    "a mode without drag": (partly_damped, {"c": 0.1}),  # or a decay by less than the errors
     "a negative cubic drag": (rough, {"c": -0.1}),
     "a negative cubic drag of each velocity": (rough, {"d": -0.1}),
     "free particle": (lambda: of_states(2, lambda x: [x[1], 0]), {}),

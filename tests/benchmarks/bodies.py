@@ -1,10 +1,10 @@
-"""The work that everybody in the race is given, what is done with the samples, and the truth they are held against.
+"""The task of the race: the bodies, the estimate of rates from samples, and exact samples for comparison.
 
 Bodies that can exist, spun about a principal axis and nudged by a millionth, sampled 64 times up to omega0 t = 20.
-Bodies whose nudge grows tenfold in that time are left out: there Polhode would stop early, and the race is over equal
-work. Everybody integrates the components scaled as Polhode does (transverse ones in units of the nudge), so that every
-tolerance acts on the perturbation. The bodies stand sorted by the bound on their rates, which keeps alike what shares
-a batch.
+Bodies with a perturbation that grows tenfold in that time are omitted: there Polhode would stop early, and the race is
+over equal work. Each contender integrates the components scaled as Polhode does (transverse components in units of the
+perturbation), so that every tolerance acts on the perturbation. The bodies are sorted by the bound on their rates, so
+that bodies of a batch are similar.
 """
 
 import math
@@ -25,7 +25,7 @@ DIGITS = 30
 
 @dataclass(frozen=True)
 class Bodies:
-    """Points as Polhode takes them; and for the others k (n, 3) and start (n, 3) of w_a' = k_a w_b w_c and cyclic."""
+    """Points in Polhode's form, and k (n, 3) and start (n, 3) of w_a' = k_a w_b w_c and cyclic for its peers."""
 
     points: dict
     k: np.ndarray
@@ -34,20 +34,22 @@ class Bodies:
     def __len__(self):
         return len(self.k)
 
-    def __getitem__(self, chosen):
-        return Bodies({name: x[chosen] for name, x in self.points.items()}, self.k[chosen], self.start[chosen])
+    def __getitem__(self, indices):
+        return Bodies({name: x[indices] for name, x in self.points.items()}, self.k[indices], self.start[indices])
 
 
 def draw(count, seed=4):
     """So many bodies, of masses at random distances from the principal planes, about random axes."""
     random = np.random.default_rng(seed)
-    found, held = [], 0
-    while held < count:
-        drawn = scaled(_candidates(random, 2 * count + 64))
-        drawn = drawn[np.flatnonzero(_growth(drawn) < 0.99 * measure.MAX_GROWTH)]
-        found.append(drawn.points)
-        held += len(drawn)
-    bodies = scaled({name: np.concatenate([points[name] for points in found])[:count] for name in found[0]})
+    accepted_points, num_accepted = [], 0
+    while num_accepted < count:
+        candidates = scale_bodies(_candidates(random, 2 * count + 64))
+        candidates = candidates[np.flatnonzero(_growth(candidates) < 0.99 * measure.MAX_GROWTH)]
+        accepted_points.append(candidates.points)
+        num_accepted += len(candidates)
+    bodies = scale_bodies(
+        {name: np.concatenate([points[name] for points in accepted_points])[:count] for name in accepted_points[0]}
+    )
     return bodies[np.argsort(np.abs(bodies.k).max(axis=1), kind="stable")]
 
 
@@ -64,12 +66,12 @@ def _candidates(random, count):
     }
 
 
-def scaled(points):
+def scale_bodies(points):
     """Bodies of points: the coefficients and the start of the scaled equations."""
     a, b, c = rigid_body.cyclic(points["axis"])
     moments = np.stack([points["I1"], points["I2"], points["I3"]], axis=1)
-    seen = (np.take_along_axis(moments, i[:, None], axis=1)[:, 0] for i in (a, b, c))
-    k = np.stack(rigid_body.euler_coefficients(*seen), axis=1)
+    by_role = (np.take_along_axis(moments, i[:, None], axis=1)[:, 0] for i in (a, b, c))
+    k = np.stack(rigid_body.euler_coefficients(*by_role), axis=1)
     k[:, 0] *= points["epsilon"] * points["epsilon"]
     phase = points["phase"]
     return Bodies(points, k, np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1))
@@ -139,22 +141,22 @@ def _constants(I, w):  # noqa: E741
     energy = mp.fsum(a * b**2 for a, b in zip(I, w, strict=True))
     low, s, high = sorted(range(3), key=lambda i: I[i])
     c, d = (low, high) if energy * I[s] < momentum else (high, low)
-    both = (I[d] - I[s]) * (momentum - energy * I[c])
-    left = energy * I[d] - momentum
-    m, m1 = (I[s] - I[c]) * left / both, (I[d] - I[c]) * (momentum - energy * I[s]) / both
-    of_s = mp.sqrt(left / (I[s] * (I[d] - I[s])))
-    of_c = mp.sqrt(left / (I[c] * (I[d] - I[c])))
+    product = (I[d] - I[s]) * (momentum - energy * I[c])
+    difference = energy * I[d] - momentum
+    m, m1 = (I[s] - I[c]) * difference / product, (I[d] - I[c]) * (momentum - energy * I[s]) / product
+    of_s = mp.sqrt(difference / (I[s] * (I[d] - I[s])))
+    of_c = mp.sqrt(difference / (I[c] * (I[d] - I[c])))
     of_d = mp.sqrt((momentum - energy * I[c]) / (I[d] * (I[d] - I[c]))) * (-1 if w[d] < 0 else 1)
-    if (I[(s + 1) % 3] - I[(s + 2) % 3]) * of_d < 0:  # at cn = 1 the sn component rises as Euler's equation says
+    if (I[(s + 1) % 3] - I[(s + 2) % 3]) * of_d < 0:  # at cn = 1 the sn component rises by Euler's equation
         of_s = -of_s
     sn, cn = w[s] / of_s, w[c] / of_c
     u0 = sn * mp.elliprf(cn**2, cn**2 + m1 * sn**2, 1)
     u0 = u0 if cn >= 0 else mp.sign(sn) * 2 * mp.ellipk(m) - u0
-    return (s, c, d), (of_s, of_c, of_d), mp.sqrt(both / (I[0] * I[1] * I[2])), m, u0
+    return (s, c, d), (of_s, of_c, of_d), mp.sqrt(product / (I[0] * I[1] * I[2])), m, u0
 
 
-def errors(samples, wanted):
+def errors(samples, expected):
     """Largest distance of each body's samples from the truth, relative to its largest transverse size so far."""
-    apart = np.hypot(*np.moveaxis(samples - wanted, -1, 0))
-    size = np.maximum.accumulate(np.hypot(*np.moveaxis(wanted, -1, 0)), axis=1)
-    return (apart / size).max(axis=1)
+    distance = np.hypot(*np.moveaxis(samples - expected, -1, 0))
+    size = np.maximum.accumulate(np.hypot(*np.moveaxis(expected, -1, 0)), axis=1)
+    return (distance / size).max(axis=1)

@@ -1,8 +1,8 @@
-"""Who races: each in the best mode that we know of, on the same bodies, sampled at the same times.
+"""The contenders of the race: each in its best known mode, on the same bodies, sampled at the same times.
 
-A contender's ``settings`` are the steps of its accuracy. ``rates(bodies, setting)`` is what is timed: the signed rate²
-and its standard error of every body, and the processor time spent in other processes. ``samples(bodies, setting)``
-gives the samples themselves, from the same solver in the same mode, to be held against the truth.
+A contender's ``settings`` are the steps of its accuracy. ``rates(bodies, setting)`` is timed: the signed rate²
+and its standard error of every body, and the processor time spent in its own processes. ``samples(bodies, setting)``
+gives the samples themselves, from the same solver in the same mode, for comparison with the exact solution.
 """
 
 import importlib.metadata
@@ -22,21 +22,25 @@ from kernels.free import direct, rigid_body
 from kernels.near_axis import near_axis_block, propagators, survey
 
 TOLERANCES = tuple(10.0**-n for n in range(6, 13))
-SHARES = 4  # that every thread or process takes one after the other: what holds up one of them leaves more to the rest
-WANTED = ("omega_squared", "omega_squared_stderr", "status")  # what the others tell: no errors, hence no regime
+SHARES = 4  # shares per thread or process, in sequence, so that a thread that is held up leaves work to its neighbours
+REQUESTED = (
+    "omega_squared",
+    "omega_squared_stderr",
+    "status",
+)  # columns that all contenders give: no errors, hence no regime
 
 
 def whole_vectors():
-    """Whether our kernels take vectors of 512 bits where LLVM by itself takes half: then whoever can does so too."""
+    """Return True if our kernels use vectors of 512 bits and LLVM by default half: then contenders use them too."""
     return takes_whole_vectors()
 
 
 class Contender:
-    """What all have in common."""
+    """Base class of the contenders."""
 
     name, mode, package = "", "", None
     settings = TOLERANCES
-    size, chunk = 2_000, 1  # bodies in a timed run, and what their number must divide by
+    size, chunk = 2_000, 1  # bodies in a timed run, and the divisor of their number
     one_core = False
 
     def __init__(self, threads):
@@ -46,7 +50,7 @@ class Contender:
         return importlib.metadata.version(self.package)
 
     def close(self):
-        """End what was started."""
+        """End started threads and processes."""
 
 
 class Polhode(Contender):
@@ -65,13 +69,15 @@ class Polhode(Contender):
     def rates(self, bodies, setting):
         cuts = np.linspace(0, len(bodies), min(SHARES * self.threads, len(bodies)) + 1).astype(int)
         slices = [slice(i, j) for i, j in pairwise(cuts)]
-        found = list(self.pool.map(lambda part: self.measured(bodies, part, setting, WANTED), slices))
-        columns = [np.concatenate([part[name] for part in found]) for name in WANTED[:2]]
+        results = list(
+            self.pool.map(lambda part_of_bodies: self.measured(bodies, part_of_bodies, setting, REQUESTED), slices)
+        )
+        columns = [np.concatenate([part_of_bodies[name] for part_of_bodies in results]) for name in REQUESTED[:2]]
         return np.stack(columns, axis=1), 0.0
 
-    def measured(self, bodies, part, tolerance, wanted):
-        points = {name: x[part] for name, x in bodies.points.items()}
-        return survey.measure_points(points, *self.run, tolerance, self.propagator, wanted)
+    def measured(self, bodies, selection, tolerance, names):
+        points = {name: x[selection] for name, x in bodies.points.items()}
+        return survey.measure_points(points, *self.run, tolerance, self.propagator, names)
 
     def samples(self, bodies, setting):
         """Samples of the lanes, driven as the survey drives them; its steps a sample must come out the same."""
@@ -80,7 +86,7 @@ class Polhode(Contender):
         for i in range(len(bodies)):
             order, count = self.step(bodies[i : i + 1], setting)
             assert count == steps[i], (count, steps[i])
-            _sampled(_row(bodies[i : i + 1], count), order, count, samples[i])
+            _samples_of(_row(bodies[i : i + 1], count), order, count, samples[i])
         return samples
 
     def close(self):
@@ -88,15 +94,15 @@ class Polhode(Contender):
 
 
 def _row(body, steps):
-    """One body's values of the rows that near_axis_block.integrate_block asks for."""
+    """Return one body's values of the rows that near_axis_block.integrate_block reads."""
     points = {name: x[0] for name, x in body.points.items()}
     moments = rigid_body.relabel(points["I1"], points["I2"], points["I3"], points["axis"])
     return np.array([*moments, 1.0, points["epsilon"], *body.start[0, 1:], SPACING, steps])
 
 
 @njit(error_model="numpy")
-def _sampled(row, order, steps, samples):
-    """Follow one body in all lanes of a block and keep what lane 0 shows."""
+def _samples_of(row, order, steps, samples):
+    """Integrate one body in all lanes of a block and store the samples of lane 0."""
     S = np.zeros(near_axis_block.ROWS * near_axis_block.W)
     for r in range(row.size):
         S[near_axis_block.W * r : near_axis_block.W * (r + 1)] = row[r]
@@ -110,7 +116,7 @@ def _sampled(row, order, steps, samples):
 
 
 class Direct(Polhode):
-    """The direct integrator, uncertified: the others have no certificate either."""
+    """The direct integrator, uncertified: its peers have no certificate either."""
 
     name, propagator = "Polhode direct", "direct"
     mode = "Taylor steps of order 8 to 12 chosen per body, 32 lanes, a thread per core"
@@ -131,18 +137,18 @@ class Exact(Polhode):
     """The exact solution by its recurrence, one step a sample."""
 
     name, propagator, settings = "Polhode exact", "exact", (0.0,)
-    size = 400_000  # a run as long as the others': the bodies are taken several times
+    size = 400_000  # a run as long as its peers': the bodies are taken several times
     mode = "addition theorem of the closed form, one step a sample, 32 lanes, a thread per core"
     step = staticmethod(lambda body, tolerance: (propagators.RECURRENCE, 1))
 
-    def measured(self, bodies, part, tolerance, wanted):
-        return super().measured(bodies, part, 1e-10, wanted)
+    def measured(self, bodies, selection, tolerance, names):
+        return super().measured(bodies, selection, 1e-10, names)
 
 
 class Heyoka(Contender):
-    """heyoka.py: adaptive Taylor in wide batches, one process per core (its Python side holds the GIL).
+    """heyoka.py: adaptive Taylor in wide batches, one process per core (its Python side keeps the GIL).
 
-    Most of what propagate_grid takes goes into its dense output. Evaluated by Numba instead, from the Taylor
+    The dense output takes most of the time of propagate_grid. Evaluated by Numba instead, from the Taylor
     coefficients that every step leaves, the same samples come twice as fast; wide batches share the calls from Python.
     """
 
@@ -165,16 +171,16 @@ class Heyoka(Contender):
         return self.mapped(_heyoka_samples, bodies, setting)[0]
 
     def mapped(self, work, bodies, setting):
-        """What the processes make of equal shares, the last batch padded; and the processor time that they took."""
+        """Return the processes' results of equal shares, the last batch padded, and their processor time."""
         batches = -(-len(bodies) // self.width)
-        padded = np.arange(batches * self.width) % len(bodies)
-        k, start = (np.ascontiguousarray(x[padded].T) for x in (bodies.k, bodies.start))
+        indices = np.arange(batches * self.width) % len(bodies)
+        k, start = (np.ascontiguousarray(x[indices].T) for x in (bodies.k, bodies.start))
         cuts = np.linspace(0, batches, min(SHARES * self.threads, batches) + 1).astype(int) * self.width
         shares = [
             (setting, k[:, i:j].copy(), start[:, i:j].copy(), self.width, self.gridded) for i, j in pairwise(cuts)
         ]
-        found = self.pool.starmap(work, shares, chunksize=1)
-        return np.concatenate([out for out, _ in found])[: len(bodies)], sum(spent for _, spent in found)
+        results = self.pool.starmap(work, shares, chunksize=1)
+        return np.concatenate([out for out, _ in results])[: len(bodies)], sum(seconds for _, seconds in results)
 
     def close(self):
         self.pool.terminate()
@@ -191,7 +197,7 @@ class HeyokaGrid(Heyoka):
 _integrators = {}  # of this process, by tolerance and width
 
 
-def _heyoka_integrator(tolerance, width, gridded):
+def _heyoka_integrator(tolerance, width, on_grid):
     if (tolerance, width) not in _integrators:
         import heyoka
 
@@ -204,42 +210,42 @@ def _heyoka_integrator(tolerance, width, gridded):
             tol=tolerance,
             compact_mode=False,
             fast_math=True,
-            force_avx512=gridded and whole_vectors(),  # batches of 64 are no faster with it, and often slower
+            force_avx512=on_grid and whole_vectors(),  # batches of 64 are no faster with it, and often slower
         )
     return _integrators[tolerance, width]
 
 
-def _heyoka_batches(tolerance, k, start, width, gridded):
+def _heyoka_batches(tolerance, k, start, width, on_grid):
     """Transverse samples (2, times, width) of batch after batch, in one array that each batch overwrites."""
-    integrator = _heyoka_integrator(tolerance, width, gridded)
-    state, pars, coefficients, taken = integrator.state, integrator.pars, integrator.tc, integrator.last_h
+    integrator = _heyoka_integrator(tolerance, width, on_grid)
+    state, pars, coefficients, step_sizes = integrator.state, integrator.pars, integrator.tc, integrator.last_h
     times = np.repeat(TIMES[:, None], width, axis=1)
     samples, due = np.empty((2, TIMES.size, width)), np.empty(width, dtype=np.int64)
-    begun, *scratch = (np.empty(width) for _ in range(4))
+    step_starts, *scratch = (np.empty(width) for _ in range(4))
     for i in range(0, k.shape[1], width):
         integrator.set_time(0.0)
         state[:], pars[:] = start[:, i : i + width], k[:, i : i + width]
-        if gridded:
+        if on_grid:
             samples = integrator.propagate_grid(times)[1][:, 1:].transpose(1, 0, 2)
         else:
-            begun[:], due[:] = 0.0, 0
-            waiting = True
-            while waiting:
+            step_starts[:], due[:] = 0.0, 0
+            is_unfinished = True
+            while is_unfinished:
                 integrator.step(write_tc=True)
-                waiting = _dense_output(coefficients, begun, taken, due, samples, *scratch)
+                is_unfinished = _dense_output(coefficients, step_starts, step_sizes, due, samples, *scratch)
         yield slice(i, i + width), samples
 
 
 @njit(error_model="numpy", fastmath={"contract"})
-def _dense_output(coefficients, begun, taken, due, samples, t, b, c):
+def _dense_output(coefficients, step_starts, step_sizes, due, samples, t, b, c):
     """Evaluate each lane's Taylor polynomials at the samples due within its step; lanes innermost, hence packed."""
-    width, last, most, waiting = begun.size, coefficients.shape[1] - 1, 0, False
+    width, last, max_samples, is_unfinished = step_starts.size, coefficients.shape[1] - 1, 0, False
     for lane in range(width):
-        most = max(most, _samples_until(begun[lane] + taken[lane]) - due[lane])
-    for n in range(most):
+        max_samples = max(max_samples, _samples_until(step_starts[lane] + step_sizes[lane]) - due[lane])
+    for n in range(max_samples):
         of_b, of_c = coefficients[1, last], coefficients[2, last]
         for lane in range(width):
-            t[lane] = (due[lane] + n) * SPACING - begun[lane]
+            t[lane] = (due[lane] + n) * SPACING - step_starts[lane]
             b[lane], c[lane] = of_b[lane], of_c[lane]
         for term in range(1, last + 1):
             of_b, of_c = coefficients[1, last - term], coefficients[2, last - term]
@@ -249,14 +255,14 @@ def _dense_output(coefficients, begun, taken, due, samples, t, b, c):
                 c[lane] = c[lane] * t[lane] + of_c[lane]
         for lane in range(width):
             sample = due[lane] + n
-            # a step's polynomial holds a little beyond its end, so rounding may put a sample into either step
-            if sample < TIMES.size and t[lane] <= taken[lane] + 1e-12:
+            # a step's polynomial is valid a little beyond its end, so rounding may put a sample into either step
+            if sample < TIMES.size and t[lane] <= step_sizes[lane] + 1e-12:
                 samples[0, sample, lane], samples[1, sample, lane] = b[lane], c[lane]
     for lane in range(width):
-        begun[lane] += taken[lane]
-        due[lane] = max(due[lane], _samples_until(begun[lane]))
-        waiting |= due[lane] < TIMES.size
-    return waiting
+        step_starts[lane] += step_sizes[lane]
+        due[lane] = max(due[lane], _samples_until(step_starts[lane]))
+        is_unfinished |= due[lane] < TIMES.size
+    return is_unfinished
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -266,11 +272,11 @@ def _samples_until(t):
 
 
 def _heyoka_rates(tolerance, k, start, *mode):
-    begun = time.process_time()
+    begin = time.process_time()
     out = np.empty((k.shape[1], 2))
     for batch, (b, c) in _heyoka_batches(tolerance, k, start, *mode):
         rates_of(b.T, c.T, out[batch])
-    return out, time.process_time() - begun
+    return out, time.process_time() - begin
 
 
 def _heyoka_samples(tolerance, k, start, *mode):
@@ -294,24 +300,24 @@ class Numbalsoda(Contender):
             dw[0], dw[1], dw[2] = k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
 
         @njit(parallel=True, error_model="numpy")
-        def run(address, k, start, times, tolerance, out, kept):
+        def run(address, k, start, times, tolerance, out, samples):
             for i in prange(k.shape[0]):
                 w, _ = dop853(address, start[i], times, data=k[i], rtol=tolerance, atol=tolerance)
                 out[i] = rate_of(w[:, 1], w[:, 2])
-                if kept.size > 0:
-                    kept[i] = w[:, 1:]
+                if samples.size > 0:
+                    samples[i] = w[:, 1:]
 
         self.right_hand_side, self.run = right_hand_side, run
 
-    def rates(self, bodies, setting, kept=None):
-        out, kept = np.empty((len(bodies), 2)), np.empty((0, TIMES.size, 2)) if kept is None else kept
-        self.run(self.right_hand_side.address, bodies.k, bodies.start, TIMES, setting, out, kept)
+    def rates(self, bodies, setting, samples=None):
+        out, samples = np.empty((len(bodies), 2)), np.empty((0, TIMES.size, 2)) if samples is None else samples
+        self.run(self.right_hand_side.address, bodies.k, bodies.start, TIMES, setting, out, samples)
         return out, 0.0
 
     def samples(self, bodies, setting):
-        kept = np.empty((len(bodies), TIMES.size, 2))
-        self.rates(bodies, setting, kept)
-        return kept
+        samples = np.empty((len(bodies), TIMES.size, 2))
+        self.rates(bodies, setting, samples)
+        return samples
 
 
 class CyRK(Contender):
@@ -329,16 +335,16 @@ class CyRK(Contender):
             dw[0], dw[1], dw[2] = k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
 
         @njit(parallel=True, error_model="numpy")
-        def run(address, k, start, times, tolerance, out, kept):
+        def run(address, k, start, times, tolerance, out, samples):
             for i in prange(k.shape[0]):
-                found = nbsolve2_ivp(
+                solution = nbsolve2_ivp(
                     address, (times[0], times[-1]), start[i], "DOP853", times, False, k[i], tolerance, tolerance
                 )
-                w = found.y
+                w = solution.y
                 out[i] = rate_of(w[1], w[2])
-                if kept.size > 0:
-                    kept[i] = w[1:].T
-                found.free()
+                if samples.size > 0:
+                    samples[i] = w[1:].T
+                solution.free()
 
         self.right_hand_side, self.run = right_hand_side, run
 
@@ -373,17 +379,17 @@ class DiffraxFixed(Contender):
         """Samples of one body."""
         times = self.jax.numpy.linspace(0.0, END, SAMPLES * steps + 1)
         controller = self.diffrax.StepTo(times)
-        saved = self.diffrax.SaveAt(t0=True, steps=True)
-        b, c = self.solved(start, k, controller, None, saved, SAMPLES * steps)
+        save_at = self.diffrax.SaveAt(t0=True, steps=True)
+        b, c = self.solved(start, k, controller, None, save_at, SAMPLES * steps)
         return b[::steps], c[::steps]
 
-    def solved(self, start, k, controller, first, saved, most):
+    def solved(self, start, k, controller, first, save_at, max_steps):
         """Samples of the transverse components: a tuple for a state is faster than an array of three."""
 
         def right_hand_side(t, w, k):
             return k[0] * (w[1] * w[2]), k[1] * (w[2] * w[0]), k[2] * (w[0] * w[1])
 
-        found = self.diffrax.diffeqsolve(
+        solution = self.diffrax.diffeqsolve(
             self.diffrax.ODETerm(right_hand_side),
             self.diffrax.Dopri8(),
             0.0,
@@ -391,29 +397,29 @@ class DiffraxFixed(Contender):
             first,
             tuple(start),
             args=tuple(k),
-            saveat=saved,
+            saveat=save_at,
             stepsize_controller=controller,
-            max_steps=most,
+            max_steps=max_steps,
             throw=False,
         )
-        return found.ys[1], found.ys[2]
+        return solution.ys[1], solution.ys[2]
 
     def rates(self, bodies, setting):
         out = np.empty((len(bodies), 2))
 
-        def part(chunk):
+        def work(chunk):
             b, c = self.solve(bodies.start[chunk], bodies.k[chunk], setting)
             rates_of(np.asarray(b), np.asarray(c), out[chunk])
 
-        list(self.pool.map(part, self.chunks(bodies)))
+        list(self.pool.map(work, self.chunks(bodies)))
         return out, 0.0
 
     def chunks(self, bodies):
         return [slice(i, i + self.width) for i in range(0, len(bodies), self.width)]
 
     def samples(self, bodies, setting):
-        padded = bodies[np.arange(self.width) % len(bodies)]  # the compiled shape
-        b, c = self.solve(padded.start, padded.k, setting)
+        batch = bodies[np.arange(self.width) % len(bodies)]  # the compiled shape
+        b, c = self.solve(batch.start, batch.k, setting)
         return np.stack([b, c], axis=-1)[: len(bodies)]
 
     def close(self):
@@ -454,8 +460,10 @@ class SciPy(Contender):
                 a, b, c = w.tolist()
                 return ka * (b * c), kb * (c * a), kc * (a * b)
 
-            found = solve_ivp(right_hand_side, (0.0, END), bodies.start[i], "DOP853", TIMES, rtol=setting, atol=setting)
-            samples[i] = found.y[1:].T
+            solution = solve_ivp(
+                right_hand_side, (0.0, END), bodies.start[i], "DOP853", TIMES, rtol=setting, atol=setting
+            )
+            samples[i] = solution.y[1:].T
         return samples
 
 

@@ -2,12 +2,12 @@
 
     python tests/benchmarks/described_race.py [system …]
 
-Motions begin 1e-3 of the states' sizes beside a stable equilibrium of a sweep that ships, and are sampled at 64
+Motions begin 1e-3 of the states' sizes from a stable equilibrium of a sweep that ships, and are sampled at 64
 intervals of 2π/16 over the scale. Errors are the largest distance of any sample from a run of ours at the tolerance
 1e-15, which heyoka.py's at 1e-16 bears out, over the motion's largest deviation; the worst of all motions. Of each the
 loosest tolerance with an error of 1e-10 at most is taken. heyoka.py runs in batches (the best of WIDTHS), its steps'
 Taylor coefficients summed by compiled code, as in contenders.py. The survey's kernel, which integrates and measures,
-stands beside, its motions a second. All run in fresh processes, of which the fastest of each counts: where code lies in
+is listed too, in motions a second. All run in fresh processes, and the fastest of each counts: the place of code in
 memory changes its rate by up to a half. Nothing is asserted.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 from numba import njit
 from oscillations import captured
-from timing import beside, least, printed
+from timing import compare_rates, min_times, print_results
 
 from kernels.flow import flows, oscillations, runs
 from sweeps import systems
@@ -48,10 +48,10 @@ class Task:
         rates = theory["omega_squared"] if natural else -np.abs(theory["eigenvalues"].real).max(1) / theory["scale"]
         with np.errstate(invalid="ignore"):
             stable = (theory["status"] == 0) & (rates > (0.0 if natural else -1e-9))
-        chosen = random.choice(np.flatnonzero(stable), COUNT)
-        self.points = {key: values[chosen] for key, values in points.items()} | {"epsilon": np.full(COUNT, SIZE)}
-        self.parameters = [p[chosen] for p in theory["parameters"]]
-        S, place, sizes = (theory[key][chosen] for key in ("scale", "place", "sizes"))
+        selection = random.choice(np.flatnonzero(stable), COUNT)
+        self.points = {key: values[selection] for key, values in points.items()} | {"epsilon": np.full(COUNT, SIZE)}
+        self.parameters = [p[selection] for p in theory["parameters"]]
+        S, place, sizes = (theory[key][selection] for key in ("scale", "place", "sizes"))
         n = self.model.equations.n
         if sizes.shape[1] < n:
             sizes = np.concatenate([sizes, sizes * S[:, None]], axis=1)
@@ -74,8 +74,8 @@ class Task:
         """Return the loosest tolerance that keeps the error, to an eighth of a decade, and the error."""
         for coarse in TOLERANCES:
             if self.error(run(coarse)) <= ERROR:
-                tried = ((tolerance, self.error(run(tolerance))) for tolerance in coarse * FINER)
-                return next(pair for pair in tried if pair[1] <= ERROR)
+                pairs = ((tolerance, self.error(run(tolerance))) for tolerance in coarse * FINER)
+                return next(pair for pair in pairs if pair[1] <= ERROR)
         raise SystemExit("no tolerance keeps the error")
 
 
@@ -96,51 +96,50 @@ class Heyoka:
             if equations.v:
                 inverse = sp.Matrix(equations.a).inv().applyfunc(sp.simplify)
                 rates = [*equations.v, *(inverse * sp.Matrix(list(equations.forces)))]
-            used = set().union(*(e.free_symbols for e in rates))
-            given = [symbol for symbol in equations.parameters if symbol in used]
-            names = {symbol: heyoka.par[k] for k, symbol in enumerate(given)}
-            self.used = [equations.parameters.index(symbol) for symbol in given]
+            symbols_used = set().union(*(e.free_symbols for e in rates))
+            parameters = [symbol for symbol in equations.parameters if symbol in symbols_used]
+            names = {symbol: heyoka.par[k] for k, symbol in enumerate(parameters)}
+            self.used = [equations.parameters.index(symbol) for symbol in parameters]
             variables = heyoka.make_vars(*(f"s{i}" for i in range(len(states))))
             names |= dict(zip(states, variables, strict=True))
             system = [(x, heyoka.from_sympy(e, names)) for x, e in zip(variables, rates, strict=True)]
             self.made[tolerance] = heyoka.taylor_adaptive_batch(
-                system,
-                np.ones((len(states), width)),
-                tol=tolerance,
-                fast_math=True,
+                system, np.ones((len(states), width)), tol=tolerance, fast_math=True
             )
         return self.made[tolerance]
 
     def __call__(self, tolerance):
         integrator, task, width = self.integrator(tolerance), self.task, self.width
-        found = np.empty((COUNT, INTERVALS + 1, task.start.shape[1]))
-        due, begun = np.empty(width, dtype=np.int64), np.empty(width)
+        samples = np.empty((COUNT, INTERVALS + 1, task.start.shape[1]))
+        due, step_starts = np.empty(width, dtype=np.int64), np.empty(width)
         for first in range(0, COUNT, width):
-            part = slice(first, first + width)
+            selection = slice(first, first + width)
             integrator.set_time(0.0)
-            integrator.state[:] = task.start[part].T
-            integrator.pars[:] = np.array([task.parameters[k][part] for k in self.used])
-            due[:], begun[:] = 0, 0.0
-            waiting = True
-            while waiting:
+            integrator.state[:] = task.start[selection].T
+            integrator.pars[:] = np.array([task.parameters[k][selection] for k in self.used])
+            due[:], step_starts[:] = 0, 0.0
+            is_unfinished = True
+            while is_unfinished:
                 integrator.step(write_tc=True)
-                waiting = dense_output(integrator.tc, begun, integrator.last_h, due, task.times[part], found[part])
-        return found
+                is_unfinished = dense_output(
+                    integrator.tc, step_starts, integrator.last_h, due, task.times[selection], samples[selection]
+                )
+        return samples
 
 
 @njit(error_model="numpy", fastmath={"contract"})
-def dense_output(coefficients, begun, taken, due, times, samples):
+def dense_output(coefficients, step_starts, step_sizes, due, times, samples):
     """Sum each lane's Taylor polynomials at the samples due within its step; lanes innermost; whether some are left."""
-    states, last, width = coefficients.shape[0], coefficients.shape[1] - 1, begun.size
-    t, x, ends, most, waiting = np.empty(width), np.empty(width), np.empty(width, dtype=np.int64), 0, False
+    states, last, width = coefficients.shape[0], coefficients.shape[1] - 1, step_starts.size
+    t, x, ends, max_samples, is_unfinished = np.empty(width), np.empty(width), np.empty(width, dtype=np.int64), 0, False
     for lane in range(width):
         end = due[lane]
-        while end < times.shape[1] and times[lane, end] <= begun[lane] + taken[lane]:
+        while end < times.shape[1] and times[lane, end] <= step_starts[lane] + step_sizes[lane]:
             end += 1
-        ends[lane], most = end, max(most, end - due[lane])
-    for n in range(most):
+        ends[lane], max_samples = end, max(max_samples, end - due[lane])
+    for n in range(max_samples):
         for lane in range(width):
-            t[lane] = times[lane, min(due[lane] + n, times.shape[1] - 1)] - begun[lane]
+            t[lane] = times[lane, min(due[lane] + n, times.shape[1] - 1)] - step_starts[lane]
         for i in range(states):
             for lane in range(width):
                 x[lane] = coefficients[i, last, lane]
@@ -151,10 +150,10 @@ def dense_output(coefficients, begun, taken, due, times, samples):
                 if due[lane] + n < ends[lane]:
                     samples[lane, due[lane] + n, i] = x[lane]
     for lane in range(width):
-        begun[lane] += taken[lane]
+        step_starts[lane] += step_sizes[lane]
         due[lane] = ends[lane]
-        waiting |= due[lane] < times.shape[1]
-    return waiting
+        is_unfinished |= due[lane] < times.shape[1]
+    return is_unfinished
 
 
 class Survey:
@@ -167,7 +166,9 @@ class Survey:
         shapes = [(arguments[1].starts.shape, arguments[1].has_both_sides) for arguments in calls]
         sizes = len(runs.SIZES)
         single = sizes if kernel is oscillations else 1
-        self.motions = sum(shape[1] * int(np.where(twice > 0, 2 * sizes, single).sum()) for shape, twice in shapes)
+        self.motions = sum(
+            shape[1] * int(np.where(both_sizes > 0, 2 * sizes, single).sum()) for shape, both_sizes in shapes
+        )
 
 
 def race(name):
@@ -183,24 +184,24 @@ def race(name):
     except ImportError:
         print("heyoka.py is not here", file=sys.stderr)
     else:
-        off = task.error(Heyoka(task, 32)(1e-16))
-        print(f"heyoka.py {heyoka.__version__}: its best at 1e-16 is {off:.1e} off", file=sys.stderr)
+        deviation = task.error(Heyoka(task, 32)(1e-16))
+        print(f"heyoka.py {heyoka.__version__}: its best at 1e-16 is {deviation:.1e} off", file=sys.stderr)
         for width in WIDTHS:
             peer = Heyoka(task, width)
             loosest = task.loosest(peer)
             print(f"heyoka.py, {width} lanes: tolerance {loosest[0]:.1e}, error {loosest[1]:.1e}", file=sys.stderr)
             lanes[f"heyoka.py, {width} lanes"] = (lambda peer=peer, at=loosest[0]: peer(at)), COUNT
     for label, (work, count) in lanes.items():
-        print(f"{label}: {count / least(ROUNDS, work)[0]}")
+        print(f"{label}: {count / min_times(ROUNDS, work)[0]}")
 
 
 def main(names):
     """Print the rate of the fastest process of each, and by how much others are slower."""
     for name in names:
-        rates = printed([[__file__, ALONE, name]] * PROCESSES)
-        peer = max((max(some) for label, some in rates.items() if label.startswith("heyoka")), default=math.nan)
-        for label, some in rates.items():
-            print(f"{name}: {label} {beside(some, peer, 'motions/s')}", flush=True)
+        rates = print_results([[__file__, ALONE, name]] * PROCESSES)
+        peer = max((max(values) for label, values in rates.items() if label.startswith("heyoka")), default=math.nan)
+        for label, values in rates.items():
+            print(f"{name}: {label} {compare_rates(values, peer, 'motions/s')}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How true the error bars are: coverage, sharpness and marginal points, cell by cell, as a table.
+"""Table of the error bars' coverage and sharpness and of marginal points, cell by cell.
 
     python tests/benchmarks/error_bars.py [--bodies 1000] [--points 300] [--definitions 2000] [--out results/benchmarks]
     python tests/benchmarks/error_bars.py --only-definitions
@@ -9,13 +9,13 @@ needles and plates (two of three lengths as small as 1e-8), about each axis, wit
 decade of its size; the default sweep; so many random places of each system of small oscillations that ships, mode by
 mode; the symmetric top. A cell is judged against linear theory, and the top's against the closed form:
 
-* cover: share of points whose deviation is within the error; worst: largest deviation over error;
-* sharp: median of error over deviation, where the deviation exceeds 1e-14 of the value (of small oscillations: of the
-  rate scale's square, for a mode that nothing holds has the value 0); a dash where none does.
+* cover: share of points with a deviation within the error; worst: largest deviation over error;
+* sharp: median of error over deviation, over deviations above 1e-14 of the value (of small oscillations: of the
+  rate scale's square, for a free mode has the value 0); a dash without such points.
 
 Then random definitions of the rigid body, each parameter drawn over its whole allowed range, with random points: every
 column that has an error, against linear theory in 40 digits. Each column has its coverage and its largest deviation
-over error, of all points and of the worst tenth (or kind) by any parameter; what is missing must have a status that is
+over error, of all points and of the worst tenth (or kind) by any parameter; a missing value needs a status that is
 not ``ok``, and a regime that is not ``marginal`` must be that of the moments.
 
 Last, the same of each described system that ships: error_bars_described.py.
@@ -48,16 +48,16 @@ DEFAULT = "default sweep"
 SEEN = 1e-14  # relative deviation that is more than the rounding of the theory itself
 
 
-# Of random definitions: columns by what theory has of them, how bodies are made, and how the nudge is directed.
+# Random definitions: columns by their theory, kinds of bodies, and directions of the perturbation.
 RATES = {"omega_squared": 0, "growth_rate": 1, "frequency": 2}
 COLUMNS = (*(f"{name}{end}" for name in RATES for end in ("", "_reduced")), "growth_rate_logslope")
 BODIES = ("random", "near-symmetric", "flat", "rod", "symmetric", "sphere", "near a sphere", "impossible")
 DIRECTIONS = ("any", "decaying", "growing", "along an axis", "far")
-LEAST_NORMAL = sys.float_info.min
+MIN_NORMAL = sys.float_info.min
 
 
 class Cell(NamedTuple):
-    """One cell of the table: how many points, and what the errors were worth there."""
+    """One cell of the table: number of points, and the quality of their errors."""
 
     points: int
     cover: float
@@ -71,15 +71,15 @@ class Cell(NamedTuple):
 
 def judge(value, error, truth, unit=None):
     """The cell of some points; those without a number are left out, and without a unit those of the value 0."""
-    told = np.isfinite(value) & np.isfinite(truth) & ((truth != 0.0) | (unit is not None))
-    value, error, truth = value[told], error[told], truth[told]
+    has_value = np.isfinite(value) & np.isfinite(truth) & ((truth != 0.0) | (unit is not None))
+    value, error, truth = value[has_value], error[has_value], truth[has_value]
     if not value.size:
         return Cell(0, 1.0, 0.0, np.nan)
     deviation = np.abs(value - truth)
-    seen = deviation > SEEN * (np.abs(truth) if unit is None else unit[told])
-    off = np.divide(deviation, error, out=np.where(deviation > 0.0, np.inf, 0.0), where=error > 0.0)
-    sharp = float(np.median(error[seen] / deviation[seen])) if seen.any() else np.nan
-    return Cell(value.size, float(np.mean(deviation <= error)), float(off.max()), sharp)
+    is_large = deviation > SEEN * (np.abs(truth) if unit is None else unit[has_value])
+    ratio = np.divide(deviation, error, out=np.where(deviation > 0.0, np.inf, 0.0), where=error > 0.0)
+    sharp = float(np.median(error[is_large] / deviation[is_large])) if is_large.any() else np.nan
+    return Cell(value.size, float(np.mean(deviation <= error)), float(ratio.max()), sharp)
 
 
 def moments(kind, count, seed):
@@ -121,8 +121,8 @@ def default_sweep(count):
 
 def rigid(kind, count, epsilon, **options):
     """Row of one kind at one size of the nudge: cells by value, shares, and the median deviation of the reduced."""
-    drawn = default_sweep(count) if kind == DEFAULT else points(kind, count, epsilon)
-    columns = survey.survey(drawn, *SETTINGS, **options)
+    points_drawn = default_sweep(count) if kind == DEFAULT else points(kind, count, epsilon)
+    columns = survey.survey(points_drawn, *SETTINGS, **options)
     theory, regime = columns["omega_squared_theory"], columns["regime"]
     names = ("omega_squared", "omega_squared_reduced", "growth_rate", "frequency", "growth_rate_logslope")
     cells = {}
@@ -131,8 +131,8 @@ def rigid(kind, count, epsilon, **options):
         cells[name] = judge(columns[name], columns[f"{name}_error"], columns[truth])
     with np.errstate(divide="ignore", invalid="ignore"):
         deviation = np.abs(columns["omega_squared_reduced"] / theory - 1.0)
-    wrong = (regime != columns["regime_theory"]) & (regime != linear.MARGINAL)
-    return cells, float(np.mean(regime == linear.MARGINAL)), int(wrong.sum()), float(np.nanmedian(deviation))
+    is_wrong = (regime != columns["regime_theory"]) & (regime != linear.MARGINAL)
+    return cells, float(np.mean(regime == linear.MARGINAL)), int(is_wrong.sum()), float(np.nanmedian(deviation))
 
 
 def random_bodies(random, count):
@@ -140,12 +140,12 @@ def random_bodies(random, count):
     kind = random.choice(len(BODIES), count, p=(0.3, 0.2, 0.12, 0.12, 0.08, 0.02, 0.08, 0.08))
     masses = random.uniform(0.05, 1.0, (3, count))
     gaps = 10.0 ** random.uniform(-16, -0.5, (2, count))
-    signed = gaps * random.choice([-1, 1], (2, count))
+    signed_gaps = gaps * random.choice([-1, 1], (2, count))
     thin = np.where(random.random((2, count)) < 0.2, 0.0, gaps) * masses[1:]
     x, y, z = masses
-    known = [BODIES.index(name) for name in ("near-symmetric", "symmetric", "sphere", "near a sphere", "rod")]
-    y = np.select([kind == k for k in known], [x * (1 + signed[0]), x, x, x * (1 + signed[0]), thin[0]], y)
-    z = np.select([kind == k for k in known[2:]], [x, x * (1 + signed[1]), gaps[1] * z], z)
+    kinds = [BODIES.index(name) for name in ("near-symmetric", "symmetric", "sphere", "near a sphere", "rod")]
+    y = np.select([kind == k for k in kinds], [x * (1 + signed_gaps[0]), x, x, x * (1 + signed_gaps[0]), thin[0]], y)
+    z = np.select([kind == k for k in kinds[2:]], [x, x * (1 + signed_gaps[1]), gaps[1] * z], z)
     z = np.where(kind == BODIES.index("flat"), thin[1], z)
     masses = random.permuted(np.stack([x, y, z]), axis=0)
     possible = np.roll(masses, -1, axis=0) + np.roll(masses, -2, axis=0)
@@ -154,7 +154,7 @@ def random_bodies(random, count):
 
 
 def random_points(random, count):
-    """Points over the whole allowed range, and what their bodies and directions are."""
+    """Return points over the whole allowed range, and the kinds of their bodies and directions."""
     kind, gap, three = random_bodies(random, count)
     axis, share = random.integers(1, 4, count), random.random(count)
     spread = (10.0 ** random.uniform(-12, np.log10(0.9), count), random.uniform(0.02, 0.9, count))
@@ -172,13 +172,13 @@ def random_points(random, count):
     return points, {"body": kind, "gap": gap, "direction": towards, "unit": three.max(axis=0)}
 
 
-def random_integration(random, most):
+def random_integration(random, max_samples):
     """How runs are made: any of the contract's ranges, with at most so many samples."""
     from sweeps.systems.rigid_body.system import PROPAGATORS, RigidBodyIntegration
 
-    few, many = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
-    per_rotation = int(np.exp(random.uniform(*(few if random.random() < 0.6 else many))))
-    samples = round(np.exp(random.uniform(np.log(8), np.log(most))))
+    few_range, many_range = np.log([4, 40]), np.log([4, 1e3 if random.random() < 0.7 else 1e9])
+    per_rotation = int(np.exp(random.uniform(*(few_range if random.random() < 0.6 else many_range))))
+    samples = round(np.exp(random.uniform(np.log(8), np.log(max_samples))))
     return RigidBodyIntegration(
         rotations=samples / per_rotation,
         samples_per_rotation=per_rotation,
@@ -189,9 +189,9 @@ def random_integration(random, most):
 
 
 def linear_theory(points):
-    """Ω², growth rate and frequency as (double, what it leaves over) pairs, from 40 digits; shape (3, 2, n)."""
+    """Ω², growth rate and frequency as pairs (double, remainder), from 40 digits; shape (3, 2, n)."""
     three = np.stack([points[name] for name in ("I1", "I2", "I3")])
-    found = np.empty((3, 2, three.shape[1]))
+    pairs = np.empty((3, 2, three.shape[1]))
     with mpmath.workdps(40):
         for i, (axis, omega0) in enumerate(zip(points["axis"], points["omega0"], strict=True)):
             a, b, c = (mpmath.mpf(float(three[(axis - 1 + k) % 3, i])) for k in range(3))
@@ -200,33 +200,33 @@ def linear_theory(points):
             for row, value in enumerate(
                 (square * mpmath.mpf(float(omega0)) ** 2, rate * (square < 0), rate * (square > 0))
             ):
-                found[row, :, i] = float(value), float(value - float(value))
-    return found
+                pairs[row, :, i] = float(value), float(value - float(value))
+    return pairs
 
 
-def random_definitions(count, points=50, seed=1, most=2e4):
-    """Table of all points of random definitions: what was drawn, what was measured, and per column how many errors off.
+def random_definitions(count, points=50, seed=1, max_samples=2e4):
+    """Return a table of all points of random definitions: values drawn, measured, and deviations over errors.
 
-    A deviation over error is NaN where the value or its error is missing.
+    A deviation over error is NaN if the value or its error is missing.
     """
     from sweeps.systems.rigid_body.system import SYSTEM
 
-    random, parts = np.random.default_rng(seed), []
+    random, tables = np.random.default_rng(seed), []
     for _ in range(count):
-        integration = random_integration(random, most)
-        drawn, made = random_points(random, points)
-        columns = SYSTEM.columns(drawn, integration)
-        theory = linear_theory(drawn)
-        given = ("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse")
-        row = drawn | made | {name: np.full(points, getattr(integration, name)) for name in given}
+        integration = random_integration(random, max_samples)
+        values, facts = random_points(random, points)
+        columns = SYSTEM.columns(values, integration)
+        theory = linear_theory(values)
+        settings = ("rotations", "samples_per_rotation", "tolerance", "propagator", "collapse")
+        row = values | facts | {name: np.full(points, getattr(integration, name)) for name in settings}
         row |= {name: columns[name] for name in ("regime", "regime_theory", "status", "samples_used", "encircles")}
         for name in COLUMNS:
-            truth, rest = theory[RATES[name.removesuffix("_reduced").removesuffix("_logslope")]]
+            truth, remainder = theory[RATES[name.removesuffix("_reduced").removesuffix("_logslope")]]
             with np.errstate(all="ignore"):
-                row[name] = np.abs((columns[name] - truth) - rest) / columns[f"{name}_error"]
-            row[f"{name} lost"] = ~np.isfinite(columns[name]) | ~(columns[f"{name}_error"] >= LEAST_NORMAL)
-        parts.append(row)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+                row[name] = np.abs((columns[name] - truth) - remainder) / columns[f"{name}_error"]
+            row[f"{name} lost"] = ~np.isfinite(columns[name]) | ~(columns[f"{name}_error"] >= MIN_NORMAL)
+        tables.append(row)
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
 def wrong_regimes(table):
@@ -258,29 +258,30 @@ def of_columns(table, columns, parameters):
     yield "| column | points | within the error | worst | least within, of a tenth | its worst |"
     yield "|---|---|---|---|---|---|"
     for name in columns:
-        off = table[name]
-        told = ~np.isnan(off)
-        parts = [
-            (parameter, tenth, told & (tenths(table[parameter]) == tenth))
+        ratio = table[name]
+        has_value = ~np.isnan(ratio)
+        tenth_parts = [
+            (parameter, tenth, has_value & (tenths(table[parameter]) == tenth))
             for parameter in parameters
             for tenth in range(10)
         ]
-        parts = [(p, t, off[some]) for p, t, some in parts if some.any()]
-        parameter, tenth, least = min(parts, key=lambda part: np.mean(part[2] <= 1.0))
+        tenth_parts = [(p, t, ratio[selection]) for p, t, selection in tenth_parts if selection.any()]
+        parameter, tenth, worst = min(tenth_parts, key=lambda part: np.mean(part[2] <= 1.0))
         yield (
-            f"| {name} | {told.sum():,} | {100 * np.mean(off[told] <= 1.0):.3f} % | {off[told].max():.2f} | "
-            f"{100 * np.mean(least <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {least.max():.2f} |"
+            f"| {name} | {has_value.sum():,} | {100 * np.mean(ratio[has_value] <= 1.0):.3f} % | "
+            f"{ratio[has_value].max():.2f} | "
+            f"{100 * np.mean(worst <= 1.0):.2f} % ({parameter}, {tenth + 1}) | {worst.max():.2f} |"
         )
 
 
 def of_definitions(table):
     """Lines of the table of random definitions of the rigid body: its columns, regimes and statuses."""
     yield from of_columns(table | {"spin": np.abs(table["omega0"])}, COLUMNS, PARAMETERS)
-    marginal, lost = np.mean(table["regime"] == linear.MARGINAL), table["status"] != OK
+    marginal, is_missing = np.mean(table["regime"] == linear.MARGINAL), table["status"] != OK
     yield ""
     yield (
-        f"{lost.size:,} points: {wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal, "
-        f"{lost_in_silence(table).sum()} missing with status ok, {100 * lost.mean():.2f} % with another status"
+        f"{is_missing.size:,} points: {wrong_regimes(table).sum()} wrong regimes, {100 * marginal:.1f} % marginal, "
+        f"{lost_in_silence(table).sum()} missing with status ok, {100 * is_missing.mean():.2f} % with another status"
     )
 
 
@@ -288,25 +289,25 @@ def oscillations(name, count, epsilon):
     """Cells of each mode of a system of small oscillations that ships, by value, and how many regimes are wrong."""
     import oscillators
 
-    drawn = oscillators.points(*_described(name), count, oscillators.LIBRARY[name], epsilon=epsilon)
-    columns = _model(name).survey(drawn)
-    sound, unit = columns["status"] == 0, columns["rate_scale"] ** 2
-    found, wrong = {}, 0
-    for mode in np.unique(drawn["mode"]):
-        some = sound & (drawn["mode"] == mode)
-        found[int(mode)] = {
-            x: judge(*(columns[y][some] for y in (x, f"{x}_error", "omega_squared_theory")), unit[some])
+    values = oscillators.points(*_description(name), count, oscillators.LIBRARY[name], epsilon=epsilon)
+    columns = _model(name).survey(values)
+    is_ok, unit = columns["status"] == 0, columns["rate_scale"] ** 2
+    cells, num_wrong = {}, 0
+    for mode in np.unique(values["mode"]):
+        selection = is_ok & (values["mode"] == mode)
+        cells[int(mode)] = {
+            x: judge(*(columns[y][selection] for y in (x, f"{x}_error", "omega_squared_theory")), unit[selection])
             for x in ("omega_squared", "omega_squared_reduced")
         }
-        regimes = [columns[x][some] for x in ("regime", "regime_theory")]
-        wrong += int(np.sum((regimes[0] != regimes[1]) & (regimes[0] != MARGINAL) & (regimes[1] != MARGINAL)))
-    return found, wrong
+        regimes = [columns[x][selection] for x in ("regime", "regime_theory")]
+        num_wrong += int(np.sum((regimes[0] != regimes[1]) & (regimes[0] != MARGINAL) & (regimes[1] != MARGINAL)))
+    return cells, num_wrong
 
 
-def _described(name):
+def _description(name):
     import oscillators
 
-    system = oscillators.shipped(name)
+    system = oscillators.description_of(name)
     return system, len(system.kept)
 
 
@@ -314,15 +315,15 @@ def _described(name):
 def _model(name):
     from sweeps.mechanics.model import Model
 
-    return Model(_described(name)[0])
+    return Model(_description(name)[0])
 
 
 def top(count, gap, seed=1):
-    """Cells of both precession rates of symmetric tops whose ratio of moments is so far from 1."""
+    """Return the cells of both precession rates of symmetric tops with ratios of moments at this distance from 1."""
     random = np.random.default_rng(seed)
     ratio = 1.0 + gap * random.choice([-1, 1] if gap < 1.0 else [1], count) * random.uniform(0.3, 1.0, count)
-    drawn = {"ratio": ratio, "omega3": random.uniform(-20, 20, count), "half_angle": random.uniform(0.1, 80, count)}
-    columns = symmetric_top.survey(drawn, *SETTINGS)
+    values = {"ratio": ratio, "omega3": random.uniform(-20, 20, count), "half_angle": random.uniform(0.1, 80, count)}
+    columns = symmetric_top.survey(values, *SETTINGS)
     truth = columns["precession_rate_theory"]
     return {x: judge(columns[x], columns[f"{x}_error"], truth) for x in ("precession_rate", "momentum_precession_rate")}
 
@@ -344,10 +345,10 @@ def rows(count, points=300, decades=DECADES, systems=None, gaps=TOPS):
         yield f"| {gap:.0e} | {' | '.join(map(str, top(count, gap).values()))} |"
 
 
-def _rigid_row(kind, epsilon, found):
-    cells, marginal, wrong, deviation = found
-    told = " | ".join(map(str, cells.values()))
-    return f"| {kind} | {epsilon} | {told} | {100 * marginal:.2f} % | {wrong} | {deviation:.0e} |"
+def _rigid_row(kind, epsilon, figures):
+    cells, marginal, num_wrong, deviation = figures
+    cell_text = " | ".join(map(str, cells.values()))
+    return f"| {kind} | {epsilon} | {cell_text} | {100 * marginal:.2f} % | {num_wrong} | {deviation:.0e} |"
 
 
 def _oscillation_rows(count, decades, systems):
@@ -358,17 +359,17 @@ def _oscillation_rows(count, decades, systems):
     yield "|---|---|---|---|---|---|"
     for name in oscillators.LIBRARY if systems is None else systems:
         for epsilon in (e for e in decades if e <= 0.1):
-            found, wrong = oscillations(name, count, epsilon)
-            for mode, cells in found.items():
-                yield f"| {name} | {epsilon:.0e} | {mode} | {' | '.join(map(str, cells.values()))} | {wrong} |"
+            cells_by_mode, num_wrong = oscillations(name, count, epsilon)
+            for mode, cells in cells_by_mode.items():
+                yield f"| {name} | {epsilon:.0e} | {mode} | {' | '.join(map(str, cells.values()))} | {num_wrong} |"
 
 
-def of_described(count, points=25, seed=1, names=None):
+def lines_of_described(count, points=25, seed=1, names=None):
     """Lines of the tables of described systems: so many random definitions of each, of so many places."""
     import error_bars_described
 
     yield from error_bars_described.lines(
-        error_bars_described.described(count, points, seed, names=names, integrations=random_integration)
+        error_bars_described.random_tables(count, points, seed, names=names, integrations=random_integration)
     )
 
 
@@ -381,22 +382,22 @@ def main(argv=None):
     parser.add_argument("--only-described", action="store_true", help="random definitions of described systems alone")
     parser.add_argument("--seed", type=int, default=1, help="of the random definitions")
     parser.add_argument("--out", type=Path, help="folder for coverage.md")
-    given = parser.parse_args(argv)
+    arguments = parser.parse_args(argv)
     lines = []
     print("each cell: cover, worst, sharp")
     every = []
-    if not (given.only_definitions or given.only_described):
-        every += [rows(given.bodies, given.points), ("",)]
-    if not given.only_described:
-        every.append(of_definitions(random_definitions(given.definitions, seed=given.seed)))
-    if not given.only_definitions:
-        every += [("",), of_described(max(1, given.definitions // 60), seed=given.seed)]
+    if not (arguments.only_definitions or arguments.only_described):
+        every += [rows(arguments.bodies, arguments.points), ("",)]
+    if not arguments.only_described:
+        every.append(of_definitions(random_definitions(arguments.definitions, seed=arguments.seed)))
+    if not arguments.only_definitions:
+        every += [("",), lines_of_described(max(1, arguments.definitions // 60), seed=arguments.seed)]
     for line in chain.from_iterable(every):
         print(line, flush=True)
         lines.append(line)
-    if given.out:
-        given.out.mkdir(parents=True, exist_ok=True)
-        (given.out / "coverage.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        (arguments.out / "coverage.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""How true the errors of described systems are: random definitions of each one that ships, against 40 digits.
+"""Errors of described systems: random definitions of each shipped system, against 40 digits.
 
     python tests/benchmarks/error_bars.py --only-described [--definitions 2000]
 
 Called by error_bars.py. Parameters are drawn over ten times the ranges of the shipped sweeps and more, some of them at
-values where eigenvalues meet; rotations, samples, tolerance, runs and the perturbation's direction over what the
-contract allows, its size from 1e-30 to 0.5. Theory's own eigenvalues decide where their rounding cannot matter; else
+values of multiple eigenvalues; rotations, samples, tolerance, runs and the perturbation's direction over what the
+contract allows, its size from 1e-30 to 0.5. Theory's own eigenvalues decide if their rounding cannot matter; else
 the description's matrix is evaluated and its eigenvalues are found in 40 digits by mpmath.
 """
 
@@ -26,7 +26,7 @@ from sweeps.mechanics.relative import THEORY_ROUNDING, regimes
 from sweeps.schema.refusals import DescriptionError
 
 DIGITS = 40
-VANISHING = 1e-18  # of the scale: what 40 digits leave of a vanishing part, of two eigenvalues that meet
+ROUNDING_OF_40_DIGITS = 1e-18  # relative to the scale, rounding of 40 digits in a zero part of two equal eigenvalues
 DECADES = (1e-30, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5)
 CLOSED = {"mass_ratio": (1e-6, 0.5), "k1": (-0.999, 0.999), "k3": (-0.999, 0.999), "tilt": (0.01, 3.13)}
 CLOSED |= {"exponent": (-1.95, 8.0), "axial_moment": (0.02, 1.98), "stiffness": (1.0, 2e4)}
@@ -48,42 +48,42 @@ class Exact:
         self.flow = None if model.equations.natural else model.equations
 
     @cached_property
-    def written(self):
-        """Functions of the parameters and the place: what vanishes there, its slopes, the matrices; the labels."""
+    def functions(self):
+        """Functions of the parameters and the position: zero functions, their slopes, the matrices; the labels."""
         if self.flow is None:
             equations = self.model.equations
-            symbols, vanishing = equations.q, list(equations.gradient)
+            symbols, zeros = equations.q, list(equations.gradient)
             matrices = [equations.hessian, equations.a]
         else:
             flow = self.flow
-            symbols, vanishing = [place.symbol for place in flow.places], list(flow.pulls)
+            symbols, zeros = [place.symbol for place in flow.places], list(flow.pulls)
             matrices = [flow.slopes]
             if flow.v:
                 upper = sp.zeros(flow.m).row_join(sp.eye(flow.m))
                 matrices = [upper.col_join(flow.a.subs(flow.still).inv() * flow.slopes)]
         parameters = [p.symbol for p in self.model.system.parameters.values()]
-        slopes = sp.Matrix([[e.diff(x) for x in symbols] for e in vanishing])
+        slopes = sp.Matrix([[e.diff(x) for x in symbols] for e in zeros])
         labels = [[label.get(x) for x in symbols] for label in self.model.system.labels.values()]
         labels = [label for label in labels if None not in label]
         arguments = (*parameters, *symbols)
         return (
-            *(sp.lambdify(arguments, e, "mpmath") for e in (vanishing, slopes)),
+            *(sp.lambdify(arguments, e, "mpmath") for e in (zeros, slopes)),
             [sp.lambdify(arguments, matrix, "mpmath") for matrix in matrices],
             [sp.lambdify(parameters, label, "mpmath") for label in labels],
         )
 
     def place(self, parameters, near):
         """The equilibrium in 40 digits: a label's, where that is one, else by Newton's steps."""
-        vanishing, slopes, _, labels = self.written
+        zero_functions, slopes, _, labels = self.functions
         for label in labels:
             x = [mpmath.mpf(v) if not isinstance(v, mpmath.mpc) else v.real for v in label(*parameters)]
             if all(abs(a - b) < 1e-9 * (1 + abs(b)) for a, b in zip(x, near, strict=True)):
                 size = max(abs(v) for v in slopes(*parameters, *x)) or 1
-                if max(abs(v) for v in vanishing(*parameters, *x)) < 1e-34 * size * (1 + max(abs(v) for v in x)):
+                if max(abs(v) for v in zero_functions(*parameters, *x)) < 1e-34 * size * (1 + max(abs(v) for v in x)):
                     return x
         x = mpmath.matrix([mpmath.mpf(float(v)) for v in near])
         for _ in range(5):
-            x -= mpmath.lu_solve(mpmath.matrix(slopes(*parameters, *x)), mpmath.matrix(vanishing(*parameters, *x)))
+            x -= mpmath.lu_solve(mpmath.matrix(slopes(*parameters, *x)), mpmath.matrix(zero_functions(*parameters, *x)))
         return list(x)
 
     def eigenvalues(self, parameters, near):
@@ -91,7 +91,7 @@ class Exact:
         with mpmath.workdps(DIGITS):
             parameters = [mpmath.mpf(float(p)) for p in parameters]
             x = self.place(parameters, near)
-            matrices = [mpmath.matrix(matrix(*parameters, *x)) for matrix in self.written[2]]
+            matrices = [mpmath.matrix(matrix(*parameters, *x)) for matrix in self.functions[2]]
             if self.flow is None:
                 unit = mpmath.diag([1 / mpmath.sqrt(matrices[1][i, i]) for i in range(len(x))])  # whatever the units
                 inverse = mpmath.cholesky(unit * matrices[1] * unit) ** -1 * unit
@@ -100,19 +100,19 @@ class Exact:
             return sorted(values, key=abs)[len(values) - self.model.n :]
 
 
-def _drawn(random, system, varied, count):
-    """Values of each parameter, shape (count,): far beyond the shipped ranges, and some where eigenvalues meet."""
+def _random_parameters(random, system, varied, count):
+    """Values of each parameter, shape (count,): far beyond the shipped ranges, some at multiple eigenvalues."""
     columns = {name: np.full(count, p.default) for name, p in system.parameters.items()}
     for name, (low, high) in varied.items():
-        least = max(low, 0.0) if system.parameters[name].positive or low >= 0.0 else -np.inf
+        lower_bound = max(low, 0.0) if system.parameters[name].positive or low >= 0.0 else -np.inf
         if name in CLOSED:
             values = random.uniform(*CLOSED[name], count)
         elif low > 0.0:
             values = np.exp(random.uniform(np.log(low / 10.0), np.log(high * 10.0), count))
         else:
-            values = random.uniform(3.0 * low if least < 0.0 else 0.0, 3.0 * high, count)
+            values = random.uniform(3.0 * low if lower_bound < 0.0 else 0.0, 3.0 * high, count)
         special = random.random(count)
-        values = np.where((special < 0.05) & (least <= 0.0) & (low <= 0.0), 0.0, values)
+        values = np.where((special < 0.05) & (lower_bound <= 0.0) & (low <= 0.0), 0.0, values)
         columns[name] = np.where((special > 0.9) & (name not in CLOSED), float(system.parameters[name].default), values)
     return columns
 
@@ -126,7 +126,7 @@ def _amplitudes(random, count):
 def _points(random, system, numbers, varied, count):
     """Each equilibrium and mode or eigenvalue at random places."""
     slots = system.most * numbers
-    columns = _drawn(random, system, varied, count) | {"epsilon": _amplitudes(random, count)}
+    columns = _random_parameters(random, system, varied, count) | {"epsilon": _amplitudes(random, count)}
     columns["phase"] = random.uniform(-np.pi, np.pi, count)
     columns = {name: np.repeat(values, slots) for name, values in columns.items()}
     columns["equilibrium"] = np.tile(np.repeat(np.arange(system.most), numbers), count)
@@ -135,16 +135,16 @@ def _points(random, system, numbers, varied, count):
 
 
 def _ratios(value, error, truth, unsure, exact):
-    """Deviations over errors; where what theory may be off by could decide, from `exact(i)` in 40 digits."""
+    """Return deviations over errors, from `exact(i)` in 40 digits if the error of theory could decide."""
     with np.errstate(all="ignore"):
-        found = np.abs(value - truth) / error
+        ratios = np.abs(value - truth) / error
         close = np.flatnonzero(np.isfinite(value + error) & ~(np.abs(value - truth) + unsure <= error))
-    found[np.isnan(found) & (value == truth) & (error == 0.0)] = 0.0
+    ratios[np.isnan(ratios) & (value == truth) & (error == 0.0)] = 0.0
     for i in close:
         true = exact(i)
-        off = abs(mpmath.mpf(float(value[i])) - true)
-        found[i] = float(off / error[i]) if error[i] > 0.0 else (np.inf if off else 0.0)
-    return found
+        deviation = abs(mpmath.mpf(float(value[i])) - true)
+        ratios[i] = float(deviation / error[i]) if error[i] > 0.0 else (np.inf if deviation else 0.0)
+    return ratios
 
 
 def oscillator(name, model, exact, random, integration, count):
@@ -152,21 +152,21 @@ def oscillator(name, model, exact, random, integration, count):
     modes = len(model.system.kept)
     points = _points(random, model.system, modes, oscillators.LIBRARY[name], count)
     points["mode"] = points.pop("number")
-    given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
     direction = random.uniform(-1, 1, modes) if random.random() < 0.2 else None
-    columns = model.survey(points, *given, direction)
+    columns = model.survey(points, *settings, direction)
     theory = model.theory(points)
     condition = np.ones(len(points["mode"]))
-    sound = np.isfinite(theory["a"]).all((1, 2))
-    condition[sound] = np.linalg.cond(theory["a"][sound])
+    is_finite = np.isfinite(theory["a"]).all((1, 2))
+    condition[is_finite] = np.linalg.cond(theory["a"][is_finite])
     unsure = THEORY_ROUNDING * condition * theory["scale"] ** 2
-    known = {}
+    cache = {}
 
     def square(i):
         key = (*(float(p[i]) for p in theory["parameters"]), int(points["equilibrium"][i]))
-        if key not in known:
-            known[key] = exact.eigenvalues([points[n][i] for n in model.names], theory["place"][i])
-        return known[key][int(points["mode"][i]) - 1]
+        if key not in cache:
+            cache[key] = exact.eigenvalues([points[n][i] for n in model.names], theory["place"][i])
+        return cache[key][int(points["mode"][i]) - 1]
 
     def rate(i, sign):
         with mpmath.workdps(DIGITS):
@@ -174,21 +174,21 @@ def oscillator(name, model, exact, random, integration, count):
 
     truth = columns["omega_squared_theory"]
     truths = {"omega_squared": (truth, unsure, square)}
-    for rated, sign in (("growth_rate", -1), ("frequency", 1)):
+    for rate_name, sign in (("growth_rate", -1), ("frequency", 1)):
         with np.errstate(invalid="ignore"):
             low, middle, high = (np.sqrt(np.maximum(sign * x, 0.0)) for x in (truth - unsure, truth, truth + unsure))
-            off = np.maximum(np.abs(middle - low), np.abs(high - middle))
-        truths[rated] = (middle, off, lambda i, sign=sign: rate(i, sign))
+            theory_error = np.maximum(np.abs(middle - low), np.abs(high - middle))
+        truths[rate_name] = (middle, theory_error, lambda i, sign=sign: rate(i, sign))
     row = {"status": columns["status"], "regime": columns["regime"], "epsilon": points["epsilon"]}
     for column in OF_RATES:
         truth, unsure, true = truths[column.removesuffix("_reduced").removesuffix("_logslope")]
         row[column] = _ratios(columns[column], columns[f"{column}_error"], truth, unsure, true)
-    told = np.isin(columns["regime"], (0, 1))
-    differs = np.flatnonzero(told & (columns["regime"] != columns["regime_theory"]))
-    wrong = np.zeros(told.size, dtype=bool)
-    wrong[differs] = [(columns["regime"][i] == 0) != (square(i) > 0) for i in differs]
+    has_regime = np.isin(columns["regime"], (0, 1))
+    differs = np.flatnonzero(has_regime & (columns["regime"] != columns["regime_theory"]))
+    is_wrong = np.zeros(has_regime.size, dtype=bool)
+    is_wrong[differs] = [(columns["regime"][i] == 0) != (square(i) > 0) for i in differs]
     missing = ~np.isfinite(columns["omega_squared"] + columns["omega_squared_reduced_error"])
-    return row | {"wrong": wrong, "marginal": columns["regime"] == MARGINAL, "missing": missing, "points": points}
+    return row | {"wrong": is_wrong, "marginal": columns["regime"] == MARGINAL, "missing": missing, "points": points}
 
 
 def flow(name, model, exact, random, integration, count):
@@ -197,20 +197,20 @@ def flow(name, model, exact, random, integration, count):
     points = _points(random, model.system, 1, relative.RANGES[name], count)
     runs = int(random.integers(1, 5)) if random.random() < 0.5 else spectra.usual_runs(model)
     theory = model.theory(points)
-    given = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
-    columns = spectra._columns(model, theory, spectra.measure_points(model, points, theory, *given, runs))
+    settings = (integration.rotations, integration.samples_per_rotation, integration.tolerance)
+    columns = spectra._columns(model, theory, spectra.measure_points(model, points, theory, *settings, runs))
     values, S = theory["eigenvalues"], theory["scale"]
     unsure = (THEORY_ROUNDING * S)[:, None] * np.maximum(1.0, theory["condition"])
     unsure = np.where(np.isfinite(unsure), unsure, np.inf)
-    known = {}
+    cache = {}
 
     def spectrum(i):
         """Eigenvalues in 40 digits, in the order of theory's."""
-        if i not in known:
-            found = exact.eigenvalues([points[p][i] for p in model.names], theory["place"][i])
-            apart = np.abs(values[i][:, None] - np.array([complex(v) for v in found]))
-            known[i] = [found[k] for k in linear_sum_assignment(apart)[1]]
-        return known[i]
+        if i not in cache:
+            exact_values = exact.eigenvalues([points[p][i] for p in model.names], theory["place"][i])
+            distance = np.abs(values[i][:, None] - np.array([complex(v) for v in exact_values]))
+            cache[i] = [exact_values[k] for k in linear_sum_assignment(distance)[1]]
+        return cache[i]
 
     def invariant(i, which):
         with mpmath.workdps(DIGITS):
@@ -220,10 +220,12 @@ def flow(name, model, exact, random, integration, count):
 
     row = {"status": columns["status"], "regime": columns["regime"], "epsilon": points["epsilon"]}
     for column in OF_EIGENVALUES:
-        part = column.split("_")[1]
-        flat = [x.ravel() for x in (columns[column], columns[f"{column}_error"], getattr(values, part), unsure)]
-        found = _ratios(*flat, lambda i, part=part: getattr(mpmath.mpmathify(spectrum(i // n)[i % n]), part))
-        row[column] = found.reshape(-1, n)
+        component = column.split("_")[1]
+        flat = [x.ravel() for x in (columns[column], columns[f"{column}_error"], getattr(values, component), unsure)]
+        exact_values = _ratios(
+            *flat, lambda i, component=component: getattr(mpmath.mpmathify(spectrum(i // n)[i % n]), component)
+        )
+        row[column] = exact_values.reshape(-1, n)
     fastest = _ratios(
         columns["growth_rate"],
         columns["growth_rate_error"],
@@ -233,44 +235,44 @@ def flow(name, model, exact, random, integration, count):
     )
     row["growth_rate"] = fastest
     for which, power in INVARIANTS.items() if n == 4 else ():
-        given = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], THEORY_ROUNDING * S**power)
-        row[which] = _ratios(*given, lambda i, which=which: invariant(i, which))
-    told = (columns["regime"] >= 0) & (columns["regime"] != codes.MARGINAL)
-    wrong = np.zeros(told.size, dtype=bool)
-    for i in np.flatnonzero(told & (columns["regime"] != columns["regime_theory"])):
-        found = np.array([[complex(v) for v in spectrum(i)]])
-        nothing = np.full((1, n), VANISHING * S[i])
-        found.imag[np.abs(found.imag) < VANISHING * S[i]] = 0.0
-        true = regimes(found.real, found.imag, nothing, nothing, None, theory["has_pairs"][[i]])
-        wrong[i] = columns["regime"][i] not in (true[0], codes.UNSTABLE if true[0] == codes.FLUTTER else true[0])
+        settings = (columns[which], columns[f"{which}_error"], columns[f"{which}_theory"], THEORY_ROUNDING * S**power)
+        row[which] = _ratios(*settings, lambda i, which=which: invariant(i, which))
+    has_regime = (columns["regime"] >= 0) & (columns["regime"] != codes.MARGINAL)
+    is_wrong = np.zeros(has_regime.size, dtype=bool)
+    for i in np.flatnonzero(has_regime & (columns["regime"] != columns["regime_theory"])):
+        exact_values = np.array([[complex(v) for v in spectrum(i)]])
+        nothing = np.full((1, n), ROUNDING_OF_40_DIGITS * S[i])
+        exact_values.imag[np.abs(exact_values.imag) < ROUNDING_OF_40_DIGITS * S[i]] = 0.0
+        true = regimes(exact_values.real, exact_values.imag, nothing, nothing, None, theory["has_pairs"][[i]])
+        is_wrong[i] = columns["regime"][i] not in (true[0], codes.UNSTABLE if true[0] == codes.FLUTTER else true[0])
     missing = ~np.isfinite(columns["eigenvalue_real"] + columns["eigenvalue_real_error"]).all(1)
-    row |= {"wrong": wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing, "points": points}
+    row |= {"wrong": is_wrong, "marginal": columns["regime"] == codes.MARGINAL, "missing": missing, "points": points}
     with np.errstate(invalid="ignore"):
         grows = columns["growth_rate_theory"] > 10.0 * columns["growth_rate_error"]
-    return row | {"withheld": grows & ~told}
+    return row | {"withheld": grows & ~has_regime}
 
 
-def described(count, points=20, seed=1, most=400, names=None, integrations=None):
+def random_tables(count, points=20, seed=1, max_samples=400, names=None, integrations=None):
     """Yield the name of each system that ships, and the table of its random definitions: arrays over their points."""
     for name in (*oscillators.LIBRARY, *relative.RANGES) if names is None else names:
-        kind, room = (oscillator, oscillators) if name in oscillators.LIBRARY else (flow, relative)
+        kind, module = (oscillator, oscillators) if name in oscillators.LIBRARY else (flow, relative)
         random = np.random.default_rng([seed, sum(map(ord, name))])
-        model = Model(room.shipped(name))
-        exact, parts = Exact(model), []
+        model = Model(module.description_of(name))
+        exact, tables = Exact(model), []
         for _ in range(count):
-            integration = integrations(random, most)
+            integration = integrations(random, max_samples)
             try:
-                parts.append(kind(name, model, exact, random, integration, points))
+                tables.append(kind(name, model, exact, random, integration, points))
             except DescriptionError:
                 continue  # no point of this definition has an equilibrium
-            part = parts[-1]
-            drawn = part.pop("points")
+            table = tables[-1]
+            values = table.pop("points")
             extra = {"rotations": integration.rotations, "samples": integration.samples_per_rotation}
             extra |= {"tolerance": integration.tolerance}
-            part |= {f"drawn {k}": v for k, v in drawn.items()} | {
-                f"drawn {k}": np.full(len(part["status"]), v) for k, v in extra.items()
+            table |= {f"drawn {k}": v for k, v in values.items()} | {
+                f"drawn {k}": np.full(len(table["status"]), v) for k, v in extra.items()
             }
-        yield name, {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+        yield name, {key: np.concatenate([table[key] for table in tables]) for key in tables[0]}
 
 
 def columns_of(table):
@@ -279,24 +281,24 @@ def columns_of(table):
 
 
 def lines(tables):
-    """Lines of the tables: each column whole and in its worst decade of ε; then what is missing, marginal or wrong."""
+    """Lines of the tables: each column whole and in its worst decade of ε; then missing, marginal and wrong points."""
     yield "| system | column | points | within the error | worst | least within, of a decade of ε | its worst |"
     yield "|---|---|---|---|---|---|---|"
     notes = []
     for name, table in tables:
         decade = np.searchsorted(DECADES, table["epsilon"], side="right") - 1
         for column in columns_of(table):
-            off = table[column].reshape(len(decade), -1)
-            sound = np.isfinite(off) & (table["status"] == OK)[:, None]
-            parts = [(k, off[decade == k][sound[decade == k]]) for k in np.unique(decade)]
-            parts = [(k, part) for k, part in parts if part.size]
-            if not parts:
+            ratio = table[column].reshape(len(decade), -1)
+            is_ok = np.isfinite(ratio) & (table["status"] == OK)[:, None]
+            by_decade = [(k, ratio[decade == k][is_ok[decade == k]]) for k in np.unique(decade)]
+            by_decade = [(k, entry) for k, entry in by_decade if entry.size]
+            if not by_decade:
                 continue
-            k, least = min(parts, key=lambda part: (np.mean(part[1] <= 1.0), -part[1].max()))
+            k, worst = min(by_decade, key=lambda entry: (np.mean(entry[1] <= 1.0), -entry[1].max()))
             yield (
-                f"| {name} | {column} | {sound.sum():,} | {100 * np.mean(off[sound] <= 1.0):.3f} % | "
-                f"{off[sound].max():.2f} | {100 * np.mean(least <= 1.0):.2f} % (from {DECADES[k]:.0e}) | "
-                f"{least.max():.2f} |"
+                f"| {name} | {column} | {is_ok.sum():,} | {100 * np.mean(ratio[is_ok] <= 1.0):.3f} % | "
+                f"{ratio[is_ok].max():.2f} | {100 * np.mean(worst <= 1.0):.2f} % (from {DECADES[k]:.0e}) | "
+                f"{worst.max():.2f} |"
             )
         ok = table["status"] == OK
         notes.append(

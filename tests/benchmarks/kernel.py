@@ -22,7 +22,7 @@ from sweeps.process import machine
 
 BARE = ("omega_squared", "omega_squared_stderr", "growth_rate", "frequency", "regime", "status")
 UNCERTIFIED = (*linear.NAMES, *(name for name in survey.MEASURED if name != "propagation_error"))
-FREE_OF_ERRORS = (  # neither errors nor what stands on them: regimes, rates, the log slope
+FREE_OF_ERRORS = (  # neither errors nor columns that use them: regimes, rates, the log slope
     *linear.NAMES,
     *(c.name for c in estimates.COLUMNS if c.work in ("", estimates.CERTIFICATE, estimates.INVARIANTS)),
 )
@@ -49,20 +49,20 @@ def blocks(points, size=BLOCK):
     return [{name: values[low : low + size] for name, values in points.items()} for low in range(0, n, size)]
 
 
-def seconds(measure, parts, cores):
+def seconds(measure, blocks_of_points, cores):
     """Wall time of measuring all parts by so many threads."""
-    begun = time.perf_counter()
+    begin = time.perf_counter()
     if cores == 1:
-        for part in parts:
-            measure(part)
+        for block in blocks_of_points:
+            measure(block)
     else:
         with ThreadPoolExecutor(cores) as pool:
-            list(pool.map(measure, parts))
-    return time.perf_counter() - begun
+            list(pool.map(measure, blocks_of_points))
+    return time.perf_counter() - begin
 
 
 def contenders(settings):
-    """Name → (what measures a block, threads)."""
+    """Return name → (function that measures a block, threads)."""
     return {
         "all columns, one core": (lambda part: survey.survey(part, *settings), 1),
         "all columns, two cores": (lambda part: survey.survey(part, *settings), 2),
@@ -98,8 +98,8 @@ def slope(settings, points, counts, rounds):
     times = {count: [] for count in counts}
     for _ in range(rounds):
         for count in counts:
-            repeated = {name: np.resize(values, count) for name, values in points.items()}
-            times[count].append(seconds(lambda part: survey.survey(part, *settings), blocks(repeated), 1))
+            resized = {name: np.resize(values, count) for name, values in points.items()}
+            times[count].append(seconds(lambda part: survey.survey(part, *settings), blocks(resized), 1))
     medians = [statistics.median(times[count]) for count in counts]
     return np.polyfit(np.log(counts), np.log(medians), 1)[0]
 
@@ -114,19 +114,19 @@ def main(arguments=None):
     grid, run = sweep.grid, sweep.definition.integration
     points = grid.points(0, 2000 if tiny else grid.size)
     settings = (run.rotations, run.samples_per_rotation, run.tolerance)
-    parts, rounds = blocks(points), 2 if tiny else 7
+    blocks_of_points, rounds = blocks(points), 2 if tiny else 7
     field = contenders(settings)
     for measure, _ in field.values():
-        measure(parts[-1])
+        measure(blocks_of_points[-1])
     times = {name: [] for name in field}
     for _ in range(rounds):
         for name, (measure, cores) in field.items():
-            times[name].append(seconds(measure, parts, cores))
+            times[name].append(seconds(measure, blocks_of_points, cores))
     n = points["I1"].size
     load_average = ", ".join(f"{x:.1f}" for x in os.getloadavg())
     print(f"{sweep.name}: {n:,} points of {run.samples} samples, {rounds} rounds, load average {load_average}")
-    for name, found in times.items():
-        print(f"{name:32s} {n / statistics.median(found):12,.0f} points/s")
+    for name, seconds_of_rounds in times.items():
+        print(f"{name:32s} {n / statistics.median(seconds_of_rounds):12,.0f} points/s")
     for name, above, below in RATIOS:
         ratios = [x / y for x, y in zip(times[above], times[below], strict=True)]
         print(f"{name:32s} {statistics.median(ratios):8.3f}  ({min(ratios):.3f} to {max(ratios):.3f})")

@@ -6,12 +6,12 @@
 
 Direct integration, collapse off. Each shard and the merge run as processes of their own, as in the workflow; each size
 is made several times, and medians are printed. Nothing is asserted: absolute times move from machine to machine. Memory
-is the largest resident set of any one process. What a sweep of 1,200 points takes is start-up, and is printed first;
+is the largest resident set of any one process. The time of a sweep of 1,200 points is start-up, and is printed first;
 the slope is that of processor time above the start-up of every process. Last come the stages of a shard and its merge:
-how many points a second the cores could make if there were no other stage than this one, and with those above it. The
-kernels alone set the first bound; with nothing but Ω² and its standard error they set one for whatever columns. Beside
-them stands what is asked of the pipeline. Above them stands the same size as `run` makes it, in one process with its
-kernels in memory, from the first shard's start to the closed map.
+the points a second of the cores with this stage alone, and with this stage and those above it. The kernels alone set
+the first bound; with only Ω² and its standard error they set a bound for any columns. The pipeline's required rate is
+printed too. Above the stages is the same size as `run` makes it, in one process with its kernels in memory,
+ from the first shard's start to the closed map.
 """
 
 import argparse
@@ -37,7 +37,7 @@ from sweeps.shards.mapfile import MapFile
 
 SHARD_POINTS = 5_000_000
 BARE = ("omega_squared", "omega_squared_stderr")
-FEW = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
+FEW_COLUMNS = "omega_squared, omega_squared_stderr, regime, status, propagation_error"
 TEXT = """\
 title: {points} points
 axes: [1, 2, 3]
@@ -48,8 +48,8 @@ grid:
   omega0: {{start: 1.0, stop: 10.0, num: 10}}
 """
 BARS = {"few": 3e6, "all": 2e6}  # points a second, by the wall on two cores, that the pipeline is to come to
-COLUMNS = {"few": f"integration: {{variables: [{FEW}]}}\n", "all": ""}
-STAGES = {  # what no sweep can do without, in this order, and the function that does it
+COLUMNS = {"few": f"integration: {{variables: [{FEW_COLUMNS}]}}\n", "all": ""}
+STAGES = {  # stages of every sweep, in this order, and the function of each
     "kernels": (type(systems.resolve("rigid_body")), "columns"),
     "points": (Grid, "points"),
     "reading": (StoredValues, "read"),
@@ -59,7 +59,7 @@ STAGES = {  # what no sweep can do without, in this order, and the function that
 
 @dataclass
 class Stage:
-    """What processes took: wall and processor seconds, largest resident set and file sizes in bytes."""
+    """Resources of processes: wall and processor seconds, largest resident set and file sizes in bytes."""
 
     wall: float
     busy: float
@@ -67,22 +67,22 @@ class Stage:
     disk: int
 
 
-def watched(jobs, cores, files):
+def run_jobs(jobs, cores, files):
     """Runs commands, so many at a time, that make some files."""
-    begun, waiting, running, peak, busy = time.perf_counter(), list(jobs), {}, 0, 0.0
-    while waiting or running:
-        while waiting and len(running) < cores:
-            command = [sys.executable, "-m", "sweeps", *waiting.pop(0)]
+    begin, queue, processes, peak, busy = time.perf_counter(), list(jobs), {}, 0, 0.0
+    while queue or processes:
+        while queue and len(processes) < cores:
+            command = [sys.executable, "-m", "sweeps", *queue.pop(0)]
             process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            running[process.pid] = process
-        pid, status, used = os.wait4(-1, 0)
-        process = running.pop(pid)
+            processes[process.pid] = process
+        pid, status, usage = os.wait4(-1, 0)
+        process = processes.pop(pid)
         process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode:
             sys.exit("a process failed: " + " ".join(process.args[3:]))
-        busy += used.ru_utime + used.ru_stime
-        peak = max(peak, used.ru_maxrss * 1024)
-    return Stage(time.perf_counter() - begun, busy, peak, sum(file.stat().st_size for file in files))
+        busy += usage.ru_utime + usage.ru_stime
+        peak = max(peak, usage.ru_maxrss * 1024)
+    return Stage(time.perf_counter() - begin, busy, peak, sum(file.stat().st_size for file in files))
 
 
 def side_of(points):
@@ -90,7 +90,7 @@ def side_of(points):
     return max(2, int((points / 300) ** 0.5))
 
 
-def written(points, columns, folder):
+def write_definition(points, columns, folder):
     """The file of a definition of about so many points, and how many there are."""
     side = side_of(points)
     definition = folder / "large.yaml"
@@ -104,36 +104,36 @@ def shards_of(points, cores):
     return count + (-count % cores if count > 1 else 0)
 
 
-def made(definition, points, cores, folder):
-    """Makes the map once: what the shards took, and what the merge."""
+def make_map(definition, points, cores, folder):
+    """Make the map once; return the number of shards and the stages of shards and merge."""
     count = shards_of(points, cores)
     files = [folder / f"{k}-of-{count}.nc" for k in range(1, count + 1)]
     jobs = [["shard", str(definition), str(k), str(count), "-o", str(file)] for k, file in enumerate(files, 1)]
-    measuring = watched(jobs, cores, files)
+    shard_stage = run_jobs(jobs, cores, files)
     target = folder / "map.nc"
-    merging = watched([["merge", str(definition), *map(str, files), "-o", str(target)]], 1, [target])
+    merge = run_jobs([["merge", str(definition), *map(str, files), "-o", str(target)]], 1, [target])
     for file in (*files, target):
         file.unlink()
-    return count, measuring, merging
+    return count, shard_stage, merge
 
 
 def median(stages):
     """Medians of one stage over the rounds; memory is the largest."""
-    told = {name: statistics.median(getattr(s, name) for s in stages) for name in ("wall", "busy", "disk")}
-    return Stage(memory=max(s.memory for s in stages), **told)
+    medians = {name: statistics.median(getattr(s, name) for s in stages) for name in ("wall", "busy", "disk")}
+    return Stage(memory=max(s.memory for s in stages), **medians)
 
 
 def row(points, columns, cores, rounds, folder):
     """Makes one size of map, prints its line, and returns points, shards, and processor time of shards and merge."""
-    definition, points = written(points, columns, folder)
+    definition, points = write_definition(points, columns, folder)
     rounds = rounds or (15 if points < 3e5 else 5 if points < 3e6 else 3 if points < 3e7 else 1)
-    found = [made(definition, points, cores, folder) for _ in range(rounds)]
-    measuring, merging = (median([once[k] for once in found]) for k in (1, 2))
-    cells = [f"{points:.3g}", str(rounds), str(found[0][0])]
-    for stage in (measuring, merging):
+    rounds_made = [make_map(definition, points, cores, folder) for _ in range(rounds)]
+    shard_stage, merge = (median([results[k] for results in rounds_made]) for k in (1, 2))
+    cells = [f"{points:.3g}", str(rounds), str(rounds_made[0][0])]
+    for stage in (shard_stage, merge):
         cells += [f"{stage.wall:.1f}", f"{stage.busy:.2f}", f"{stage.memory / 1e6:.0f}", f"{stage.disk / points:.1f}"]
-    print("| " + " | ".join([*cells, f"{points / (measuring.wall + merging.wall):,.0f}"]) + " |", flush=True)
-    return points, found[0][0], measuring.busy, merging.busy
+    print("| " + " | ".join([*cells, f"{points / (shard_stage.wall + merge.wall):,.0f}"]) + " |", flush=True)
+    return points, rounds_made[0][0], shard_stage.busy, merge.busy
 
 
 RUN = """\
@@ -158,11 +158,11 @@ def print_run(points, columns, cores, rounds, folder):
     """A line: how `run` makes about so many points in one process, medians."""
     definitions = []
     for name, size in (("small", 1200), ("large", points)):
-        definition, _ = written(size, columns, folder)
+        definition, _ = write_definition(size, columns, folder)
         definitions.append(definition.rename(folder / f"{name}.of.yaml"))
     command = [sys.executable, "-c", RUN, *map(str, definitions), str(cores), str(rounds or 5)]
-    told = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
-    walls, busy, sizes = zip(*(map(float, line.split()) for line in told.splitlines()), strict=True)
+    output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True).stdout
+    walls, busy, sizes = zip(*(map(float, line.split()) for line in output.splitlines()), strict=True)
     wall = statistics.median(walls)
     print(
         f"as `run` makes {sizes[0]:.3g} points, in one process: {wall:.2f} s by the wall ({min(walls):.2f} to "
@@ -170,75 +170,77 @@ def print_run(points, columns, cores, rounds, folder):
     )
 
 
-def slope(start_up, found):
+def slope(start_up, sizes):
     """Slope of the processor time above start-up against the points, in log-log."""
     _, _, shard, merge = start_up
-    above = [measuring - count * shard + merging - merge for _, count, measuring, merging in found]
-    return np.polyfit(np.log([points for points, *_ in found]), np.log(np.maximum(above, 0.01)), 1)[0]
+    above = [shard_time - count * shard + merge_time - merge for _, count, shard_time, merge_time in sizes]
+    return np.polyfit(np.log([points for points, *_ in sizes]), np.log(np.maximum(above, 0.01)), 1)[0]
 
 
-def whole(points, columns, folder):
+def make_one_shard(points, columns, folder):
     """Makes a map of about so many points from one shard, here; returns the processor time and the points."""
-    definition, points = written(points, columns, folder)
-    sweep, shard, begun = read_sweep(definition), folder / "1-of-1.nc", time.process_time()
+    definition, points = write_definition(points, columns, folder)
+    sweep, shard, begin = read_sweep(definition), folder / "1-of-1.nc", time.process_time()
     shards.write_shard(sweep, 1, 1, shard)
     merging.merge_shards(sweep, [shard], folder / "map.nc")
-    return time.process_time() - begun, points
+    return time.process_time() - begin, points
 
 
 def stages(points, columns, folder):
-    """What a shard and its merge take beside start-up: ns of one core a point, by stage, each in its own thread."""
-    spent, kept = dict.fromkeys(STAGES, 0.0), {name: getattr(*place) for name, place in STAGES.items()}
+    """Return the time of a shard and its merge above start-up: ns of one core a point, by stage, in one thread each."""
+    stage_seconds, originals = dict.fromkeys(STAGES, 0.0), {name: getattr(*place) for name, place in STAGES.items()}
 
-    def timed(name):
+    def with_timer(name):
         def outer(*arguments):
-            begun = time.thread_time()
-            result = kept[name](*arguments)
-            spent[name] += time.thread_time() - begun
+            begin = time.thread_time()
+            result = originals[name](*arguments)
+            stage_seconds[name] += time.thread_time() - begin
             return result
 
         return outer
 
-    whole(1200, columns, folder)  # imports, and kernels into memory
-    start, _ = whole(1200, columns, folder)
+    make_one_shard(1200, columns, folder)  # imports, and kernels into memory
+    start, _ = make_one_shard(1200, columns, folder)
     try:
         for name, place in STAGES.items():
-            setattr(*place, timed(name))
-        busy, points = whole(points, columns, folder)
+            setattr(*place, with_timer(name))
+        busy, points = make_one_shard(points, columns, folder)
     finally:
         for name, place in STAGES.items():
-            setattr(*place, kept[name])
-    spent["the rest"] = max(busy - start - sum(spent.values()), 0.0)
-    return {name: seconds / points * 1e9 for name, seconds in spent.items()}
+            setattr(*place, originals[name])
+    stage_seconds["the rest"] = max(busy - start - sum(stage_seconds.values()), 0.0)
+    return {name: seconds / points * 1e9 for name, seconds in stage_seconds.items()}
 
 
 def bare(points, folder):
-    """Ns of one core a point of the kernels where they measure Ω² and its error and no more."""
+    """Return ns of one core a point of the kernels that measure Ω² and its error alone."""
     from kernels.near_axis import survey  # loaded before, it would count as memory of every process that is started
 
-    definition, points = written(points, "few", folder)
+    definition, points = write_definition(points, "few", folder)
     sweep = read_sweep(definition)
     run = sweep.definition.integration
     settings = run.rotations, run.samples_per_rotation, run.tolerance
     blocks = [sweep.grid.points(low, min(low + BLOCK_POINTS, points)) for low in range(0, points, BLOCK_POINTS)]
     survey.measure_points(blocks[-1], *settings, wanted=BARE)
-    begun = time.thread_time()
+    begin = time.thread_time()
     for block in blocks:
         survey.measure_points(block, *settings, wanted=BARE)
-    return (time.thread_time() - begun) / points * 1e9
+    return (time.thread_time() - begin) / points * 1e9
 
 
-def print_bounds(told, least, cores, columns):
-    """A line a stage: what it takes, and how fast the cores were if it were all, or it and those above it."""
+def print_bounds(stage_times, kernel_time, cores, columns):
+    """Print for each stage its time, and the cores' rate with this stage alone, or with it and those above it."""
     bar = BARS[columns]
     print(f"asked: {bar:,.0f} points/s on two cores by the wall, {2e9 / bar:.0f} ns of a core a point")
     print(f"| stage | ns of a core a point | alone at most, points/s on {cores} cores | with those above |")
     print("|" + "---|" * 4)
-    print(f"| kernels, Ω² and its error alone | {least:.0f} | {cores * 1e9 / least:,.0f} | |")
+    print(f"| kernels, Ω² and its error alone | {kernel_time:.0f} | {cores * 1e9 / kernel_time:,.0f} | |")
     total = 0.0
-    for name, spent in told.items():
-        total += spent
-        print(f"| {name} | {spent:.0f} | {cores * 1e9 / max(spent, 1.0):,.0f} | {cores * 1e9 / total:,.0f} |")
+    for name, nanoseconds in stage_times.items():
+        total += nanoseconds
+        print(
+            f"| {name} | {nanoseconds:.0f} | {cores * 1e9 / max(nanoseconds, 1.0):,.0f} | {cores * 1e9 / total:,.0f} |"
+        )
 
 
 def main(arguments=None):
@@ -257,13 +259,13 @@ def main(arguments=None):
     with tempfile.TemporaryDirectory(dir=args.folder) as name:
         folder = Path(name)
         start_up = row(1200, args.columns, args.cores, args.rounds, folder)
-        found = [row(round(points), args.columns, args.cores, args.rounds, folder) for points in args.points]
-        if len(found) > 1:
-            print(f"slope of processor time above start-up against points: {slope(start_up, found):.3f}")
+        rows = [row(round(points), args.columns, args.cores, args.rounds, folder) for points in args.points]
+        if len(rows) > 1:
+            print(f"slope of processor time above start-up against points: {slope(start_up, rows):.3f}")
         print_run(round(args.points[-1]), args.columns, args.cores, args.rounds, folder)
-        told = stages(min(args.points[-1], 1e6), args.columns, folder)
-        least = bare(min(args.points[-1], 1e6), folder)
-    print_bounds(told, least, args.cores, args.columns)
+        stage_times = stages(min(args.points[-1], 1e6), args.columns, folder)
+        kernel_time = bare(min(args.points[-1], 1e6), folder)
+    print_bounds(stage_times, kernel_time, args.cores, args.columns)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How fast the page of a map is: until it can be used, a step of a slider, and the pictures a second that Play draws.
+"""Speed of the page of a map: until it can be used, a step of a slider, and pictures a second of Play.
 
     python tests/benchmarks/page.py [MAP ...]
 
@@ -6,7 +6,7 @@ prints for each map: bytes of the page; from the first byte to the end of its bu
 openings; a step of every slider, from the event to the picture that follows it, s; the intervals between the frames of
 Play, ms; each with the processor time of the page's main thread, which a busy machine leaves nearly as it is. Without a
 map, the default sweep's (331,776 points) is measured first. The last page is Plotly alone: its script and one heatmap
-of 96 x 96 cells, than which nothing that a page does with it can be quicker. Chromium without a graphics card draws
+of 96 x 96 cells, which bounds the speed of every page. Chromium without a graphics card draws
 with the processor: so a frame includes what a card would do.
 """
 
@@ -26,7 +26,7 @@ from sweeps.points import catalogue
 from sweeps.views import plotly, report
 
 ROUNDS = 3
-STEPS = 9  # of each slider
+STEPS = 9  # steps of each slider
 PLAYED = 4000  # ms
 SCREEN = {"width": 1280, "height": 800}
 
@@ -72,7 +72,7 @@ performance.mark("usable");
 </script>"""
 
 
-class Opened:
+class Window:
     """A page in a window of its own, built.
 
     Attributes:
@@ -85,22 +85,22 @@ class Opened:
         self.page = browser.new_context(viewport=SCREEN, reduced_motion="reduce").new_page()
         self._session = self.page.context.new_cdp_session(self.page)
         self._session.send("Performance.enable")
-        begun = self.spent()
+        begin = self.processor_time()
         self.page.goto(path.as_uri())
         self.page.wait_for_selector("html[data-ready]", state="attached", timeout=120_000)
-        self.processor = self.spent() - begun
+        self.processor = self.processor_time() - begin
         self.usable = self.page.evaluate("performance.getEntriesByName('usable')[0].startTime / 1000")
 
-    def spent(self):
+    def processor_time(self):
         """Processor time of the page's main thread, s."""
         metrics = self._session.send("Performance.getMetrics")["metrics"]
         return next(metric["value"] for metric in metrics if metric["name"] == "ThreadTime")
 
-    def timed(self, expression, argument=None):
-        """What an expression gives, and the processor time of the main thread meanwhile, s."""
-        begun = self.spent()
-        found = self.page.evaluate(expression, argument)
-        return found, self.spent() - begun
+    def evaluate(self, expression, argument=None):
+        """Return the value of an expression, and the processor time of the main thread meanwhile, s."""
+        begin = self.processor_time()
+        result = self.page.evaluate(expression, argument)
+        return result, self.processor_time() - begin
 
     def close(self):
         """Closes the window."""
@@ -112,15 +112,15 @@ def openings(browser, path):
     windows = []
     for _ in range(ROUNDS):
         windows and windows[-1].close()
-        windows.append(Opened(browser, path))
+        windows.append(Window(browser, path))
     return windows
 
 
 def show(name, times, unit, processor=None):
     """One line: the median, the least and the most; and processor time, ms."""
     middle, low, high = statistics.median(times), min(times), max(times)
-    spent = "" if processor is None else f"  {1000 * processor:8.1f} ms of processor"
-    print(f"  {name:50} {middle:8.3f} {unit:3} ({low:.3f} to {high:.3f}){spent}")
+    processor_text = "" if processor is None else f"  {1000 * processor:8.1f} ms of processor"
+    print(f"  {name:50} {middle:8.3f} {unit:3} ({low:.3f} to {high:.3f}){processor_text}")
 
 
 def measure(browser, path):
@@ -131,24 +131,24 @@ def measure(browser, path):
     show("usable after", usable, "s", statistics.median(processor))
     window, page = windows[-1], windows[-1].page
     for slider in filter(lambda one: one.is_visible(), page.query_selector_all(SLIDERS)):
-        (name, taken), spent = window.timed(STEP, [slider, STEPS])
-        show(f"a step of {name}"[:50], taken, "s", spent / STEPS)
+        (name, step_times), seconds = window.evaluate(STEP, [slider, STEPS])
+        show(f"a step of {name}"[:50], step_times, "s", seconds / STEPS)
     if page.locator("#play").count() and page.locator("#play").is_visible():
         page.wait_for_timeout(500)
-        frames, spent = window.timed(FRAMES, PLAYED)
-        show("between two frames of Play", frames, "ms", spent / len(frames))
+        frames, seconds = window.evaluate(FRAMES, PLAYED)
+        show("between two frames of Play", frames, "ms", seconds / len(frames))
         print(f"  {1000 * len(frames) / sum(frames):.1f} pictures a second")
     window.close()
 
 
 def main():
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        given = [Path(name) for name in sys.argv[1:]] or [Path(folder) / "map.nc"]
+        paths = [Path(name) for name in sys.argv[1:]] or [Path(folder) / "map.nc"]
         if not sys.argv[1:]:
-            storage.write_map(sweeps.survey(catalogue.DEFAULT), given[0])
+            storage.write_map(sweeps.survey(catalogue.DEFAULT), paths[0])
         chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        for path in given:
+        for path in paths:
             page = Path(folder) / f"{path.stem}.html"
             with storage.open_map(path) as ds:
                 report.write_report(ds, page)

@@ -4,9 +4,9 @@
 
 Everybody measures the signed rate² of the same nudged bodies from the same samples (bodies.py), each in its best mode
 (contenders.py). Errors are of the samples, against the closed form in mpmath at 30 digits. Every round times everybody
-once, at every accuracy, side by side; ratios are taken within a round, and their medians told. Beside the wall's clock
-stands the processors', which other work on the machine moves less. Tables and figure go to results/benchmarks/.
-Compile times are those of a first call; the kernels' own is 0 where they lie in the cache (NUMBA_CACHE_DIR empties it).
+once, at every accuracy, side by side; ratios are taken within a round, and their medians printed. Processor time is
+printed with wall time, as it depends less on other work on the machine. Tables and figure go to results/benchmarks/.
+Compile times are those of a first call; the kernels' own is 0 if they are in the cache (NUMBA_CACHE_DIR empties it).
 """
 
 import argparse
@@ -25,8 +25,8 @@ import numba
 import numpy as np
 
 OUT = Path(__file__).resolve().parents[2] / "results" / "benchmarks"
-ERROR = 1e-10  # at which speeds are compared
-SIZES = {  # rounds, share of each contender's bodies, bodies held against the truth
+ERROR = 1e-10  # error of the samples, relative to the perturbation, for which speeds are compared
+SIZES = {  # rounds, share of each contender's bodies, bodies compared with the exact solution
     "full": (7, 1.0, 32),
     "quick": (5, 0.25, 12),
     "tiny": (2, 0.002, 3),
@@ -35,7 +35,7 @@ SIZES = {  # rounds, share of each contender's bodies, bodies held against the t
 
 @dataclass
 class Entry:
-    """One contender at one setting: what was measured, round by round."""
+    """One contender at one setting: its measurements, round by round."""
 
     name: str
     setting: float
@@ -61,7 +61,7 @@ class Entry:
 
 
 def entrants(threads):
-    """Contenders that can be had here, and for the others why not."""
+    """Return the available contenders, and the reasons why the missing ones are not."""
     present, absent = [], {}
     for kind in contenders.ALL:
         try:
@@ -78,46 +78,52 @@ def subset(bodies, contender, share):
     return bodies[np.linspace(0, len(bodies) - 1, count).astype(int)]
 
 
-def judged(contender, setting, alone, bodies, few, wanted):
-    """An entry with its errors; the first call's time beyond the second's is what compiling took."""
+def judge_entry(contender, setting, alone, bodies, sample, expected):
+    """An entry with its errors; the first call's time beyond the second's is the time of compiling."""
     entry = Entry(contender.name, setting, contender.threads, len(bodies), alone)
-    begun = time.perf_counter()
+    begin = time.perf_counter()
     contender.rates(bodies, setting)
-    first = time.perf_counter() - begun
-    samples = contender.samples(few, setting)
-    errors = task.errors(samples, wanted)
+    first = time.perf_counter() - begin
+    samples = contender.samples(sample, setting)
+    errors = task.errors(samples, expected)
     entry.error, entry.median_error = float(errors.max()), float(np.median(errors))
-    whole = few[np.arange(max(contender.chunk, len(few))) % len(few)]
-    rates = contender.rates(whole, setting)[0][: len(few), 0]
-    true_rates = [task.rate_of(x[:, 0], x[:, 1])[0] for x in wanted]
+    bodies_of_chunk = sample[np.arange(max(contender.chunk, len(sample))) % len(sample)]
+    rates = contender.rates(bodies_of_chunk, setting)[0][: len(sample), 0]
+    true_rates = [task.rate_of(x[:, 0], x[:, 1])[0] for x in expected]
     entry.rate_error = float(np.abs(rates - true_rates).max())
-    begun = time.perf_counter()
+    begin = time.perf_counter()
     contender.rates(bodies, setting)
-    entry.compile_seconds = max(first - (time.perf_counter() - begun), 0.0)
+    entry.compile_seconds = max(first - (time.perf_counter() - begin), 0.0)
     return entry
 
 
-def timed(call):
-    """Wall time and processor time of a call, the latter with what the call says it spent elsewhere."""
-    wall, own = time.perf_counter(), time.process_time()
+def time_call(call):
+    """Wall time and processor time of a call, the latter with the call's reported time in other processes."""
+    wall, processor = time.perf_counter(), time.process_time()
     elsewhere = call()
-    return time.perf_counter() - wall, time.process_time() - own + (elsewhere or 0.0)
+    return time.perf_counter() - wall, time.process_time() - processor + (elsewhere or 0.0)
 
 
 def run_race(size, threads):
     """All that is measured, as one mapping."""
     rounds, share, judges = SIZES[size]
     bodies = task.draw(max(round(contenders.Direct.size * share), 256))
-    few = bodies[np.linspace(0, len(bodies) - 1, judges).astype(int)]
-    wanted = task.truth(few)
+    sample = bodies[np.linspace(0, len(bodies) - 1, judges).astype(int)]
+    expected = task.truth(sample)
     present, absent = entrants(threads)
     alone = [kind(1) for kind in (contenders.Direct, contenders.Exact)] if threads > 1 else []
     lanes = []
     for contender in present + alone:
-        part = subset(bodies, contender, share)
+        lane_bodies = subset(bodies, contender, share)
         middle = contender.settings[len(contender.settings) // 2]
         for setting in (middle,) if contender in alone else contender.settings:
-            lanes.append((contender, part, judged(contender, setting, contender in alone, part, few, wanted)))
+            lanes.append(
+                (
+                    contender,
+                    lane_bodies,
+                    judge_entry(contender, setting, contender in alone, lane_bodies, sample, expected),
+                )
+            )
             print(f"{contender.name}, {setting:g}: error {lanes[-1][2].error:.1e}", flush=True)
     loads = run_rounds(rounds, lanes)
     for contender in present + alone:
@@ -136,14 +142,14 @@ def run_rounds(rounds, lanes):
     """Time everybody in every round; return the load averages."""
     loads = [os.getloadavg()[0]]
     for _ in range(rounds):
-        for contender, part, entry in sorted(lanes, key=lambda lane: _place(lane[2])):
-            _note(entry, timed(lambda c=contender, p=part, e=entry: c.rates(p, e.setting)[1]))
+        for contender, lane_bodies, entry in sorted(lanes, key=lambda lane: _place(lane[2])):
+            _note(entry, time_call(lambda c=contender, p=lane_bodies, e=entry: c.rates(p, e.setting)[1]))
         loads.append(os.getloadavg()[0])
     return loads
 
 
 def _place(entry):
-    """Entries of like error stand side by side."""
+    """Entries of similar errors are neighbours."""
     return -math.log10(max(entry.error, 1e-16))
 
 
@@ -153,7 +159,7 @@ def _note(entry, seconds):
 
 
 def machine(threads):
-    """What the figures hold for."""
+    """Return the conditions of the figures."""
     model = platform.processor() or platform.machine()
     if Path("/proc/cpuinfo").exists():
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -169,9 +175,9 @@ def machine(threads):
 
 
 def speed_at(entries, error, speeds):
-    """Speed of one contender at an error: between its settings in log-log, the fastest where all are better.
+    """Speed of one contender at an error: between its settings in log-log, the fastest if all are better.
 
-    NaN where none is good enough. Only settings count that no other beats in both error and speed.
+    NaN where none is good enough. Only settings count that no setting beats in both error and speed.
     """
     front = []
     for entry_error, speed in sorted(zip((e.error for e in entries), speeds, strict=True)):
@@ -190,15 +196,15 @@ def of_contender(result, name):
 
 def equal_error(result, error=ERROR):
     """By contender: speeds at equal error, round by round, by the wall and by processor time."""
-    found = {}
+    speeds_by_name = {}
     for name in result["versions"]:
         entries = of_contender(result, name)
         rounds = range(len(entries[0].wall))
-        found[name] = {
+        speeds_by_name[name] = {
             "wall": [speed_at(entries, error, [e.speed[i] for e in entries]) for i in rounds],
             "processor": [speed_at(entries, error, [e.thrift[i] for e in entries]) for i in rounds],
         }
-    return found
+    return speeds_by_name
 
 
 def median_ratio(above, below):
@@ -211,18 +217,21 @@ def ratios(result):
     speeds = equal_error(result)
     peers = [name for name in speeds if not name.startswith("Polhode")]
     peers = [name for name in peers if not math.isnan(speeds[name]["wall"][0])]
-    found = {}
+    figures = {}
     if peers:
         threads = {name: of_contender(result, name)[0].threads for name in peers}
         best = max(peers, key=lambda name: statistics.median(speeds[name]["processor"]) * threads[name])
         for ours in ("Polhode direct", "Polhode exact"):
             for name in dict.fromkeys([best, *peers]):
                 label = f"{ours} / {name}" + (" (the best peer)" if name == best else "")
-                found[label] = tuple(median_ratio(speeds[ours][k], speeds[name][k]) for k in ("wall", "processor"))
-    for one in (entry for entry in result["entries"] if entry.alone):
-        all_of_them = next(e for e in of_contender(result, one.name) if e.setting == one.setting)
-        found[f"{one.name}, {all_of_them.threads} threads / 1"] = median_ratio(all_of_them.speed, one.speed), math.nan
-    return found
+                figures[label] = tuple(median_ratio(speeds[ours][k], speeds[name][k]) for k in ("wall", "processor"))
+    for entry_alone in (entry for entry in result["entries"] if entry.alone):
+        all_of_them = next(e for e in of_contender(result, entry_alone.name) if e.setting == entry_alone.setting)
+        figures[f"{entry_alone.name}, {all_of_them.threads} threads / 1"] = (
+            median_ratio(all_of_them.speed, entry_alone.speed),
+            math.nan,
+        )
+    return figures
 
 
 def report(result):
@@ -243,11 +252,7 @@ def report(result):
             f"{statistics.median(e.speed):,.0f} | {statistics.median(e.thrift):,.0f} | {e.compile_seconds:.1f} |"
         )
     lines += [f"| {name} | – | – | – | – | – | not here: {why} | – | – |" for name, why in result["absent"].items()]
-    lines += [
-        "",
-        f"| ratio (peers: at an error of {ERROR:.0e}) | by the wall | by processor time |",
-        "|---|---|---|",
-    ]
+    lines += ["", f"| ratio (peers: at an error of {ERROR:.0e}) | by the wall | by processor time |", "|---|---|---|"]
     lines += [f"| {name} | {wall:.3g} | {processor:.3g} |" for name, (wall, processor) in ratios(result).items()]
     lines += ["", "| contender | version | mode |", "|---|---|---|"]
     lines += [f"| {name} | {version} | {result['modes'][name]} |" for name, version in result["versions"].items()]
@@ -292,7 +297,7 @@ def write(result, out):
 
 
 def main():
-    """Run, tell, and write."""
+    """Run the race, print and write its results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.set_defaults(size="full")
     parser.add_argument("--quick", dest="size", action="store_const", const="quick", help="fewer bodies")

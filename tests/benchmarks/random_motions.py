@@ -1,4 +1,4 @@
-"""How true the errors of throws, tumblers, symmetric tops and attitudes are: random definitions, column by column.
+"""Errors of throws, tumblers, symmetric tops and attitudes: random definitions, column by column.
 
     python tests/benchmarks/random_motions.py [--definitions 2000] [--points 8] [--only twist] [--seed 1]
 
@@ -42,85 +42,85 @@ PARAMETERS = {
 FASTEST = 20.0  # change of a racket, in L/I2: the series takes some ten steps in the time of one unit of it
 
 
-def signed(random, count, low, high):
+def either_sign(random, count, low, high):
     """Numbers of either sign, evenly spread over the decades between two powers of ten."""
     return random.choice([-1.0, 1.0], count) * 10.0 ** random.uniform(low, high, count)
 
 
 def spins(random, count):
-    """Spin rates, half of them near one and half anywhere in the allowed range."""
+    """Spin rates, half of them near 1 and half anywhere in the allowed range."""
     return 10.0 ** np.where(random.random(count) < 0.5, random.uniform(-1, 1, count), random.uniform(-150, 150, count))
 
 
 def bodies(random, count):
-    """Moments in any unit and order, and what they are."""
+    """Return moments in any unit and order, and their kinds."""
     kind, gap, three = error_bars.random_bodies(random, count)
-    drawn = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"omega0": spins(random, count)}
-    return drawn, {"body": kind, "gap": gap, "unit": three.max(axis=0)}
+    values = dict(zip(("I1", "I2", "I3"), three, strict=True)) | {"omega0": spins(random, count)}
+    return values, {"body": kind, "gap": gap, "unit": three.max(axis=0)}
 
 
 def throws(random, count):
     """Throws of any body: any angles, next to an axis, next to the separatrix."""
-    drawn, made = bodies(random, count)
-    low, middle, high = np.sort([drawn[f"I{i}"] for i in (1, 2, 3)], axis=0)
+    values, facts = bodies(random, count)
+    low, middle, high = np.sort([values[f"I{i}"] for i in (1, 2, 3)], axis=0)
     quarter = random.integers(-2, 3, count) * (0.5 * math.pi)
     ways = (
         random.uniform(-math.pi, math.pi, count),
-        signed(random, count, -16, 0),
-        quarter + signed(random, count, -16, 0),
-        signed(random, count, 0, 15),
+        either_sign(random, count, -16, 0),
+        quarter + either_sign(random, count, -16, 0),
+        either_sign(random, count, 0, 15),
         quarter,
     )
     chi = np.choose(random.choice(5, count, p=(0.3, 0.3, 0.2, 0.1, 0.1)), ways)
     a, b = (middle - low) / low, (high - middle) / high
     with np.errstate(divide="ignore", invalid="ignore"):
-        edge = np.arctan(np.sqrt(a / b) / np.abs(np.sin(chi))) + signed(random, count, -16, -1)
-    across = 0.5 * math.pi + signed(random, count, -16, 0)
-    along = np.where(random.random(count) < 0.5, 0.0, math.pi) + signed(random, count, -16, 0)
+        edge = np.arctan(np.sqrt(a / b) / np.abs(np.sin(chi))) + either_sign(random, count, -16, -1)
+    across = 0.5 * math.pi + either_sign(random, count, -16, 0)
+    along = np.where(random.random(count) < 0.5, 0.0, math.pi) + either_sign(random, count, -16, 0)
     tilts = (np.full(count, 0.5 * math.pi), random.uniform(0, math.pi, count), across, along, edge)
-    thrown = random.choice(5, count, p=(0.3, 0.25, 0.15, 0.1, 0.2))
-    theta = np.nan_to_num(np.choose(thrown, tilts), nan=1.0)
-    return drawn | {"chi": chi, "theta": np.clip(theta, 0.0, math.pi)}, made | {"thrown": thrown}
+    manner = random.choice(5, count, p=(0.3, 0.25, 0.15, 0.1, 0.2))
+    theta = np.nan_to_num(np.choose(manner, tilts), nan=1.0)
+    return values | {"chi": chi, "theta": np.clip(theta, 0.0, math.pi)}, facts | {"thrown": manner}
 
 
 def tumblers(random, count):
-    """Tumblers of any body: any energy, next to either axis, next to the separatrix, and next to what is impossible."""
-    drawn, made = bodies(random, count)
-    low, middle, high = np.sort([drawn[f"I{i}"] for i in (1, 2, 3)], axis=0)
-    most, edge, share = high / low, high / middle, random.random(count)
+    """Tumblers of any body: any energy, next to either axis, next to the separatrix, and next to impossible bodies."""
+    values, facts = bodies(random, count)
+    low, middle, high = np.sort([values[f"I{i}"] for i in (1, 2, 3)], axis=0)
+    max_energy, edge, share = high / low, high / middle, random.random(count)
     near = 10.0 ** random.uniform(-16, 0, count)
     ways = (
-        1.0 + (most - 1.0) * share,
-        most**share,
+        1.0 + (max_energy - 1.0) * share,
+        max_energy**share,
         1.0 + (edge - 1.0) * near,
-        most - (most - edge) * near,
-        edge + np.where(share < 0.5, most - edge, 1.0 - edge) * near,
-        most * (1.0 + near * (share - 0.5)),
+        max_energy - (max_energy - edge) * near,
+        edge + np.where(share < 0.5, max_energy - edge, 1.0 - edge) * near,
+        max_energy * (1.0 + near * (share - 0.5)),
     )
-    placed = random.choice(6, count, p=(0.2, 0.15, 0.15, 0.15, 0.3, 0.05))
-    return drawn | {"energy": np.maximum(1.0, np.choose(placed, ways))}, made | {"placed": placed}
+    manner = random.choice(6, count, p=(0.2, 0.15, 0.15, 0.15, 0.3, 0.05))
+    return values | {"energy": np.maximum(1.0, np.choose(manner, ways))}, facts | {"placed": manner}
 
 
 def tops(random, count):
     """Tops of any ratio and half-angle, spun either way at any rate."""
-    shaped = random.choice(4, count, p=(0.4, 0.35, 0.2, 0.05))
-    some = (random.uniform(0.0, 2.0, count), 1.0 + signed(random, count, -16, -1))
-    ratio = np.choose(shaped, (*some, 10.0 ** random.uniform(-150, 150, count), np.ones(count)))
+    manner = random.choice(4, count, p=(0.4, 0.35, 0.2, 0.05))
+    ratios = (random.uniform(0.0, 2.0, count), 1.0 + either_sign(random, count, -16, -1))
+    ratio = np.choose(manner, (*ratios, 10.0 ** random.uniform(-150, 150, count), np.ones(count)))
     near = 90.0 * (1.0 - 10.0 ** random.uniform(-15, -1, count))
     ways = (random.uniform(0.01, 89.0, count), near, 10.0 ** random.uniform(-100, 1, count))
     angle = np.choose(random.choice(3, count, p=(0.5, 0.25, 0.25)), ways)
     spin = spins(random, count) * random.choice([-1.0, 1.0], count)
-    return {"ratio": ratio, "omega3": spin, "half_angle": angle}, {"shaped": shaped}
+    return {"ratio": ratio, "omega3": spin, "half_angle": angle}, {"shaped": manner}
 
 
 def in_pairs(values):
-    """Numbers of many digits as (double, what it leaves over)."""
+    """Return numbers of many digits as (double, remainder)."""
     first = np.array([float(x) for x in values])
     return first, np.array([float(x - f) if math.isfinite(f) else 0.0 for x, f in zip(values, first, strict=True)])
 
 
-def twist_theory(table, known):
-    """Twist and time of the turn of throws whose numbers are known."""
+def twist_theory(table, is_known):
+    """Return twist and time of the turn of throws with known numbers."""
     names = ("I1", "I2", "I3", "chi", "theta")
     low, middle, high = np.sort([table[name] for name in names[:3]], axis=0)
     cosine, sine, side = np.cos(table["theta"]), np.sin(table["theta"]), table["chi"]
@@ -128,17 +128,17 @@ def twist_theory(table, known):
     fastest = np.sqrt(energy * (middle / low)) * np.maximum(
         1.0, np.maximum((high - middle) / low, (high - low) / middle)
     )
-    asked = known & (fastest < FASTEST)
-    found = np.full((2, 2, known.size), np.nan)
-    if asked.any():
-        unit = table["I2"][asked]
-        arguments = [table[name][asked] for name in names]
+    is_requested = is_known & (fastest < FASTEST)
+    pairs = np.full((2, 2, is_known.size), np.nan)
+    if is_requested.any():
+        unit = table["I2"][is_requested]
+        arguments = [table[name][is_requested] for name in names]
         arguments[:3] = (np.longdouble(x) / unit for x in arguments[:3])
         first = precise.turns(*arguments)
-        first[1] /= np.longdouble(table["omega0"][asked])
-        found[:, 0, asked] = first.astype(float)
-        found[:, 1, asked] = (first - found[:, 0, asked]).astype(float)
-    return dict(zip(COLUMNS["twist"], found, strict=True)), asked
+        first[1] /= np.longdouble(table["omega0"][is_requested])
+        pairs[:, 0, is_requested] = first.astype(float)
+        pairs[:, 1, is_requested] = (first - pairs[:, 0, is_requested]).astype(float)
+    return dict(zip(COLUMNS["twist"], pairs, strict=True)), is_requested
 
 
 def legendre(three, T2, L):
@@ -146,43 +146,43 @@ def legendre(three, T2, L):
     I1, I2, I3 = three
     short = L**2 > T2 * I2
     d, c = (I3, I1) if short else (I1, I3)
-    both = (d - I2) * (L**2 - T2 * c)
-    if not both > 0 or L**2 == T2 * I2 or T2 * d == L**2 or not T2 * I1 <= L**2 <= T2 * I3:
+    product = (d - I2) * (L**2 - T2 * c)
+    if not product > 0 or L**2 == T2 * I2 or T2 * d == L**2 or not T2 * I1 <= L**2 <= T2 * I3:
         return None
-    p, m = mp.sqrt(both / (I1 * I2 * I3)), (I2 - c) * (T2 * d - L**2) / both
+    p, m = mp.sqrt(product / (I1 * I2 * I3)), (I2 - c) * (T2 * d - L**2) / product
     K = mp.ellipk(m)
     P = 4 * K / p
     f = L / (2 * mp.pi * d) * (1 + (d / c - 1) * mp.ellippi(-d * (I2 - c) / (c * (d - I2)), m) / K)
     return P, (1 / (f - 1 / P) if short else 1 / f), 1 / f, short
 
 
-def tumbling_theory(table, known):
-    """Periods of tumblers whose numbers are known: infinitely wrong where there is no period."""
-    found = np.full((3, 2, known.size), np.nan)
+def tumbling_theory(table, is_known):
+    """Return periods of tumblers with known numbers: infinitely wrong without a period."""
+    pairs = np.full((3, 2, is_known.size), np.nan)
     with mp.workdps(50):
-        for i in np.flatnonzero(known):
+        for i in np.flatnonzero(is_known):
             three = [mp.mpf(x) for x in sorted(float(table[name][i]) for name in ("I1", "I2", "I3"))]
             three = [x / three[2] for x in three]
             of = legendre(three, mp.mpf(float(table["energy"][i])), mp.mpf(1))
             values = (math.inf,) * 3 if of is None else [x / mp.mpf(float(table["omega0"][i])) for x in of[:3]]
-            found[:, :, i] = np.transpose(in_pairs(values))
-    return dict(zip(PERIODS, found, strict=True)), known
+            pairs[:, :, i] = np.transpose(in_pairs(values))
+    return dict(zip(PERIODS, pairs, strict=True)), is_known
 
 
-def top_theory(table, known):
+def top_theory(table, is_known):
     """The rate of precession of tops, of both kinds."""
     with mp.workdps(200):
         rates = [
             (mp.mpf(float(r)) - 1) * mp.mpf(float(w)) for r, w in zip(table["ratio"], table["omega3"], strict=True)
         ]
-        return dict.fromkeys(COLUMNS["symmetric_top"], in_pairs(rates)), known
+        return dict.fromkeys(COLUMNS["symmetric_top"], in_pairs(rates)), is_known
 
 
-def attitude_theory(table, known):
-    """The mean rate of the spin axis about L, where the motion encircles it."""
-    found = np.full((2, known.size), np.nan)
+def attitude_theory(table, is_known):
+    """Return the mean rate of the spin axis about L, for motions that encircle L."""
+    pairs = np.full((2, is_known.size), np.nan)
     with mp.workdps(50):
-        for i in np.flatnonzero(known | np.isin(table["regime"], (linear.STABLE_MAJOR, linear.STABLE_MINOR))):
+        for i in np.flatnonzero(is_known | np.isin(table["regime"], (linear.STABLE_MAJOR, linear.STABLE_MINOR))):
             spin, epsilon, phase = (mp.mpf(float(table[name][i])) for name in ("omega0", "epsilon", "phase"))
             three = [mp.mpf(float(table[f"I{k}"][i])) for k in (1, 2, 3)]
             unit, axis = max(three), int(table["axis"][i]) - 1
@@ -192,17 +192,17 @@ def attitude_theory(table, known):
             L = mp.sqrt(a**2 + (b * w[1]) ** 2 + (c * w[2]) ** 2)
             of = legendre(sorted([a, b, c]), T2, L)
             if of is not None and a == (max if of[3] else min)(a, b, c):
-                found[:, i] = np.ravel(in_pairs([2 * mp.pi / of[2] * abs(spin)]))
-    return {"space_rate": found}, known & np.isfinite(found[0])
+                pairs[:, i] = np.ravel(in_pairs([2 * mp.pi / of[2] * abs(spin)]))
+    return {"space_rate": pairs}, is_known & np.isfinite(pairs[0])
 
 
-def integration_of(name, random, most):
+def integration_of(name, random, max_samples):
     """How the motions of a definition are followed."""
     from sweeps.systems.bodies.body import Once
     from sweeps.systems.rigid_body.system import RigidBodyIntegration
     from sweeps.systems.symmetric_top.system import TopIntegration
 
-    like = error_bars.random_integration(random, most)
+    like = error_bars.random_integration(random, max_samples)
     length = {"rotations": like.rotations, "samples_per_rotation": like.samples_per_rotation}
     if name in ("twist", "tumbling"):
         return Once(tolerance=like.tolerance)
@@ -222,51 +222,48 @@ def system_of(name):
     return systems[name].SYSTEM
 
 
-DRAWN = {"twist": throws, "tumbling": tumblers, "symmetric_top": tops, "attitude": error_bars.random_points}
-THEORY = {
-    "twist": twist_theory,
-    "tumbling": tumbling_theory,
-    "symmetric_top": top_theory,
-    "attitude": attitude_theory,
-}
+GENERATORS = {"twist": throws, "tumbling": tumblers, "symmetric_top": tops, "attitude": error_bars.random_points}
+THEORY = {"twist": twist_theory, "tumbling": tumbling_theory, "symmetric_top": top_theory, "attitude": attitude_theory}
 
 
-def random_definitions(name, count, points, seed=1, most=2e3):
+def random_definitions(name, count, points, seed=1, max_samples=2e3):
     """Table of all points of random definitions of one system; deviations over errors under the columns' names.
 
-    A deviation is NaN where the value is missing, or where it has no reference.
+    A deviation is NaN if the value is missing or has no reference.
     """
-    random, parts = np.random.default_rng(seed), []
+    random, tables = np.random.default_rng(seed), []
     for _ in range(count):
-        integration = integration_of(name, random, most)
-        drawn, made = DRAWN[name](random, points)
-        given = {k: np.full(points, getattr(integration, k)) for k in PARAMETERS[name] if hasattr(integration, k)}
-        parts.append({**system_of(name).columns(drawn, integration), **drawn, **made, **given})
-    table = {k: np.concatenate([part[k] for part in parts]) for k in parts[0]}
-    told = np.any([np.isfinite(table[column]) for column in COLUMNS[name]], axis=0)
-    theory, asked = THEORY[name](table, told)
-    table |= {"told": told, "asked": asked}
+        integration = integration_of(name, random, max_samples)
+        values, facts = GENERATORS[name](random, points)
+        settings = {k: np.full(points, getattr(integration, k)) for k in PARAMETERS[name] if hasattr(integration, k)}
+        tables.append({**system_of(name).columns(values, integration), **values, **facts, **settings})
+    table = {k: np.concatenate([table_of[k] for table_of in tables]) for k in tables[0]}
+    has_value = np.any([np.isfinite(table[column]) for column in COLUMNS[name]], axis=0)
+    theory, is_requested = THEORY[name](table, has_value)
+    table |= {"told": has_value, "asked": is_requested}
     for column in COLUMNS[name]:
-        first, rest = theory[column]
+        first, remainder = theory[column]
         value, error = table[column], table[f"{column}_error"]
         table[f"{column} value"], table[f"{column} truth"] = value, first
         with np.errstate(all="ignore"):
-            off = np.abs((value - first) - rest)
-            table[column] = np.where(asked & np.isfinite(value), np.where(off == 0.0, 0.0, off / error), np.nan)
-        table[f"{column} lost"] = ~np.isfinite(value) | ~(error >= error_bars.LEAST_NORMAL)
+            deviation = np.abs((value - first) - remainder)
+            table[column] = np.where(
+                is_requested & np.isfinite(value), np.where(deviation == 0.0, 0.0, deviation / error), np.nan
+            )
+        table[f"{column} lost"] = ~np.isfinite(value) | ~(error >= error_bars.MIN_NORMAL)
     return table
 
 
 def lost_in_silence(name, table):
     """Which points have status ok and a column without a number, or without a normal double as its error."""
-    lost = np.any([table[f"{column} lost"] for column in COLUMNS[name]], axis=0)
-    if name == "tumbling":  # modes say where there is no period
-        lost &= np.isin(table["mode"], (tumbling.SAM, tumbling.LAM))
-    if name == "attitude":  # the spin axis goes round L where the motion encircles it
-        lost &= np.isfinite(table["space_rate truth"])
+    is_missing = np.any([table[f"{column} lost"] for column in COLUMNS[name]], axis=0)
+    if name == "tumbling":  # modes mark points without a period
+        is_missing &= np.isin(table["mode"], (tumbling.SAM, tumbling.LAM))
+    if name == "attitude":  # the spin axis precesses about L if the motion encircles it
+        is_missing &= np.isfinite(table["space_rate truth"])
     if name == "twist":  # along the handle there is no turn
-        lost &= table["theta"] > 0.0
-    return lost & (table["status"] == statuses.OK)
+        is_missing &= table["theta"] > 0.0
+    return is_missing & (table["status"] == statuses.OK)
 
 
 def lines(name, table):
@@ -289,9 +286,9 @@ def main(arguments=None):
     parser.add_argument("--points", type=int, default=8, help="points of a definition")
     parser.add_argument("--only", choices=COLUMNS, help="one system")
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args(arguments)
-    for name in COLUMNS if given.only is None else (given.only,):
-        for line in lines(name, random_definitions(name, given.definitions, given.points, given.seed)):
+    options = parser.parse_args(arguments)
+    for name in COLUMNS if options.only is None else (options.only,):
+        for line in lines(name, random_definitions(name, options.definitions, options.points, options.seed)):
             print(line, flush=True)
 
 

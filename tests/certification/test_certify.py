@@ -24,14 +24,14 @@ MOMENTS = ["--moments", *map(str, BRICK)]
 TIMES = np.linspace(0.0, 30.0, 301)
 
 
-def drifting():
+def write_drifting_table():
     """The brick relative to north-east-down, as NASA's tools print it."""
     motion = exact_rows(BRICK, BRICK_START, TIMES)
     longitude = np.degrees(1e-9 * TIMES**3)
     turns = np.column_stack([EARTH_RATE * TIMES + np.radians(longitude), np.full(301, -np.pi / 2)])
     frame = Rotation.from_euler("ZY", turns)
-    turned = Rotation.from_quat(motion["q"], scalar_first=True)
-    angles = (frame.inv() * frame[0] * turned).as_euler("ZYX", degrees=True).T
+    attitude = Rotation.from_quat(motion["q"], scalar_first=True)
+    angles = (frame.inv() * frame[0] * attitude).as_euler("ZYX", degrees=True).T
     names = ["Yaw", "Pitch", "Roll"]
     columns = {"time": TIMES, "longitude_deg": longitude, "latitude_deg": 0 * TIMES}
     columns |= {f"eulerAngle_deg_{name}": column for name, column in zip(names, angles, strict=True)}
@@ -40,7 +40,7 @@ def drifting():
 
 
 def test_a_local_frame_turns_with_the_earth(tmp_path, capsys):
-    path = str(write_csv(tmp_path / "brick.csv", drifting()))
+    path = str(write_csv(tmp_path / "brick.csv", write_drifting_table()))
     assert main(["certify", path, *MOMENTS, "--frame", "local", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["verdict"] == "pass"
@@ -48,7 +48,7 @@ def test_a_local_frame_turns_with_the_earth(tmp_path, capsys):
     assert main(["certify", path, *MOMENTS]) == 3  # as if the local frame did not turn: off by the Earth's rotation
     error = sweeps.certify(path, BRICK.tolist()).attrs["attitude_error_end_rad"]
     assert error == pytest.approx(EARTH_RATE * 30 + 1e-9 * 30**3, rel=1e-6)
-    with_axis = sweeps.certify(drifting(), BRICK.tolist(), frame="local", frame_axis=[1, 0, 0]).attrs
+    with_axis = sweeps.certify(write_drifting_table(), BRICK.tolist(), frame="local", frame_axis=[1, 0, 0]).attrs
     assert with_axis["attitude_error_end_rad"] == pytest.approx(1e-9 * 30**3, rel=1e-6)  # all but the fall
 
 
@@ -69,8 +69,8 @@ def test_nasas_check_case_2(number, degrees, words, capsys):
 
 def test_errors_are_those_of_the_file():
     motion = exact_rows(BRICK, BRICK_START, TIMES)
-    off = Rotation.from_rotvec(np.outer(1e-4 * TIMES, [0.6, 0.0, 0.8]))
-    motion["q"] = (off * Rotation.from_quat(motion["q"], scalar_first=True)).as_quat(scalar_first=True)
+    error = Rotation.from_rotvec(np.outer(1e-4 * TIMES, [0.6, 0.0, 0.8]))
+    motion["q"] = (error * Rotation.from_quat(motion["q"], scalar_first=True)).as_quat(scalar_first=True)
     facts = sweeps.certify(table(motion), BRICK.tolist(), tolerance=1e-3).attrs
     assert facts["verdict"] == "fail"
     assert facts["attitude_error_max_rad"] == pytest.approx(3e-3, rel=1e-9)
@@ -79,7 +79,7 @@ def test_errors_are_those_of_the_file():
     assert facts["rates_error_max_relative"] < 1e-14
     assert (facts["growth_kind"], facts["growth_coefficient"]) == ("linear", pytest.approx(1e-4, rel=1e-6))
     assert facts["energy_error_relative"] < 1e-14
-    # seen in space, L turns with the error, but for its part along the axis
+    # in the inertial frame L rotates with the error, except its component along the axis
     L = BRICK * BRICK_START / np.linalg.norm(BRICK * BRICK_START)
     along = L @ [0.6, 0.0, 0.8]
     assert facts["momentum_direction_error_rad"] == pytest.approx(3e-3 * np.sqrt(1 - along**2), rel=1e-5)
@@ -119,8 +119,8 @@ def test_fit_start_fits_the_start_and_says_so():
 def spread(start, step):
     """The largest angle between the brick's motion from a start and those from a step off in each component."""
     reference = Rotation.from_quat(exact_rows(BRICK, start, TIMES)["q"], scalar_first=True)
-    others = [exact_rows(BRICK, start + off, TIMES)["q"] for off in step * np.vstack([np.eye(3), -np.eye(3)])]
-    return max((reference.inv() * Rotation.from_quat(q, scalar_first=True)).magnitude().max() for q in others)
+    neighbours = [exact_rows(BRICK, start + change, TIMES)["q"] for change in step * np.vstack([np.eye(3), -np.eye(3)])]
+    return max((reference.inv() * Rotation.from_quat(q, scalar_first=True)).magnitude().max() for q in neighbours)
 
 
 @pytest.mark.parametrize("is_single", [False, True])

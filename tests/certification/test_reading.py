@@ -1,4 +1,4 @@
-"""Trajectories from files: names of columns, units, conventions, formats, and what is refused."""
+"""Trajectories from files: names of columns, units, conventions, formats, and refusals."""
 
 import numpy as np
 import pandas as pd
@@ -21,12 +21,12 @@ def rows():
     return rows | {"t": TIMES}
 
 
-def renamed(names, columns=("q", "w")):
+def rename_columns(names, columns=("q", "w")):
     values = np.column_stack([rows()[name] for name in columns])
     return {"time": TIMES} | dict(zip(names.split(), values.T, strict=True))
 
 
-def judged(run, **options):
+def certify_motion(run, **options):
     facts = sweeps.certify(run, BRICK.tolist(), **options).attrs
     worst = max(facts.get("attitude_error_max_rad", 0.0), facts.get("rates_error_max_relative", 0.0))
     return facts["verdict"], worst
@@ -47,18 +47,18 @@ def judged(run, **options):
     ],
 )
 def test_columns_are_found_by_the_names_that_simulators_write(names):
-    verdict, worst = judged(renamed(names))
+    verdict, worst = certify_motion(rename_columns(names))
     assert verdict == "pass"
     assert worst < ROUNDING
 
 
 def test_the_scalar_of_q1_to_q4_is_asked_for():
-    columns = renamed("q1 q2 q3 q4 w1 w2 w3")
+    columns = rename_columns("q1 q2 q3 q4 w1 w2 w3")
     with pytest.raises(sweeps.DefinitionError, match="--scalar first, --scalar last"):
-        judged(columns)
-    assert judged(columns, scalar="first")[1] < ROUNDING
+        certify_motion(columns)
+    assert certify_motion(columns, scalar="first")[1] < ROUNDING
     last = dict(zip(columns, [columns[n] for n in ("time", "q2", "q3", "q4", "q1", "w1", "w2", "w3")], strict=True))
-    assert judged(last, scalar="last")[1] < ROUNDING
+    assert certify_motion(last, scalar="last")[1] < ROUNDING
 
 
 @pytest.mark.parametrize(("names", "factor", "options"), [
@@ -68,10 +68,10 @@ def test_the_scalar_of_q1_to_q4_is_asked_for():
     ("q0 q1 q2 q3 w1 w2 w3", 30 / np.pi, {"rate_unit": "rpm"}),
 ])  # fmt: skip
 def test_units_of_rates_stand_in_names_or_options(names, factor, options):
-    columns = renamed(names)
+    columns = rename_columns(names)
     for name in names.split()[4:]:
         columns[name] = columns[name] * factor
-    assert judged({n.replace("_[", " ["): c for n, c in columns.items()}, **options)[1] < ROUNDING
+    assert certify_motion({n.replace("_[", " ["): c for n, c in columns.items()}, **options)[1] < ROUNDING
 
 
 @pytest.mark.parametrize(("name", "factor", "options"), [
@@ -80,7 +80,7 @@ def test_units_of_rates_stand_in_names_or_options(names, factor, options):
 ])  # fmt: skip
 def test_units_of_time_stand_in_its_name_or_in_an_option(name, factor, options):
     columns = table(rows())
-    assert judged({name: columns.pop("time") * factor} | columns, **options)[1] < ROUNDING
+    assert certify_motion({name: columns.pop("time") * factor} | columns, **options)[1] < ROUNDING
 
 
 @pytest.mark.parametrize("sequence", ["ZYX", "XYZ", "zxy"])
@@ -90,39 +90,39 @@ def test_euler_angles_have_a_sequence(sequence):
     values = turns.as_euler(sequence, degrees=True).T
     columns = {angles[letter]: column for letter, column in zip(sequence.upper(), values, strict=True)}
     columns = table({"t": TIMES, "w": rows()["w"]}) | columns
-    assert judged(columns, sequence=sequence)[1] < ROUNDING
+    assert certify_motion(columns, sequence=sequence)[1] < ROUNDING
     if sequence == "ZYX":
-        assert judged(columns)[1] < ROUNDING
+        assert certify_motion(columns)[1] < ROUNDING
 
 
 def test_euler_angles_by_other_names_need_a_sequence():
     turns = Rotation.from_quat(rows()["q"], scalar_first=True)
     columns = {"time": TIMES} | dict(zip(("phi", "theta", "psi"), turns.as_euler("ZXZ").T, strict=True))
     with pytest.raises(sweeps.DefinitionError, match="sequence: of the Euler angles is missing"):
-        judged(columns)
+        certify_motion(columns)
     options = {"sequence": "ZXZ", "columns": {"attitude": ["phi", "theta", "psi"]}}
-    assert judged(columns, **options)[1] < ROUNDING
+    assert certify_motion(columns, **options)[1] < ROUNDING
 
 
 def test_a_matrix_and_its_transpose():
     matrices = Rotation.from_quat(rows()["q"], scalar_first=True).as_matrix()
-    for given, options in ((matrices, {}), (matrices.transpose(0, 2, 1), {"direction": "space-to-body"})):
-        columns = {f"r{i + 1}{j + 1}": given[:, i, j] for i in range(3) for j in range(3)}
-        assert judged({"t": TIMES} | columns, **options)[1] < ROUNDING
+    for entries, options in ((matrices, {}), (matrices.transpose(0, 2, 1), {"direction": "space-to-body"})):
+        columns = {f"r{i + 1}{j + 1}": entries[:, i, j] for i in range(3) for j in range(3)}
+        assert certify_motion({"t": TIMES} | columns, **options)[1] < ROUNDING
 
 
 def test_columns_of_any_name_are_given_by_options():
     names = ["zeit", "a", "b", "c", "d", "x1", "x2", "x3"]
     columns = dict(zip(names, table(rows()).values(), strict=True))
     roles = {"time": ["zeit"], "attitude": ["a", "b", "c", "d"], "rates": ["x1", "x2", "x3"]}
-    assert judged(columns, columns=roles)[1] < ROUNDING
+    assert certify_motion(columns, columns=roles)[1] < ROUNDING
 
 
 def test_q_and_minus_q_are_one_attitude_and_rows_may_be_unevenly_spaced():
     uneven = np.sort(np.random.default_rng(5).uniform(3.0, 9.0, 50))
     motion = exact_rows(BRICK, BRICK_START, uneven - uneven[0])
     motion["q"] *= np.random.default_rng(6).choice([-1.0, 1.0], 50)[:, None]
-    assert judged(table(motion | {"t": uneven}))[1] < ROUNDING
+    assert certify_motion(table(motion | {"t": uneven}))[1] < ROUNDING
 
 
 @pytest.mark.parametrize("suffix", ["csv", "nc", "aem"])
@@ -161,7 +161,7 @@ def test_all_formats_give_the_same(kind, tmp_path):
         path = write_aem(
             tmp_path / "run.aem", motion, rates=kind == "aem_rates", epoch="2026-12-31T23:59:55", **options
         )
-    verdict, worst = judged(path)
+    verdict, worst = certify_motion(path)
     assert verdict == "pass"
     assert worst < (1e-13 if kind[:3] != "aem" else 1e-12)  # epochs have 15 decimals, and the rates are fitted
 
@@ -176,26 +176,26 @@ def test_a_motion_of_polhode_passes_in_all_its_formats(tmp_path):
 
 
 def test_a_tensor_turns_the_axes_of_the_file():
-    turn = Rotation.from_rotvec([0.4, 1.0, -0.3])  # from principal axes to those of the file
-    tensor = turn.as_matrix() @ np.diag([1.0, 2.0, 2.6]) @ turn.as_matrix().T
+    rotation = Rotation.from_rotvec([0.4, 1.0, -0.3])  # from principal axes to those of the file
+    tensor = rotation.as_matrix() @ np.diag([1.0, 2.0, 2.6]) @ rotation.as_matrix().T
     motion = exact_rows([1.0, 2.0, 2.6], [0.1, 1.0, 0.2], np.linspace(0, 20, 60))
-    q = Rotation.from_quat(motion["q"], scalar_first=True) * turn.inv()
-    columns = table({"t": motion["t"], "q": q.as_quat(scalar_first=True), "w": turn.apply(motion["w"])})
+    q = Rotation.from_quat(motion["q"], scalar_first=True) * rotation.inv()
+    columns = table({"t": motion["t"], "q": q.as_quat(scalar_first=True), "w": rotation.apply(motion["w"])})
     facts = sweeps.certify(columns, tensor.tolist()).attrs
     assert facts["attitude_error_max_rad"] < 1e-12  # the tensor's eigenvalues and axes are rounded
 
 
-def changed(columns, name, row, value):
+def with_change(columns, name, row, value):
     columns = {n: np.array(c) for n, c in columns.items()}
     columns[name][row] = value
     return columns
 
 
 @pytest.mark.parametrize(("columns", "words"), [
-    (changed(table(rows()), "q1", 7, np.nan), "row 8 of 'q1' is missing or not finite"),
-    (changed(table(rows()), "w3", 2, np.inf), "row 3 of 'w3' is missing or not finite"),
-    (changed(table(rows()), "time", 7, TIMES[6]), "row 8: the time repeats"),
-    (changed(table(rows()), "time", 7, 0.0), "row 8: the time goes back"),
+    (with_change(table(rows()), "q1", 7, np.nan), "row 8 of 'q1' is missing or not finite"),
+    (with_change(table(rows()), "w3", 2, np.inf), "row 3 of 'w3' is missing or not finite"),
+    (with_change(table(rows()), "time", 7, TIMES[6]), "row 8: the time repeats"),
+    (with_change(table(rows()), "time", 7, 0.0), "row 8: the time goes back"),
     ({n: c[:1] for n, c in table(rows()).items()}, "has 1 rows"),
     ({n: c[:0] for n, c in table(rows()).items()}, "has 0 rows"),
     (table(rows()) | {f"q{i}": np.where(TIMES[9] == TIMES, 0.0, rows()["q"][:, i]) for i in range(4)},
@@ -210,10 +210,10 @@ def changed(columns, name, row, value):
     ({"time": TIMES, "w1 (furlong)": TIMES, "w2": TIMES, "w3": TIMES}, "has the unit 'furlong'"),
 ])  # fmt: skip
 def test_what_cannot_be_judged_is_refused(columns, words):
-    with pytest.raises(sweeps.DefinitionError, match=words) as refused:
-        judged(columns)
-    assert "allowed: " in str(refused.value)
-    assert "\n" not in str(refused.value)
+    with pytest.raises(sweeps.DefinitionError, match=words) as error:
+        certify_motion(columns)
+    assert "allowed: " in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("body", [[1, 2, 4], [1, 2, -1], [0, 1, 1], [1, 2], "nobody"])
@@ -236,4 +236,4 @@ def test_an_impossible_body_is_refused(body):
 ])  # fmt: skip
 def test_options_are_refused_in_words(options, words):
     with pytest.raises(sweeps.DefinitionError, match=words):
-        judged(table(rows()), **options)
+        certify_motion(table(rows()), **options)

@@ -1,4 +1,4 @@
-"""Each command as a person types it: what it prints, what it writes, how it refuses."""
+"""Each command as a person types it: output, files and refusals."""
 
 import json
 import math
@@ -12,7 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from calls import refused, said
+from calls import refusal_message, run_command
 from maps import BODIES, write
 from scipy.special import ellipk
 
@@ -36,19 +36,24 @@ def bodies(path):
 
 
 @pytest.fixture(scope="module")
-def damaged(path):
+def damaged_files(path):
     """Files that are no map, by name."""
-    whole = path.read_bytes()
-    made = {"cut.nc": whole[: len(whole) // 2], "head.nc": whole[:600], "empty.nc": b"", "text.nc": b"grid: {}\n"}
-    made["begun.nc"] = b"\x89HDF\r\n\x1a\n" + bytes(600)
-    for name, content in made.items():
+    map_bytes = path.read_bytes()
+    contents = {
+        "cut.nc": map_bytes[: len(map_bytes) // 2],
+        "head.nc": map_bytes[:600],
+        "empty.nc": b"",
+        "text.nc": b"grid: {}\n",
+    }
+    contents["begun.nc"] = b"\x89HDF\r\n\x1a\n" + bytes(600)
+    for name, content in contents.items():
         (path.parent / name).write_bytes(content)
     with netCDF4.Dataset(path.parent / "other.nc", "w") as file:
         file.createDimension("x", 2)
     with xr.open_dataset(path) as ds:
         ds.drop_vars("regime").to_netcdf(path.parent / "poor.nc")
     (path.parent / "folder.nc").mkdir()
-    return [path.parent / name for name in (*made, "other.nc", "poor.nc", "folder.nc", "none.nc")]
+    return [path.parent / name for name in (*contents, "other.nc", "poor.nc", "folder.nc", "none.nc")]
 
 
 def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys):
@@ -57,42 +62,44 @@ def test_a_results_folder_stands_for_its_map(path, tmp_path, monkeypatch, capsys
     shutil.copy(path, folder / "stability_map.nc")
     monkeypatch.chdir(tmp_path)
     place = ["--axis", "2", "--I1", "1", "--I2", "1", "--omega0", "1", "--epsilon", "1e-6"]
-    assert said(capsys, "show", folder) == said(capsys, "show", folder / "stability_map.nc")
-    assert said(capsys, "point", folder, *place) == said(capsys, "point", folder / "stability_map.nc", *place)
-    said(capsys, "slice", folder, "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", "slice.nc")
-    said(capsys, "figures", folder, "-o", "figures", "--only", "stability_axis_1")
-    said(capsys, "report", folder, "-o", "report.html")
-    said(capsys, "verify", folder, "--points", "1")
-    with sweeps.open_map(folder) as ds, sweeps.open_map(path) as same:
-        assert ds.identical(same)
+    assert run_command(capsys, "show", folder) == run_command(capsys, "show", folder / "stability_map.nc")
+    assert run_command(capsys, "point", folder, *place) == run_command(
+        capsys, "point", folder / "stability_map.nc", *place
+    )
+    run_command(capsys, "slice", folder, "--axis", "2", "--omega0", "1", "--epsilon", "1e-6", "-o", "slice.nc")
+    run_command(capsys, "figures", folder, "-o", "figures", "--only", "stability_axis_1")
+    run_command(capsys, "report", folder, "-o", "report.html")
+    run_command(capsys, "verify", folder, "--points", "1")
+    with sweeps.open_map(folder) as ds, sweeps.open_map(path) as original:
+        assert ds.identical(original)
     (tmp_path / "empty").mkdir()
-    for typed in (["show"], ["point"], ["slice", "-o", "x.nc"], ["figures", "-o", "x"], ["report", "-o", "x.html"]):
-        message = refused(capsys, *typed, tmp_path / "empty")
+    for arguments in (["show"], ["point"], ["slice", "-o", "x.nc"], ["figures", "-o", "x"], ["report", "-o", "x.html"]):
+        message = refusal_message(capsys, *arguments, tmp_path / "empty")
         assert message.startswith(f"{tmp_path / 'empty'}: this folder holds no stability_map.nc; allowed: a map")
     with pytest.raises(MapError, match=r"holds no stability_map\.nc"):
         sweeps.open_map(tmp_path / "empty")
     (tmp_path / "README.md").write_text("# Words\n" * 20)
-    assert "(its first bytes are not those of netCDF-4)" in refused(capsys, "show", "README.md")
+    assert "(its first bytes are not those of netCDF-4)" in refusal_message(capsys, "show", "README.md")
 
 
 @pytest.mark.parametrize("command", ["show", "point", "slice", "verify"])
-def test_a_file_that_is_no_map_is_refused(command, damaged, tmp_path, capsys):
+def test_a_file_that_is_no_map_is_refused(command, damaged_files, tmp_path, capsys):
     out = tmp_path / "out.nc"
-    for file in damaged:
+    for file in damaged_files:
         options = {"slice": ["-o", out], "point": ["--trajectory", out]}.get(command, [])
-        assert file.name in refused(capsys, command, file, *options)
+        assert file.name in refusal_message(capsys, command, file, *options)
         assert list(tmp_path.iterdir()) == []
 
 
 def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
-    whole = path.read_bytes()
-    at = whole.rfind(b"\x78\x01")  # a deflated chunk: the flags
+    content = path.read_bytes()
+    at = content.rfind(b"\x78\x01")  # a deflated chunk: the flags
     assert at > 0
-    (tmp_path / "map.nc").write_bytes(whole[:at] + bytes(16) + whole[at + 16 :])
+    (tmp_path / "map.nc").write_bytes(content[:at] + bytes(16) + content[at + 16 :])
     assert main(["show", str(tmp_path / "map.nc")]) == 2
-    said = capsys.readouterr()
-    assert "Traceback" not in said.err
-    assert "damaged" in said.err
+    output = capsys.readouterr()
+    assert "Traceback" not in output.err
+    assert "damaged" in output.err
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -100,12 +107,12 @@ def test_a_map_damaged_inside_is_refused(path, tmp_path, capsys):
 
 
 def test_show_prints_the_counts_of_the_file(path, capsys):
-    out = said(capsys, "show", path)
+    out = run_command(capsys, "show", path)
     with sweeps.open_map(path) as ds:
-        look = systems.presentation_of(ds).appearance
+        appearance = systems.presentation_of(ds).appearance
         for value, word in zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True):
             count = int((ds.regime == value).sum())
-            line = [line for line in out.splitlines() if line.startswith(f"{look.words(word)} ")]
+            line = [line for line in out.splitlines() if line.startswith(f"{appearance.words(word)} ")]
             assert (f"{count:,}" in line[0].split()) if count else not line
         assert f"{ds.regime.size:,} points" in out
         assert f"{float(abs(ds.propagation_error).max()):.2g}" in out
@@ -114,7 +121,7 @@ def test_show_prints_the_counts_of_the_file(path, capsys):
 
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_show_warns_of_a_spin_about_the_axis_of_least_inertia(path, capsys, axis):
-    out = said(capsys, "show", path, "--axis", axis)
+    out = run_command(capsys, "show", path, "--axis", axis)
     with sweeps.open_map(path) as ds:
         regimes = ds.regime.sel(axis=axis).isel({dim: 0 for dim in ("omega0", "epsilon", "phase") if dim in ds.dims})
         assert regimes.size < 2000  # each cell of the picture is one point
@@ -123,7 +130,7 @@ def test_show_warns_of_a_spin_about_the_axis_of_least_inertia(path, capsys, axis
 
 
 def test_show_as_json_is_the_same(path, capsys):
-    facts = json.loads(said(capsys, "show", path, "--json"))
+    facts = json.loads(run_command(capsys, "show", path, "--json"))
     with sweeps.open_map(path) as ds:
         assert facts["content_hash"] == ds.attrs["content_hash"]
         assert facts["points"] == ds.regime.size
@@ -142,13 +149,13 @@ COUNTED = {
 
 @pytest.mark.parametrize("name", COUNTED)
 def test_list_check_and_run_count_the_same_points(name, capsys):
-    planned = catalogue.plan_sweep(catalogue.find_definition(name), anywhere=True, check=False)
-    assert planned.sweep.size_in_words == COUNTED[name]
+    plan = catalogue.plan_sweep(catalogue.find_definition(name), anywhere=True, check=False)
+    assert plan.sweep.size_in_words == COUNTED[name]
     assert f"{catalogue.shipped_contents()[name].points:,} points" == COUNTED[name].split(" (")[0]
-    assert planned.intention(Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
-    number, each = COUNTED[name].split()[0], math.prod(planned.sweep.each.values())
-    assert f"points      {COUNTED[name].replace(' points', '')} = " in said(capsys, "check", name)
-    total = planned.sweep.grid.size
+    assert plan.intention(Path("results")).startswith(f"{name}: {COUNTED[name]} of ")
+    number, each = COUNTED[name].split()[0], math.prod(plan.sweep.each.values())
+    assert f"points      {COUNTED[name].replace(' points', '')} = " in run_command(capsys, "check", name)
+    total = plan.sweep.grid.size
     with progress.count_points(total, name, each) as advance:
         advance(total)
     assert capsys.readouterr().err.startswith(f"{name}: {number} of {number} points, ")
@@ -160,16 +167,16 @@ def test_list_check_and_run_count_the_same_points(name, capsys):
 
 def test_slice_holds_the_plane_and_says_which(path, tmp_path, capsys):
     out = tmp_path / "slice.nc"
-    words = said(capsys, "slice", path, "--axis", 2, "--omega0", "-2.5e+0", "--epsilon=3e-6", "-o", out)
+    words = run_command(capsys, "slice", path, "--axis", 2, "--omega0", "-2.5e+0", "--epsilon=3e-6", "-o", out)
     assert "omega0 = -3 rad s-1 (nearest to -2.5)" in words
-    with sweeps.open_map(path) as whole, sweeps.open_map(out) as part:
-        plane = whole.sel(axis=2, omega0=-3.0, epsilon=1e-6).isel(I3=0, phase=0)
-        assert part.regime.dims == ("I1", "I2")
-        for name in whole.data_vars:
-            np.testing.assert_array_equal(part[name].values, plane[name].values)
-            assert part[name].attrs.get("units") == whole[name].attrs.get("units")
-        assert part.omega0.item() == -3.0
-        assert part.attrs["definition"] == whole.attrs["definition"]
+    with sweeps.open_map(path) as full_map, sweeps.open_map(out) as slice_map:
+        plane = full_map.sel(axis=2, omega0=-3.0, epsilon=1e-6).isel(I3=0, phase=0)
+        assert slice_map.regime.dims == ("I1", "I2")
+        for name in full_map.data_vars:
+            np.testing.assert_array_equal(slice_map[name].values, plane[name].values)
+            assert slice_map[name].attrs.get("units") == full_map[name].attrs.get("units")
+        assert slice_map.omega0.item() == -3.0
+        assert slice_map.attrs["definition"] == full_map.attrs["definition"]
 
 
 @pytest.mark.parametrize(
@@ -184,7 +191,7 @@ def test_slice_holds_the_plane_and_says_which(path, tmp_path, capsys):
     ],
 )
 def test_slice_refuses_what_is_no_plane(path, tmp_path, capsys, arguments, words):
-    answer = refused(capsys, "slice", path, "-o", tmp_path / "s.nc", *arguments)
+    answer = refusal_message(capsys, "slice", path, "-o", tmp_path / "s.nc", *arguments)
     assert words.replace("1.0,", "1,") in answer
     assert list(tmp_path.iterdir()) == []
 
@@ -195,7 +202,7 @@ def test_slice_refuses_what_is_no_plane(path, tmp_path, capsys, arguments, words
 
 def test_point_is_the_row_of_the_file(path, capsys):
     where = ["--axis", 2, "--I1", 0.7, "--I2", 1.38, "--omega0", 1, "--epsilon", 1e-6]
-    facts = json.loads(said(capsys, "point", path, *where, "--json"))
+    facts = json.loads(run_command(capsys, "point", path, *where, "--json"))
     with sweeps.open_map(path) as ds:
         row = ds.sel(axis=2, I1=0.75, I2=1.4, omega0=1.0, epsilon=1e-6).isel(I3=0, phase=0)
         for name, entry in facts["variables"].items():
@@ -206,7 +213,7 @@ def test_point_is_the_row_of_the_file(path, capsys):
             else:
                 assert entry["value"] == (None if np.isnan(value) else value)
             assert entry["units"] == ds[name].attrs.get("units", "")
-        out = said(capsys, "point", path, *where)
+        out = run_command(capsys, "point", path, *where)
         assert f"{row.growth_rate.item():.6g}" in out or f"{row.frequency.item():.6g}" in out
     assert "I1 = 0.75 kg m2 (nearest to 0.7)" in out
     assert "rad s-1" in out
@@ -215,14 +222,16 @@ def test_point_is_the_row_of_the_file(path, capsys):
 @pytest.mark.slow
 def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
     out = tmp_path / "motion.nc"
-    words = said(capsys, "point", bodies, "--body", "racket", "--axis", 2, "--epsilon", 1e-2, "--trajectory", out)
+    words = run_command(
+        capsys, "point", bodies, "--body", "racket", "--axis", 2, "--epsilon", 1e-2, "--trajectory", out
+    )
     assert "body = Tennis racket" in words
-    with xr.open_dataset(out) as moved:
-        spin, times = moved.omega2.values, moved.time.values
+    with xr.open_dataset(out) as motion:
+        spin, times = motion.omega2.values, motion.time.values
         turns = np.flatnonzero(np.diff(np.sign(spin)))
         crossings = times[turns] - spin[turns] * (times[turns + 1] - times[turns]) / (spin[turns + 1] - spin[turns])
         I1, I2, I3 = 0.00121, 0.01638, 0.01748
-        w = moved[["omega1", "omega2", "omega3"]].isel(time=0).to_array().values
+        w = motion[["omega1", "omega2", "omega3"]].isel(time=0).to_array().values
         energy = I1 * w[0] ** 2 + I2 * w[1] ** 2 + I3 * w[2] ** 2
         momentum = (I1 * w[0]) ** 2 + (I2 * w[1]) ** 2 + (I3 * w[2]) ** 2
     # Landau and Lifshitz (37.11, 37.12), for L2 above or below 2 E I2
@@ -239,7 +248,7 @@ def test_point_writes_a_motion_whose_flips_are_scipys(bodies, tmp_path, capsys):
 
 
 def test_body_says_what_the_racket_does(capsys):
-    out = " ".join(said(capsys, "body", "racket").split())
+    out = " ".join(run_command(capsys, "body", "racket").split())
     # 1/λ and 2π/Ω of Brody's moments at 10 rad s-1, by hand: λ² = 100 (I2 - I1)(I3 - I2)/(I1 I3)
     rate = 10 * np.sqrt(0.01517 * 0.0011 / (0.00121 * 0.01748))
     assert f"grow e-fold in {1 / rate:.4g} s" in out
@@ -251,13 +260,13 @@ def test_body_says_what_the_racket_does(capsys):
 
 
 def test_body_says_what_people_observed(capsys):
-    out = said(capsys, "body", "earth")
+    out = run_command(capsys, "body", "earth")
     assert "303.7 days" in out
     assert "observed: 433 days, Chandler wobble" in out
 
 
 def test_body_as_json(capsys):
-    facts = json.loads(said(capsys, "body", "--ratios", 1, 2, 2.5, "--omega0", "-1e+1", "--json"))
+    facts = json.loads(run_command(capsys, "body", "--ratios", 1, 2, 2.5, "--omega0", "-1e+1", "--json"))
     assert facts["omega0"] == -10.0
     assert [axis["regime"] for axis in facts["axes"]] == ["stable_minor", "unstable", "stable_major"]
     assert facts["axes"][1]["e_folding_time"] == pytest.approx(np.sqrt(2.5 / 0.5) / 10, rel=1e-14)
@@ -267,11 +276,11 @@ def test_body_as_json(capsys):
 def test_body_takes_a_tensor_and_a_mesh(tmp_path, capsys):
     trimesh = pytest.importorskip("trimesh")
     tensor = ["2", "-5e-1", "0", "-0.5", "2", "-.1", "0", "-1e-1", "3"]
-    facts = json.loads(said(capsys, "body", "--tensor", *tensor, "--json"))
+    facts = json.loads(run_command(capsys, "body", "--tensor", *tensor, "--json"))
     values = np.linalg.eigvalsh([[2, -0.5, 0], [-0.5, 2, -0.1], [0, -0.1, 3]])
     np.testing.assert_allclose(facts["moments"], values, rtol=1e-14)
     trimesh.creation.box((3, 2, 1)).export(tmp_path / "brick.obj")
-    out = said(capsys, "body", "--mesh", tmp_path / "brick.obj", "--mass", 12, "--unit", "m")
+    out = run_command(capsys, "body", "--mesh", tmp_path / "brick.obj", "--mass", 12, "--unit", "m")
     for line in ("12 kg, 6 m³, 3 × 2 × 1 m, 12 faces", "I1 = 5 kg m²  about x", "I3 = 13 kg m²  about"):
         assert line in out
 
@@ -280,10 +289,10 @@ def test_body_knows_the_bodies_of_ones_own_definition(tmp_path, capsys):
     (tmp_path / "mine.yaml").write_text(
         "bodies: [{name: Brick, tensor: [[5, 0, 0], [0, 13, 0], [0, 0, 10]], omega0: 2.0}]\n"
     )
-    out = said(capsys, "body", "brick", "--definition", tmp_path / "mine.yaml")
+    out = run_command(capsys, "body", "brick", "--definition", tmp_path / "mine.yaml")
     assert "I2 = 10 kg m²  about z" in out
-    assert said(capsys, "body", "--definition", tmp_path / "mine.yaml") == "Brick\n"
-    assert "Earth\nMoon" in said(capsys, "body")
+    assert run_command(capsys, "body", "--definition", tmp_path / "mine.yaml") == "Brick\n"
+    assert "Earth\nMoon" in run_command(capsys, "body")
 
 
 @pytest.mark.parametrize(
@@ -304,7 +313,7 @@ def test_body_knows_the_bodies_of_ones_own_definition(tmp_path, capsys):
     ],
 )
 def test_body_refuses_in_words(capsys, arguments, words):
-    assert words in refused(capsys, "body", *arguments)
+    assert words in refusal_message(capsys, "body", *arguments)
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -315,41 +324,41 @@ def test_check_as_json_and_with_axes(tmp_path, capsys):
     (tmp_path / "mine.yaml").write_text(
         "bodies: [{name: Brick, tensor: [[5, 0, 0], [0, 13, 0], [0, 0, 10]], omega0: 2.0}]\n"
     )
-    facts = json.loads(said(capsys, "check", tmp_path / "mine.yaml", "--json"))
+    facts = json.loads(run_command(capsys, "check", tmp_path / "mine.yaml", "--json"))
     assert facts["dimensions"] == {"body": 1, "axis": 3, "epsilon": 1, "phase": 1}
     assert facts["bodies"]["Brick"]["moments"] == [5.0, 10.0, 13.0]
     assert np.linalg.det(facts["bodies"]["Brick"]["axes"]) == pytest.approx(1.0)
-    assert "I1 = 5 kg m²  about x" in said(capsys, "check", tmp_path / "mine.yaml")
-    assert json.loads(said(capsys, "check", "--list", "--json"))["bodies"] == "Real bodies"
+    assert "I1 = 5 kg m²  about x" in run_command(capsys, "check", tmp_path / "mine.yaml")
+    assert json.loads(run_command(capsys, "check", "--list", "--json"))["bodies"] == "Real bodies"
 
 
 @pytest.mark.parametrize(
     "name", ["check", "run", "show", "point", "slice", "body", "compile", "shard", "merge", "figures", "report"]
 )
 def test_every_command_has_help(name, capsys):
-    with pytest.raises(SystemExit) as left:
+    with pytest.raises(SystemExit) as end:
         main([name, "--help"])
-    assert left.value.code == 0
+    assert end.value.code == 0
     assert f"polhode {name}" in capsys.readouterr().out
 
 
 def test_polhode_is_the_same_command(capsys):
-    """The console script calls what `python -m sweeps` calls; each names itself in its help."""
+    """The console script calls the function of `python -m sweeps`; each names itself in its help."""
     scripts = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]["scripts"]
     assert EntryPoint("polhode", scripts["polhode"], "console_scripts").load() is command
     assert sweeps.__version__ == version("polhode")
-    with pytest.raises(SystemExit) as left:
+    with pytest.raises(SystemExit) as end:
         main(["--version"])
-    assert left.value.code == 0
+    assert end.value.code == 0
     assert capsys.readouterr().out == f"Polhode {sweeps.__version__}\n"
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
 def test_a_shell_gets_its_completion(shell, capsys):
     pytest.importorskip("shtab")
-    with pytest.raises(SystemExit) as left:
+    with pytest.raises(SystemExit) as end:
         main(["--completion", shell])
-    assert left.value.code == 0
+    assert end.value.code == 0
     script = capsys.readouterr().out
     assert "--trajectory" in script
     if shutil.which(shell):
@@ -366,12 +375,12 @@ def test_a_place_that_cannot_be_written_is_said_in_one_line(path, tmp_path, caps
 
 
 def test_pictures_that_are_asked_for_at_a_place_in_a_form_for_print(path, tmp_path, capsys):
-    asked = ["--format", "svg", "--only", "stability", "--axis", "2", "--at", "omega0=1"]
-    lines = said(capsys, "figures", path, "-o", tmp_path / "slides", *asked).splitlines()
+    options = ["--format", "svg", "--only", "stability", "--axis", "2", "--at", "omega0=1"]
+    lines = run_command(capsys, "figures", path, "-o", tmp_path / "slides", *options).splitlines()
     assert lines[0] == str(tmp_path / "slides/stability_axis_2.svg")
     assert [line.partition(" ")[0] for line in lines[1:]] == ["axis", "omega0"]
-    drawn = (tmp_path / "slides/stability_axis_2.svg").read_text()
-    assert "axis 2" in drawn  # in a comment beside its letters' curves
+    svg = (tmp_path / "slides/stability_axis_2.svg").read_text()
+    assert "axis 2" in svg  # in a comment at its letters' curves
     assert [file.name for file in (tmp_path / "slides").iterdir()] == ["stability_axis_2.svg"]
 
 
@@ -395,27 +404,31 @@ def test_a_point_has_its_whole_spectrum_and_a_slice_keeps_or_chooses(name, tmp_p
     path, out = tmp_path / "map.nc", tmp_path / "slice.nc"
     ds = sweeps.survey({"system": name, "grid": grid})
     storage.write_map(ds, path)
-    others = {d: str(ds[d].values[-1]) for d, size in ds.sizes.items() if size > 1 and d != dim}
-    options = [word for d, value in others.items() for word in (f"--{d}", value)]
-    wanted = ds[variable].sel({d: ds[d].values[-1] for d in others}).squeeze()
-    facts = json.loads(said(capsys, "point", path, *options, "--json"))["variables"][variable]
-    np.testing.assert_array_equal(np.array(facts["value"], float), wanted.values)
-    assert sweeps.point(path, **others)[variable].sizes == {dim: count}
-    chosen = {**others, dim: 2}
-    assert sweeps.point(path, **chosen)[variable].item() == wanted.values[1] or np.isnan(wanted.values[1])
+    place = {d: str(ds[d].values[-1]) for d, size in ds.sizes.items() if size > 1 and d != dim}
+    options = [word for d, value in place.items() for word in (f"--{d}", value)]
+    expected = ds[variable].sel({d: ds[d].values[-1] for d in place}).squeeze()
+    facts = json.loads(run_command(capsys, "point", path, *options, "--json"))["variables"][variable]
+    np.testing.assert_array_equal(np.array(facts["value"], float), expected.values)
+    assert sweeps.point(path, **place)[variable].sizes == {dim: count}
+    single_place = {**place, dim: 2}
+    assert sweeps.point(path, **single_place)[variable].item() == expected.values[1] or np.isnan(expected.values[1])
 
-    plane = [d for d in others][:2]
-    rest = [word for d in others if d not in plane for word in (f"--{d}", others[d])]
-    own = dim == "multiplier"  # a further dimension of single variables, not one of the map's
-    words = said(capsys, "slice", path, *rest, *([] if own else [f"--{dim}", "2"]), "-o", out)
-    with xr.open_dataset(out) as part:
-        assert set(part[variable].dims) == {*plane, *([dim] if own else [])}
-    assert (f"{variable}" in words and f"--{dim} VALUE" in words) == own
-    said(capsys, "slice", path, *rest, f"--{dim}", "2", "-o", out)
-    with xr.open_dataset(out) as part:
-        assert set(part[variable].dims) == {*plane}
-        at = {d: ds[d].values[-1] for d in others if d not in plane} | {dim: 2}
-        np.testing.assert_array_equal(part[variable], ds[variable].sel(at).squeeze().transpose(*part[variable].dims))
+    plane = [d for d in place][:2]
+    options_of_slice = [word for d in place if d not in plane for word in (f"--{d}", place[d])]
+    has_inner_dim = dim == "multiplier"  # an inner dimension of single variables, not a dimension of the map
+    words = run_command(
+        capsys, "slice", path, *options_of_slice, *([] if has_inner_dim else [f"--{dim}", "2"]), "-o", out
+    )
+    with xr.open_dataset(out) as slice_map:
+        assert set(slice_map[variable].dims) == {*plane, *([dim] if has_inner_dim else [])}
+    assert (f"{variable}" in words and f"--{dim} VALUE" in words) == has_inner_dim
+    run_command(capsys, "slice", path, *options_of_slice, f"--{dim}", "2", "-o", out)
+    with xr.open_dataset(out) as slice_map:
+        assert set(slice_map[variable].dims) == {*plane}
+        at = {d: ds[d].values[-1] for d in place if d not in plane} | {dim: 2}
+        np.testing.assert_array_equal(
+            slice_map[variable], ds[variable].sel(at).squeeze().transpose(*slice_map[variable].dims)
+        )
 
 
 @pytest.mark.parametrize("tool", [["cdo", "-s", "infon", "-selname,growth_rate"], ["ncks", "-m", "-v", "growth_rate"]])
@@ -424,7 +437,7 @@ def test_other_programs_open_a_slice(path, bodies, tmp_path, capsys, tool, of_bo
     if shutil.which(tool[0]) is None:
         pytest.skip(f"{tool[0]} is not here")
     out = tmp_path / "slice.nc"
-    said(
+    run_command(
         capsys,
         "slice",
         *([bodies, "--axis", 2] if of_bodies else [path, "--axis", 2, "--omega0", 1, "--epsilon", 1e-6]),

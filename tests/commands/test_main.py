@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from calls import refused
+from calls import refusal_message
 
 import sweeps
 from sweeps import __main__
@@ -31,10 +31,10 @@ def folder(tmp_path, monkeypatch):
 
 def test_check_says_what_a_good_definition_takes(folder, capsys):
     assert main(["check", "good.yaml"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert "good.yaml: valid" in said.out
-    assert "6 = 3 axis × 1 I1 × 1 I2 × 2 I3 × 1 omega0 × 1 epsilon × 1 phase" in said.out
+    output = capsys.readouterr()
+    assert output.err == ""
+    assert "good.yaml: valid" in output.out
+    assert "6 = 3 axis × 1 I1 × 1 I2 × 2 I3 × 1 omega0 × 1 epsilon × 1 phase" in output.out
     assert [p.name for p in folder.iterdir()] == ["good.yaml"]
 
 
@@ -43,9 +43,9 @@ def test_check_lists_what_ships(capsys):
     lines = capsys.readouterr().out.splitlines()
     at = lines[0].index("system")
     assert all(line[at - 1] == " " for line in lines)  # in columns
-    named = {line.split()[0]: line.split() for line in lines[1:] if not line.startswith(" ")}
-    assert named["tiny"][1:3] == ["rigid_body", "864"]
-    names = list(named)
+    entries = {line.split()[0]: line.split() for line in lines[1:] if not line.startswith(" ")}
+    assert entries["tiny"][1:3] == ["rigid_body", "864"]
+    names = list(entries)
     assert {"bodies", "breakdown", "symmetric", "tennis_racket", "tiny", "bead_on_hoop"} <= set(names)
     assert names == sorted(names)
     assert main(["check"]) == 0
@@ -53,18 +53,18 @@ def test_check_lists_what_ships(capsys):
 
 
 def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
-    """`check` only says so: a sweep for a cluster is checked on a laptop."""
+    """`check` only reports it: a sweep for a cluster is checked on a laptop."""
     long = "{start: 1.0, stop: 2.0, num: 1000000}"
     (folder / "huge.yaml").write_text(f"grid: {{I1: {long}, I2: {long}, I3: {long}, omega0: 1.0}}")
-    said = refused(capsys, "run", "huge.yaml")
-    assert "3,000,000,000,000,000,000 points" in said
-    assert "of disk" in said
-    assert said.count(" bytes)") == 2  # needed, and free
+    message = refusal_message(capsys, "run", "huge.yaml")
+    assert "3,000,000,000,000,000,000 points" in message
+    assert "of disk" in message
+    assert message.count(" bytes)") == 2  # needed, and free
     assert main(["check", "huge.yaml"]) == 0
-    checked = capsys.readouterr().out
-    assert "not here    huge: grid: 3,000,000,000,000,000,000 points need " in checked
-    assert "refuse it on this machine" in checked
-    assert "years on one core, figures and report included" in checked
+    output = capsys.readouterr().out
+    assert "not here    huge: grid: 3,000,000,000,000,000,000 points need " in output
+    assert "refuse it on this machine" in output
+    assert "years on one core, figures and report included" in output
     assert main(["check", "huge.yaml", "--json"]) == 0
     assert "of disk" in json.loads(capsys.readouterr().out)["lacking_here"][0]
     assert not (folder / "results").exists()
@@ -72,10 +72,10 @@ def test_a_gigantic_grid_is_refused_with_its_bytes(folder, capsys):
 
 def test_an_unknown_name_suggests_a_near_one(folder, capsys):
     for text in ("tenis_racket", "tenis", "raket"):
-        assert "did you mean tennis_racket?" in refused(capsys, "check", text)
+        assert "did you mean tennis_racket?" in refusal_message(capsys, "check", text)
         with pytest.raises(DefinitionError, match=r"did you mean tennis_racket\?"):
             sweeps.survey(text)
-    far = refused(capsys, "check", "zzz")
+    far = refusal_message(capsys, "check", "zzz")
     assert "did you mean" not in far
     assert "tiny, tumblers, tumbling, twist, viscous_slug, or the path of a YAML file" in far
 
@@ -92,9 +92,9 @@ def test_an_unknown_name_suggests_a_near_one(folder, capsys):
     ],
 )
 def test_shard_refuses_numbers_out_of_range(folder, capsys, numbers, word):
-    said = refused(capsys, "shard", "good.yaml", "-o", "a.nc", *numbers)
-    assert said.startswith(word)
-    assert "out of range" in said
+    message = refusal_message(capsys, "shard", "good.yaml", "-o", "a.nc", *numbers)
+    assert message.startswith(word)
+    assert "out of range" in message
     assert not (folder / "a.nc").exists()
 
 
@@ -102,9 +102,9 @@ def test_shard_and_merge_make_the_map(folder, capsys):
     for number in (1, 2):
         assert main(["shard", "good.yaml", str(number), "2", "-o", f"{number}.nc"]) == 0
     assert "shard 2 of 2: 3 of 3 points" in capsys.readouterr().err
-    assert "missing" in refused(capsys, "merge", "good.yaml", "2.nc", "-o", "map.nc")
-    assert "given twice" in refused(capsys, "merge", "good.yaml", "1.nc", "2.nc", "2.nc", "-o", "map.nc")
-    assert "no such file" in refused(capsys, "merge", "good.yaml", "1.nc", "3.nc", "-o", "map.nc")
+    assert "missing" in refusal_message(capsys, "merge", "good.yaml", "2.nc", "-o", "map.nc")
+    assert "given twice" in refusal_message(capsys, "merge", "good.yaml", "1.nc", "2.nc", "2.nc", "-o", "map.nc")
+    assert "no such file" in refusal_message(capsys, "merge", "good.yaml", "1.nc", "3.nc", "-o", "map.nc")
     assert not (folder / "map.nc").exists()
     assert main(["merge", "good.yaml", "2.nc", "1.nc", "-o", "map.nc"]) == 0
     expected = sweeps.survey("good.yaml").attrs["content_hash"]
@@ -115,9 +115,9 @@ def test_shard_and_merge_make_the_map(folder, capsys):
 
 @pytest.mark.parametrize("arguments", [["--no"], ["chek"], ["shard", "good.yaml", "one", "2", "-o", "a.nc"], ["merge"]])
 def test_a_call_that_is_none_leaves_with_2(arguments, capsys):
-    with pytest.raises(SystemExit) as left:
+    with pytest.raises(SystemExit) as end:
         main(arguments)
-    assert left.value.code == 2
+    assert end.value.code == 2
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -135,35 +135,35 @@ WORDS = [["--version"], ["check", "tiny"], ["check", "none"]]
 
 @pytest.mark.parametrize("words", WORDS, ids=" ".join)
 def test_a_reader_that_has_gone_ends_a_command_quietly(words):
-    """With its output closed a command that prints ends with 1; what is refused ends with its own status."""
-    done = subprocess.run([sys.executable, "-c", PIPED, "1", *words], stderr=subprocess.PIPE, check=False)
-    assert (done.returncode, b"Traceback" in done.stderr) == (2 if "none" in words else 1, False)
-    assert done.stderr.count(b"\n") == ("none" in words)
+    """With its output closed a command that prints ends with 1; a refused command ends with its own status."""
+    process = subprocess.run([sys.executable, "-c", PIPED, "1", *words], stderr=subprocess.PIPE, check=False)
+    assert (process.returncode, b"Traceback" in process.stderr) == (2 if "none" in words else 1, False)
+    assert process.stderr.count(b"\n") == ("none" in words)
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "closed"),
+    ("words", "status", "redirection"),
     [("check tiny", 0, "<&- >&- 2>&-"), ("check none", 2, "2>&-"), ("check none", 2, "<&-"), ("--version", 0, ">&-")],
 )
-def test_closed_streams_change_no_exit_status(words, status, closed):
+def test_closed_streams_change_no_exit_status(words, status, redirection):
     command = f"{shlex.quote(sys.executable)} -m sweeps {words}"
-    lines = (command, f"{command} {closed}")
-    whole, done = (subprocess.run(["sh", "-c", line], capture_output=True, check=False) for line in lines)
-    assert done.returncode == whole.returncode == status
-    assert done.stdout == (b"" if " >&-" in f" {closed}" else whole.stdout)
-    assert done.stderr == (b"" if "2>&-" in closed else whole.stderr)
+    lines = (command, f"{command} {redirection}")
+    plain, process = (subprocess.run(["sh", "-c", line], capture_output=True, check=False) for line in lines)
+    assert process.returncode == plain.returncode == status
+    assert process.stdout == (b"" if " >&-" in f" {redirection}" else plain.stdout)
+    assert process.stderr == (b"" if "2>&-" in redirection else plain.stderr)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 @pytest.mark.parametrize("words", [["--version"], ["check", "tiny"]])
 def test_output_that_finds_no_room_is_said(words):
     with open("/dev/full", "w") as full:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-m", "sweeps", *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
-    assert done.returncode == 2
-    assert "No space left on device; allowed: " in done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == 2
+    assert "No space left on device; allowed: " in process.stderr
+    assert "Traceback" not in process.stderr
 
 
 def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, capsys):
@@ -174,13 +174,13 @@ def test_a_process_that_is_killed_while_it_draws_is_one_message(monkeypatch, cap
     parsed = SimpleNamespace(parse_args=lambda words: SimpleNamespace(run=die))
     monkeypatch.setattr(program, "build", lambda: (parsed, {}))
     assert __main__.main(["figures", "map.nc"]) == 1
-    told = capsys.readouterr().err
-    assert told.startswith("a process that this command started was ended from outside (killed")
-    assert told.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.startswith("a process that this command started was ended from outside (killed")
+    assert message.count("\n") == 1
 
 
 def settings_of_the_process():
-    """What a program that calls `main` shares with it."""
+    """Return the settings that a calling program shares with `main`."""
     import gc
     import logging
     import threading
@@ -191,8 +191,17 @@ def settings_of_the_process():
     numbers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE)]
     streams = [(s.errors, s.encoding, s.line_buffering) for s in (sys.__stdout__, sys.__stderr__)]
     hooks = sys.excepthook, sys.unraisablehook, threading.excepthook
-    others = gc.isenabled(), gc.get_threshold(), np.geterr(), dict(mpl.rcParams), logging.root.level
-    return numbers, streams, hooks, others, list(warnings.filters), dict(os.environ), os.getcwd(), os.umask(os.umask(0))
+    further_settings = gc.isenabled(), gc.get_threshold(), np.geterr(), dict(mpl.rcParams), logging.root.level
+    return (
+        numbers,
+        streams,
+        hooks,
+        further_settings,
+        list(warnings.filters),
+        dict(os.environ),
+        os.getcwd(),
+        os.umask(os.umask(0)),
+    )
 
 
 @pytest.mark.parametrize(
@@ -202,10 +211,10 @@ def settings_of_the_process():
 def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with contextlib.suppress(SystemExit):
-        main(words)  # what is imported registers its own
-    with (tmp_path / "said").open("w", encoding="utf-8") as said:
-        monkeypatch.setattr(sys, "stdout", said)
-        monkeypatch.setattr(sys, "__stdout__", said)
+        main(words)  # imported modules register their own
+    with (tmp_path / "said").open("w", encoding="utf-8") as stream:
+        monkeypatch.setattr(sys, "stdout", stream)
+        monkeypatch.setattr(sys, "__stdout__", stream)
         before = settings_of_the_process()
         with contextlib.suppress(SystemExit):
             main(words)
@@ -214,6 +223,6 @@ def test_a_program_that_calls_main_keeps_its_settings(words, monkeypatch, tmp_pa
 
 def test_the_answer_for_one_body_does_not_load_the_compiler():
     words = [sys.executable, "-X", "importtime", "-m", "sweeps", "body", "--moments", "2.0", "3.0", "4.5"]
-    answered = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert "tumbles" in answered.stdout or "unstable" in answered.stdout
-    assert "numba" not in answered.stderr
+    process = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert "tumbles" in process.stdout or "unstable" in process.stdout
+    assert "numba" not in process.stderr

@@ -42,7 +42,7 @@ class Spectrum(NamedTuple):
     invariants: np.ndarray
     invariant_errors: np.ndarray
     scatter: np.ndarray
-    moved: np.ndarray
+    excitation: np.ndarray
 
 
 def measure(samples, spacing, num_samples=None):
@@ -190,7 +190,7 @@ def test_a_mode_that_was_not_moved_is_said():
     start = clean[0, 0] - (right[:, np.abs(values.imag) > 2] @ share).real
     still = np.array([[linalg.expm(A * SPACING * k) @ start for k in range(80)]])
     spectra = measure(still, SPACING)
-    assert spectra.moved < codes.MIN_EXCITATION
+    assert spectra.excitation < codes.MIN_EXCITATION
     assert np.isnan(spectra.eigenvalues).all()
 
 

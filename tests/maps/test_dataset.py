@@ -39,14 +39,7 @@ UNITS = {  # unit of measured and theoretical columns → their names
 CONTRACT = {name: unit for unit, names in UNITS.items() for name in names.split()}
 FLAGS = {
     "regime_theory": {0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
-    "regime": {
-        -1: "undetermined",
-        0: "stable_minor",
-        1: "stable_major",
-        2: "unstable",
-        3: "marginal",
-        4: "sphere",
-    },
+    "regime": {-1: "undetermined", 0: "stable_minor", 1: "stable_major", 2: "unstable", 3: "marginal", 4: "sphere"},
     "encircles": {0: "none", 1: "minor_axis", 2: "major_axis", 3: "separatrix"},
     "shape": {0: "asymmetric", 1: "oblate", 2: "prolate", 3: "sphere"},
     "status": {0: "ok", 1: "short_window", 2: "not_converged", 3: "non_finite"},
@@ -104,14 +97,14 @@ def test_values_sit_at_their_coordinates(tiny):
         a, b, c = moments[axis - 1], moments[axis % 3], moments[(axis + 1) % 3]
         expected.append(tiny.omega0**2 * (a - b) * (a - c) / (b * c))
     expected = xr.concat(expected, xr.DataArray([1, 2, 3], dims="axis", name="axis"))
-    found = tiny.omega_squared_theory
+    values = tiny.omega_squared_theory
     # six roundings of the formula, each half a unit in the last place
-    xr.testing.assert_allclose(found, expected.broadcast_like(found).transpose(*found.dims), rtol=4e-15, atol=0)
+    xr.testing.assert_allclose(values, expected.broadcast_like(values).transpose(*values.dims), rtol=4e-15, atol=0)
     total = tiny.I1 + tiny.I2 + tiny.I3
     margin = (total - 2 * xr.concat(xr.broadcast(*moments), "moment").max("moment")) / total
-    found = tiny.triangle_margin
+    values = tiny.triangle_margin
     # a float32 of at most 1/3
-    xr.testing.assert_allclose(found, margin.broadcast_like(found).transpose(*found.dims), rtol=0, atol=2e-8)
+    xr.testing.assert_allclose(values, margin.broadcast_like(values).transpose(*values.dims), rtol=0, atol=2e-8)
 
 
 def test_provenance(tiny):
@@ -130,10 +123,10 @@ def test_a_mapping_gives_what_its_file_gives(tmp_path):
     mapping = {"grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": -2.0}}
     path = tmp_path / "own.yaml"
     path.write_text("grid: {I1: [1.0, 2.0], I2: 1.5, I3: 3.0, omega0: -2.0}")
-    left, right = sweeps.survey(mapping), sweeps.survey(path)
-    assert_same_bits(left, right)
-    assert left.content_hash == right.content_hash
-    assert left.sizes == {"axis": 3, "I1": 2, "I2": 1, "I3": 1, "omega0": 1, "epsilon": 1, "phase": 1}
+    of_mapping, of_file = sweeps.survey(mapping), sweeps.survey(path)
+    assert_same_bits(of_mapping, of_file)
+    assert of_mapping.content_hash == of_file.content_hash
+    assert of_mapping.sizes == {"axis": 3, "I1": 2, "I2": 1, "I3": 1, "omega0": 1, "epsilon": 1, "phase": 1}
 
 
 @pytest.mark.parametrize(
@@ -153,8 +146,8 @@ def test_chunks_are_those_asked_for():
     assert lazy.omega_squared.chunksizes["I1"] == (1, 1, 1, 1)
     assert lazy.omega_squared.chunksizes["omega0"] == (2, 1)
     assert lazy.omega_squared.chunksizes["axis"] == (3,)
-    most = sweeps.survey("tiny", chunks=100).omega_squared.data
-    assert max(np.prod([max(c) for c in most.chunks]), 1) <= 100
+    data = sweeps.survey("tiny", chunks=100).omega_squared.data
+    assert max(np.prod([max(c) for c in data.chunks]), 1) <= 100
     with pytest.raises(ValueError, match=r"\['I4'\].*allowed: axis, I1"):
         sweeps.survey("tiny", chunks={"I4": 1})
 
@@ -215,19 +208,19 @@ def test_a_run_of_points_equals_the_same_points_of_the_map(tiny):
 def test_chosen_variables_are_made_alone_and_are_the_same(tiny):
     names = ["omega_squared", "regime", "propagation_error"]
     mapping = plain(read_text(TINY.read_text())) | {"integration": {"variables": names}}
-    few = sweeps.survey(mapping)
-    assert sorted(few.data_vars) == sorted(names)
+    selection = sweeps.survey(mapping)
+    assert sorted(selection.data_vars) == sorted(names)
     for name in names:
-        assert few[name].values.tobytes() == tiny[name].values.tobytes()
+        assert selection[name].values.tobytes() == tiny[name].values.tobytes()
 
 
 def test_a_collapsed_sweep_is_the_full_one():
     spins = [-3.0, 0.5, 1.0, 2.0, 7.0]
     grid = {"I1": [0.5, 1.0, 2.0], "I2": [0.7, 1.4, 2.8], "I3": [0.6, 1.2], "omega0": spins, "epsilon": [1e-6, 1e-2]}
-    full, collapsed = (sweeps.survey({"grid": grid, "integration": {"collapse": flag}}) for flag in (False, True))
+    full, collapsed_map = (sweeps.survey({"grid": grid, "integration": {"collapse": flag}}) for flag in (False, True))
     spin = abs(full.omega0)
-    apart = abs(collapsed.omega_squared - full.omega_squared) / spin**2
-    assert float(apart.max()) <= 1e-12
+    difference = abs(collapsed_map.omega_squared - full.omega_squared) / spin**2
+    assert float(difference.max()) <= 1e-12
     for name in full.data_vars:
         if full[name].dtype.kind == "i":
-            np.testing.assert_array_equal(collapsed[name], full[name], err_msg=name)
+            np.testing.assert_array_equal(collapsed_map[name], full[name], err_msg=name)

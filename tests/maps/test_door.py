@@ -1,4 +1,4 @@
-"""One door for every file: what is strange is refused in words, and what is let in holds what other libraries read."""
+"""One reader for every file: damaged files are refused, and accepted files have the values of other libraries."""
 
 import errno
 import os
@@ -28,38 +28,38 @@ from sweeps.schema.variables import extremes
 from sweeps.shards import content_hash
 
 QUICK_DAMAGES = 2
-DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 45))  # of each system's map; there are some 1,500
+DAMAGES = int(os.environ.get("POLHODE_DAMAGES", 45))  # number of damages of each system's map, from some 1,500
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("map"), damages.FEWER["rigid"])
+    return write(tmp_path_factory.mktemp("map"), damages.QUICK_BASES["rigid"])
 
 
 CASES = [
-    *((name, slice(0, QUICK_DAMAGES)) for name in damages.FEWER),
-    *(pytest.param(name, slice(QUICK_DAMAGES, DAMAGES), marks=pytest.mark.slow) for name in damages.FEWER),
+    *((name, slice(0, QUICK_DAMAGES)) for name in damages.QUICK_BASES),
+    *(pytest.param(name, slice(QUICK_DAMAGES, DAMAGES), marks=pytest.mark.slow) for name in damages.QUICK_BASES),
     *(
         pytest.param(name, slice(0, DAMAGES), marks=pytest.mark.faults)
         for name in damages.BASES
-        if name not in damages.FEWER
+        if name not in damages.QUICK_BASES
     ),
 ]
 
 
-@pytest.mark.parametrize(("base", "part"), CASES)
-def test_strange_files_end_well_or_are_refused_in_words(tmp_path, monkeypatch, base, part):
+@pytest.mark.parametrize(("base", "selection"), CASES)
+def test_strange_files_end_well_or_are_refused_in_words(tmp_path, monkeypatch, base, selection):
     """POLHODE_DAMAGES=2000 pytest -m "slow or faults" tests/maps/test_door.py tries the whole table of each system."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sandbox, "run_in_child", sandbox.run_in_child)
-    path = write(tmp_path, (damages.BASES | damages.FEWER)[base], "base.nc")
+    path = write(tmp_path, (damages.BASES | damages.QUICK_BASES)[base], "base.nc")
     damages.look_once()
-    shuffled = list(damages.table(path).items())
-    random.Random(base).shuffle(shuffled)
-    for k, (name, damage) in enumerate(shuffled[part]):
+    damage_items = list(damages.table(path).items())
+    random.Random(base).shuffle(damage_items)
+    for k, (name, damage) in enumerate(damage_items[selection]):
         folder = tmp_path / str(k)
         folder.mkdir()
-        assert not damages.tried(folder, path, damage, turn=k), name
+        assert not damages.try_damage(folder, path, damage, number=k), name
 
 
 # Bounds
@@ -75,14 +75,14 @@ LARGE += ["long texts", "bomb", "swollen"]
 @pytest.mark.parametrize("name", LARGE)
 def test_what_a_file_only_declares_is_refused_before_it_is_allocated(path, tmp_path, holder, name):
     copy = shutil.copy(path, tmp_path / "map.nc")
-    damages.replaced(copy, holder, damages.REPLACED[name])
+    damages.replace_variable(copy, holder, damages.REPLACED[name])
     assert damages.in_a_copy(lambda: refused_in_little_room(copy)) is True
 
 
 def refused_in_little_room(path):
     """Whether a file is refused, in words, by a process that may take a quarter of a gibibyte."""
-    mapped = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (mapped + 2**28, mapped + 2**28))
+    address_space = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (address_space + 2**28, address_space + 2**28))
     try:
         sweeps.open_map(path).load()
     except MapError as refused:
@@ -125,7 +125,7 @@ def test_a_child_that_sleeps_is_not_waited_for_for_ever(path, monkeypatch):
         sweeps.open_map(path)
 
 
-# What is let in
+# Accepted files
 
 
 STORED = {
@@ -143,19 +143,19 @@ QUICK = ("shuffled and deflated", "in small chunks", "the other way round")
 
 
 @pytest.fixture(scope="module", params=[n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in STORED])
-def stored(request, path, tmp_path_factory):
-    """The map as others may store it."""
-    other = tmp_path_factory.mktemp("stored") / "map.nc"
+def variant(request, path, tmp_path_factory):
+    """Return the map as further libraries may store it."""
+    copy = tmp_path_factory.mktemp("stored") / "map.nc"
     with xr.open_dataset(path, decode_times=False) as ds:
         ds.load().drop_encoding()
         encoding = {name: dict(STORED[request.param]) for name in ds.data_vars}
-        ds.to_netcdf(other, encoding=encoding)
+        ds.to_netcdf(copy, encoding=encoding)
     if request.param == "the other way round":
-        turned(other)
-    return other
+        store_big_endian(copy)
+    return copy
 
 
-def turned(path):
+def store_big_endian(path):
     """Stores the numbers of a map with their most significant byte first, which xarray does not."""
     with h5py.File(path, "r+") as file:
         for name in ("omega_squared", "energy_drift"):
@@ -169,28 +169,28 @@ def turned(path):
                 file[name].dims[k].attach_scale(file[scale])
 
 
-def test_values_are_what_other_libraries_read(stored, path):
-    with sweeps.open_map(stored) as ds, h5py.File(stored) as file, sweeps.open_map(path) as own:
-        assert content_hash.content_hash(ds) == own.attrs["content_hash"]
+def test_values_are_what_other_libraries_read(variant, path):
+    with sweeps.open_map(variant) as ds, h5py.File(variant) as file, sweeps.open_map(path) as original:
+        assert content_hash.content_hash(ds) == original.attrs["content_hash"]
         for name in ds.variables:
             np.testing.assert_array_equal(ds[name].values, file[name][()])
 
 
 @pytest.fixture(scope="module")
-def both(stored):
+def map_and_arrays(variant):
     """The map as this door reads it, and three of its variables as h5py does."""
-    with sweeps.open_map(stored) as ds, h5py.File(stored) as file:
+    with sweeps.open_map(variant) as ds, h5py.File(variant) as file:
         yield ds, {name: file[name][()] for name in ("regime", "omega_squared", "energy_drift")}
 
 
 @settings(max_examples=8)
 @given(st.data())
-def test_any_part_is_what_other_libraries_read(both, data):
-    ds, others = both
+def test_any_part_is_what_other_libraries_read(map_and_arrays, data):
+    ds, arrays = map_and_arrays
     ends = st.integers(-6, 6) | st.none()
-    steps = st.sampled_from([None, 1, 2, 3])  # xarray itself reads others wrong where they start outside
+    steps = st.sampled_from([None, 1, 2, 3])  # xarray itself reads slices wrong that start outside
     key = tuple(data.draw(st.integers(-n, n - 1) | st.builds(slice, ends, ends, steps)) for n in ds["regime"].shape)
-    for name, values in others.items():
+    for name, values in arrays.items():
         np.testing.assert_array_equal(ds[name].variable[key].values, values[key])
 
 
@@ -215,16 +215,16 @@ def test_no_attribute_decides_how_numbers_are_read(path, tmp_path, attribute):
     for value in DECIDING[attribute]:
         copy = shutil.copy(path, tmp_path / "map.nc")
         for holder in ("omega_squared", "regime", "I1"):
-            damages.told(copy, holder, attribute, value)
-        with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
-            assert content_hash.content_hash(ds) == own.attrs["content_hash"]
-            assert list(ds.variables) == list(own.variables)
-            assert all(ds[name].attrs.keys() == own[name].attrs.keys() for name in ds.variables)
+            damages.set_attribute(copy, holder, attribute, value)
+        with sweeps.open_map(copy) as ds, sweeps.open_map(path) as original:
+            assert content_hash.content_hash(ds) == original.attrs["content_hash"]
+            assert list(ds.variables) == list(original.variables)
+            assert all(ds[name].attrs.keys() == original[name].attrs.keys() for name in ds.variables)
 
 
 @pytest.mark.parametrize("encoding", [{"scale_factor": 0.5}, {"add_offset": 100.0}, {"_FillValue": -999.0}])
 def test_numbers_that_other_libraries_change_as_they_read_are_refused(path, tmp_path, encoding):
-    """The file then holds other numbers than xarray was given: they were once read unscaled, without a message."""
+    """The file contains scaled numbers: they were once read unscaled, without a message."""
     with xr.open_dataset(path) as ds:
         ds.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding={"omega_squared": encoding})
     with pytest.raises(MapError, match=f"omega_squared: has the {next(iter(encoding))}"):
@@ -249,32 +249,32 @@ def test_a_file_that_changes_while_it_is_open_is_refused(path, tmp_path):
 
 
 def test_a_disk_that_fails_is_said_with_the_files_name(path, monkeypatch, capsys):
-    def failing(*_):
+    def fail(*_):
         raise OSError(errno.EIO, "Input/output error")
 
-    monkeypatch.setattr(files.os, "pread", failing)
+    monkeypatch.setattr(files.os, "pread", fail)
     assert main(["show", str(path)]) == 2
     assert f"{path}: Input/output error; allowed: " in capsys.readouterr().err
 
 
 def test_a_file_that_may_not_be_opened_any_more_is_said_in_one_line(path, monkeypatch, capsys):
-    beside = []
-    monkeypatch.setattr(sys, "unraisablehook", beside.append)
+    unraisable = []
+    monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
 
-    def failing(*_):
+    def fail(*_):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    monkeypatch.setattr(files.os, "open", failing)
+    monkeypatch.setattr(files.os, "open", fail)
     assert main(["show", str(path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
-    assert not beside
+    assert not unraisable
 
 
 def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, monkeypatch, capsys):
-    def failing(self, *_):
+    def fail(self, *_):
         raise OSError(errno.ENOENT, "No such file or directory")
 
-    monkeypatch.setattr(files.FileBytes, "read_at", failing)
+    monkeypatch.setattr(files.FileBytes, "read_at", fail)
     assert main(["show", str(path)]) == 2
     assert "system (at hdf5.py, line " in capsys.readouterr().err
 
@@ -282,18 +282,18 @@ def test_an_error_of_the_system_without_a_file_says_where_it_came_from(path, mon
 def test_a_flag_without_a_meaning_is_refused_as_it_is_read(path, tmp_path):
     copy = shutil.copy(path, tmp_path / "map.nc")
     with netCDF4.Dataset(copy, "a") as file:
-        beyond = file["regime"].flag_values.max() + 1
-        file["regime"][0, 0, 0, 0, 0] = beyond
+        flag = file["regime"].flag_values.max() + 1
+        file["regime"][0, 0, 0, 0, 0] = flag
     with (
         sweeps.open_map(copy) as ds,
-        pytest.raises(MapError, match=f"regime: holds the flag {beyond}, without a meaning"),
+        pytest.raises(MapError, match=f"regime: holds the flag {flag}, without a meaning"),
     ):
         ds["regime"].load()
 
 
 def test_a_version_of_many_lines_is_refused_in_one(path, tmp_path, capsys):
     copy = shutil.copy(path, tmp_path / "map.nc")
-    damages.told(copy, "", "contract_version", "a\nb")
+    damages.set_attribute(copy, "", "contract_version", "a\nb")
     assert main(["show", str(copy)]) == 2
     assert "contract_version: is a?b; allowed: 3.0" in capsys.readouterr().err
 
@@ -304,8 +304,8 @@ def test_what_is_no_part_of_a_map_is_left_alone(path, tmp_path):
         file.createDimension("bnds", 2)
         file.createVariable("I1_bnds", "f8", ("I1", "bnds"))[:] = 0.0
         file.createVariable("mine", "i8", ())[:] = 3
-    with sweeps.open_map(copy) as ds, sweeps.open_map(path) as own:
-        assert list(ds.variables) == list(own.variables)
+    with sweeps.open_map(copy) as ds, sweeps.open_map(path) as original:
+        assert list(ds.variables) == list(original.variables)
         assert set(ds.encoding["ignored"]) == {"I1_bnds", "mine", "bnds"}
 
 
@@ -328,9 +328,9 @@ def test_only_files_are_written_in_the_place_of_files(path, tmp_path, capsys):
 def test_a_value_that_lies_beyond_all_files_is_refused(tmp_path, monkeypatch):
     path = write(tmp_path, DEFINITION)
     file = files.FileBytes(path)
-    told = sandbox.run_in_child(lambda: hdf5._structure_or_refusal(file), file.size)
-    told["variables"]["status"]["places"][0][-1] = 2**64
-    monkeypatch.setattr(sandbox, "run_in_child", lambda *_: told)
+    structure = sandbox.run_in_child(lambda: hdf5._structure_or_refusal(file), file.size)
+    structure["variables"]["status"]["places"][0][-1] = 2**64
+    monkeypatch.setattr(sandbox, "run_in_child", lambda *_: structure)
     with pytest.raises(MapError, match="lies where no file reaches"):
         hdf5.read_structure(files.FileBytes(path))
 
@@ -342,12 +342,12 @@ def test_one_chunk_of_another_size_than_the_others_is_refused(filters):
         places = np.array([[k, 0, 1000 + 5000 * k, 8] for k in range(3)])
         if odd is not None:
             places[odd, -1] = 2000
-        held = hdf5.StoredVariable(("x",), (3,), "<f8", {}, (1,), filters, places)
+        variable = hdf5.StoredVariable(("x",), (3,), "<f8", {}, (1,), filters, places)
         if odd is None:
-            hdf5._check_places("map.nc", "x", held, 10**6)
+            hdf5._check_places("map.nc", "x", variable, 10**6)
             continue
         with pytest.raises(MapError, match="x: has chunks of another size than it declares"):
-            hdf5._check_places("map.nc", "x", held, 10**6)
+            hdf5._check_places("map.nc", "x", variable, 10**6)
 
 
 def test_values_that_tell_of_all_are_the_ends_on_both_sides_of_zero():

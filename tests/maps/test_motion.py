@@ -32,50 +32,52 @@ def scipy_run(point, times):
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_both_ways_agree_with_scipy(axis):
     point = POINT | {"axis": axis}
-    moved = RIGID_BODY.motion(point, 2.0, 101, 1e-10)
-    expected = scipy_run(point, moved.time.values)
+    trajectory = RIGID_BODY.motion(point, 2.0, 101, 1e-10)
+    expected = scipy_run(point, trajectory.time.values)
     # SciPy's own error over two seconds and a flip, against an angular velocity of 10
-    np.testing.assert_allclose(np.stack([moved[name] for name in OMEGA], 1), expected, atol=1e-7)
-    np.testing.assert_allclose(np.stack([moved[f"{name}_direct"] for name in OMEGA], 1), expected, atol=1e-7)
+    np.testing.assert_allclose(np.stack([trajectory[name] for name in OMEGA], 1), expected, atol=1e-7)
+    np.testing.assert_allclose(np.stack([trajectory[f"{name}_direct"] for name in OMEGA], 1), expected, atol=1e-7)
 
 
 def test_the_length_of_its_own_holds_two_flips():
-    moved = RIGID_BODY.motion(POINT, None, None, 1e-10)
-    assert (np.diff(np.sign(moved.omega2.values)) != 0).sum() == 2
-    np.testing.assert_allclose(moved.omega2[-1], moved.omega2[0], rtol=1e-6)  # a whole period
+    trajectory = RIGID_BODY.motion(POINT, None, None, 1e-10)
+    assert (np.diff(np.sign(trajectory.omega2.values)) != 0).sum() == 2
+    np.testing.assert_allclose(trajectory.omega2[-1], trajectory.omega2[0], rtol=1e-6)  # a whole period
     stable = RIGID_BODY.motion(POINT | {"axis": 3}, None, None, 1e-10)
     assert (np.diff(np.sign(stable.omega1.values)) != 0).sum() == 4  # two turns of the nudge
 
 
 @pytest.mark.parametrize("change", [{"epsilon": 1e-300, "axis": 1, "I2": 0.00121}, {"I1": 1.0, "I2": 1.0, "I3": 1.0}])
 def test_what_never_comes_back_is_followed_for_four_rotations(change):
-    moved = RIGID_BODY.motion(POINT | change, None, None, 1e-10)
-    assert moved.time[-1].item() <= 10_000 * 2 * math.pi / 10
-    assert np.isfinite(moved.omega1).all()
+    trajectory = RIGID_BODY.motion(POINT | change, None, None, 1e-10)
+    assert trajectory.time[-1].item() <= 10_000 * 2 * math.pi / 10
+    assert np.isfinite(trajectory.omega1).all()
 
 
 def test_a_symmetric_top_turns_by_its_formula():
     point = {"ratio": 1.5, "omega3": 4.0, "half_angle": 30.0}
-    moved = TOP.motion(point, None, None, 1e-10)
-    assert moved.time[-1].item() == pytest.approx(2 * 2 * math.pi / (0.5 * 4.0), rel=1e-15)
-    angle = np.unwrap(np.arctan2(moved.omega2, moved.omega1))
-    np.testing.assert_allclose(angle, 0.5 * 4.0 * moved.time, atol=1e-12)
-    np.testing.assert_allclose(np.hypot(moved.omega1, moved.omega2) / moved.omega3, math.tan(math.pi / 6), rtol=1e-14)
+    trajectory = TOP.motion(point, None, None, 1e-10)
+    assert trajectory.time[-1].item() == pytest.approx(2 * 2 * math.pi / (0.5 * 4.0), rel=1e-15)
+    angle = np.unwrap(np.arctan2(trajectory.omega2, trajectory.omega1))
+    np.testing.assert_allclose(angle, 0.5 * 4.0 * trajectory.time, atol=1e-12)
+    np.testing.assert_allclose(
+        np.hypot(trajectory.omega1, trajectory.omega2) / trajectory.omega3, math.tan(math.pi / 6), rtol=1e-14
+    )
 
 
 def test_csv_and_netcdf_hold_the_same_numbers(tmp_path):
     import xarray as xr
 
-    moved = RIGID_BODY.motion(POINT, 1.0, 11, 1e-10)
-    motion.write_motion(moved, tmp_path / "m.nc")
-    motion.write_motion(moved, tmp_path / "m.csv")
+    trajectory = RIGID_BODY.motion(POINT, 1.0, 11, 1e-10)
+    motion.write_motion(trajectory, tmp_path / "m.nc")
+    motion.write_motion(trajectory, tmp_path / "m.csv")
     heading = (tmp_path / "m.csv").read_text().splitlines()[0].split(",")
     assert heading[:2] == ["time (s)", "omega1 (rad s-1)"]
     table = np.loadtxt(tmp_path / "m.csv", delimiter=",", skiprows=1)
     with xr.open_dataset(tmp_path / "m.nc") as read:
-        for column, name in zip(table.T, ["time", *moved.data_vars], strict=True):
+        for column, name in zip(table.T, ["time", *trajectory.data_vars], strict=True):
             np.testing.assert_array_equal(column, read[name].values)
-            np.testing.assert_array_equal(column, moved[name].values)
+            np.testing.assert_array_equal(column, trajectory[name].values)
 
 
 def test_an_attitude_message_holds_the_same_bits(tmp_path):
@@ -115,16 +117,16 @@ def test_an_attitude_message_needs_an_attitude_and_years_of_four_digits(tmp_path
     ],
 )
 def test_what_cannot_be_followed_is_refused(system, duration, samples, words):
-    with pytest.raises(motion.MotionError) as refused:
+    with pytest.raises(motion.MotionError) as error:
         motion.compute_motion(systems.resolve(system), POINT, duration, samples, 1e-10)
-    assert words in str(refused.value)
-    assert "allowed: " in str(refused.value)
+    assert words in str(error.value)
+    assert "allowed: " in str(error.value)
 
 
 def test_two_samples_of_any_duration_are_a_motion_and_so_are_ten_million():
     motion.check_length(1e-3, 10_000_000)
-    moved = motion.compute_motion(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
-    assert moved.time.values.tolist() == [0.0, 1e-3]
+    trajectory = motion.compute_motion(systems.resolve("rigid_body"), POINT, 1e-3, 2, 1e-10)
+    assert trajectory.time.values.tolist() == [0.0, 1e-3]
 
 
 def test_a_motion_that_doubles_cannot_hold_is_refused():

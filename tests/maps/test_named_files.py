@@ -26,7 +26,7 @@ def pendulum():
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with a Python file that leaves a mark where it is run, and describes a system besides."""
+    """Return a folder with a Python file that describes a system and leaves a mark when it is run."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "evil.py").write_text(
         "from pathlib import Path\n"
@@ -40,40 +40,40 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def written(ds, folder, system, definition):
-    """The path of a map whose attributes say these."""
+def write_named_map(ds, folder, system, definition):
+    """Write a map with these attributes and return its path."""
     storage.write_map(ds.assign_attrs(system=system, definition=definition), folder / "map.nc")
     return str(folder / "map.nc")
 
 
 @pytest.mark.usefixtures("few_frames")
-@pytest.mark.parametrize("named_by", ["definition", "system"])
+@pytest.mark.parametrize("place", ["definition", "system"])
 @pytest.mark.parametrize("door", repeated.but(("show", "point --trajectory"), damages.COMMANDS))
-def test_a_python_file_that_a_map_names_is_not_run(bodies, pendulum, folder, capsys, door, named_by):
+def test_a_python_file_that_a_map_names_is_not_run(bodies, pendulum, folder, capsys, door, place):
     evil = folder / "evil.py"
-    if named_by == "system":
-        written(pendulum, folder, str(evil), f"system: {evil}\ngrid: {{}}\n")
+    if place == "system":
+        write_named_map(pendulum, folder, str(evil), f"system: {evil}\ngrid: {{}}\n")
     else:
         definition = f"system: {evil}\nbodies: [{TOLD}]\ngrid: {{}}\n".replace("'", '"')
-        written(bodies, folder, "rigid_body", definition)
+        write_named_map(bodies, folder, "rigid_body", definition)
     sweeps.open_map("map.nc").close()
-    # a motion is refused where no system is known
+    # a motion is refused without a known system
     status = main(damages.commands("map.nc")[door])
-    said = capsys.readouterr()
-    assert status == (2 if (door, named_by) == ("point --trajectory", "system") else 0), said
-    assert door != "verify" or "run only where --definition names it" in " ".join(said.out.replace("│", "").split())
+    output = capsys.readouterr()
+    assert status == (2 if (door, place) == ("point --trajectory", "system") else 0), output
+    assert door != "verify" or "run only where --definition names it" in " ".join(output.out.replace("│", "").split())
     assert not (folder / "mark").exists()
 
 
-@pytest.mark.parametrize("observed", ["7", "{period_days: -1.0, what: x}", "{period_days: 2.0, what: [1]}", "[1, 2]"])
-def test_what_a_map_says_was_observed_may_be_anything(bodies, observed):
-    definition = f"bodies: [{{name: Tennis racket, axis: 1, observed: {observed}}}, 3, {{name: [1]}}]"
+@pytest.mark.parametrize("entry", ["7", "{period_days: -1.0, what: x}", "{period_days: 2.0, what: [1]}", "[1, 2]"])
+def test_what_a_map_says_was_observed_may_be_anything(bodies, entry):
+    definition = f"bodies: [{{name: Tennis racket, axis: 1, observed: {entry}}}, 3, {{name: [1]}}]"
     assert fits.compare_periods(bodies.assign_attrs(definition=definition)) == []
 
 
 def test_what_a_map_says_was_observed_is_told(bodies, folder):
     definition = f"bodies: [{TOLD}]".replace("'", '"')
-    with storage.open_map(written(bodies, folder, "rigid_body", definition)) as ds:
+    with storage.open_map(write_named_map(bodies, folder, "rigid_body", definition)) as ds:
         (period,) = fits.compare_periods(ds)
     assert (period.body, period.axis, period.observed_days, period.what) == ("Tennis racket", 1, 1.0, "a wobble")
     assert np.isfinite(period.measured_days)

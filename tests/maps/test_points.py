@@ -1,4 +1,4 @@
-"""Maps whose points are no grid: made, merged, opened, shown, verified."""
+"""Maps of points without a grid: made, merged, opened, shown, verified."""
 
 import hashlib
 import json
@@ -30,12 +30,8 @@ DEFINITION = {
         "omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"},
     },
 }
-OTHERS = {
-    "symmetric_top": {
-        "ratio": {"start": 0.5, "stop": 1.9},
-        "omega3": {"start": 1.0, "stop": 9.0},
-        "half_angle": 20.0,
-    },
+GRIDS = {
+    "symmetric_top": {"ratio": {"start": 0.5, "stop": 1.9}, "omega3": {"start": 1.0, "stop": 9.0}, "half_angle": 20.0},
     "tumbling": {
         "I1": {"start": 0.6, "stop": 0.7},
         "I2": {"start": 0.8, "stop": 0.9},
@@ -71,14 +67,14 @@ def test_points_are_one_dimension_with_their_own_coordinates(path):
         assert ds["I1"].attrs["units"] == "kg m2"
         # the same bodies by way of a list, to the last bit
         rows = zip(*(ds[name].values[:3].tolist() for name in ("I1", "I2", "omega0")), strict=True)
-        listed = [{"name": f"{k}", "I1": a, "I2": b, "I3": 1.0, "omega0": w} for k, (a, b, w) in enumerate(rows)]
-        again = sweeps.survey({"axes": [1, 2], "bodies": listed, "grid": {}})
-        assert np.array_equal(ds.omega_squared.values[:3].ravel(), again.omega_squared.values.ravel())
+        bodies = [{"name": f"{k}", "I1": a, "I2": b, "I3": 1.0, "omega0": w} for k, (a, b, w) in enumerate(rows)]
+        of_bodies = sweeps.survey({"axes": [1, 2], "bodies": bodies, "grid": {}})
+        assert np.array_equal(ds.omega_squared.values[:3].ravel(), of_bodies.omega_squared.values.ravel())
 
 
-def other(system):
+def definition_of(system):
     """A definition of another system that draws."""
-    grid = OTHERS[system]
+    grid = GRIDS[system]
     if not grid:
         grid = plain(read_text(file_text(catalogue.FOLDER / f"{system}.yaml")))["grid"]
         ranges = {k: {"start": e["start"], "stop": e["stop"]} for k, e in grid.items() if isinstance(e, dict)}
@@ -88,12 +84,12 @@ def other(system):
 
 @pytest.mark.parametrize("system", ["symmetric_top", "tumbling", "twist"])
 def test_every_system_has_points(system):
-    sweep = read_sweep(other(system))
+    sweep = read_sweep(definition_of(system))
     points = sweep.grid.points(0, sweep.grid.size)
     assert sweep.grid.dims[0] == "point"
-    for name, drawn in sweep.definition.sampled_ranges.items():
+    for name, sampled_range in sweep.definition.sampled_ranges.items():
         column = np.unique(points[name])
-        assert drawn.start <= column[0] < column[-1] <= drawn.stop
+        assert sampled_range.start <= column[0] < column[-1] <= sampled_range.stop
         assert column.size == 24
 
 
@@ -104,17 +100,17 @@ def test_a_map_of_points_verifies(path, capsys):
 
 def test_show_prints_the_totals_of_points(path, capsys):
     assert main(["show", path]) == 0
-    said = capsys.readouterr().out
-    assert "200 point × 2 axis" in said
-    assert "y axis" not in said
+    output = capsys.readouterr().out
+    assert "200 point × 2 axis" in output
+    assert "y axis" not in output
 
 
 def test_a_point_is_chosen_by_its_number_or_its_own_coordinates(path, capsys):
     assert main(["point", path, "--axis", "2", "--point", "7", "--json"]) == 0
     row = json.loads(capsys.readouterr().out)["point"]
     values = {name: f"{row[name]['value'] + 1e-9!r}" for name in ("I1", "I2", "omega0")}
-    chosen = [text for name, value in values.items() for text in (f"--{name}", value)]
-    assert main(["point", path, "--axis", "2", *chosen]) == 0
+    options = [text for name, value in values.items() for text in (f"--{name}", value)]
+    assert main(["point", path, "--axis", "2", *options]) == 0
     assert "point = 7 (nearest to I1 = " in capsys.readouterr().out
 
 
@@ -122,10 +118,10 @@ def test_the_pictures_are_of_points(path, tmp_path):
     from sweeps.views import figures
 
     with sweeps.open_map(path) as ds:
-        drawn = figures.pictures(ds)
-        assert list(drawn) == ["triangle", "points", "theory_against_measured"]
-        assert drawn["triangle"]() is None  # I1 is above I3 somewhere
-        figure = drawn["points"]()
+        draw_functions = figures.pictures(ds)
+        assert list(draw_functions) == ["triangle", "points", "theory_against_measured"]
+        assert draw_functions["triangle"]() is None  # I1 is above I3 somewhere
+        figure = draw_functions["points"]()
         assert [len(ax.collections[0].get_offsets()) for ax in figure.axes[:2]] == [200, 200]
         assert figures.animations(ds) == {}
 
@@ -142,7 +138,7 @@ def test_the_triangle_has_every_point_and_the_named_bodies(folder):
     assert np.abs(mesh.get_array()).max() < 1  # no perturbation grows or turns faster than its body spins
     corners = mesh.get_coordinates()
     middle = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-    # each body's cell is where its moments are; I2/I3 is a product, so that a middle is exact but for rounding
+    # each body's cell contains its moments; I2/I3 is a product, so that a middle is exact but for rounding
     np.testing.assert_allclose(middle[..., 1], ds["I2"].values.reshape(6, 6), rtol=1e-12)
     np.testing.assert_allclose(middle[:, 0, 0], ds["I1"].values.ravel(), rtol=1e-12)
     assert {"tennis racket", "Earth, Moon, Mars", "thin plate"} <= {text.get_text() for text in large.texts}
@@ -171,11 +167,11 @@ def shapes(tmp_path_factory):
 
 
 def test_a_grid_of_shapes_has_moments_along_its_dimensions(shapes):
-    made = sweeps.survey(SHAPES)
+    expected = sweeps.survey(SHAPES)
     with sweeps.open_map(shapes) as ds:
         assert (ds["I1"].dims, ds["I2"].dims) == (("I1_over_I3", "I3"), ("I1_over_I3", "thickness", "I3"))
-        xr.testing.assert_equal(ds.load(), made.load())
-        assert ds.attrs["content_hash"] == content_hash.hash_content(made).hexdigest()
+        xr.testing.assert_equal(ds.load(), expected.load())
+        assert ds.attrs["content_hash"] == content_hash.hash_content(expected).hexdigest()
         assert float((ds.I1 + ds.I2 - ds.I3).min()) > 0  # every point is a body
         assert int((ds["triangle_margin"] < 0).sum()) == 0
     with netCDF4.Dataset(shapes) as file:  # CF: auxiliary coordinates are named by every variable
@@ -184,11 +180,11 @@ def test_a_grid_of_shapes_has_moments_along_its_dimensions(shapes):
 
 
 def test_a_shape_is_found_by_its_moments(shapes, capsys):
-    asked = ["--I1", "1.21", "--I2", "1.5", "--I3", "1.9"]  # x = 0.6, y = 0.76: room 0.6
-    assert main(["point", str(shapes), "--json", *asked]) == 0
+    options = ["--I1", "1.21", "--I2", "1.5", "--I3", "1.9"]  # x = 0.6, y = 0.76: room 0.6
+    assert main(["point", str(shapes), "--json", *options]) == 0
     point = json.loads(capsys.readouterr().out)["point"]
-    found = [point[name]["value"] for name in ("I1_over_I3", "thickness", "I1", "I2", "I3")]
-    assert found == pytest.approx([0.6, 0.5, 1.2, 1.4, 2.0])
+    values = [point[name]["value"] for name in ("I1_over_I3", "thickness", "I1", "I2", "I3")]
+    assert values == pytest.approx([0.6, 0.5, 1.2, 1.4, 2.0])
     assert main(["point", str(shapes), "--I1", "1.21"]) == 2
     assert "--thickness 0.1, 0.3, 0.5, 0.7, or --I2" in capsys.readouterr().err
 
@@ -254,14 +250,14 @@ def test_check_says_how_many_points(tmp_path, capsys):
 
 def test_the_definitions_of_the_readme_run(tmp_path):
     text = (catalogue.FOLDER.parents[1] / "sweeps/handbook/text/howto/points.md").read_text(encoding="utf-8")
-    drawn, listed, shaped = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
+    sample_text, bodies_text, shapes_text = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[:3]
     (tmp_path / "bodies.csv").write_text("I1 (kg m2),I2 (kg m2),omega0 (rpm)\n0.5,0.9,60\n0.7,0.9,30\n")
     ends = "grid: {I1: {start: 0.5, stop: 0.9}, I2: 0.8, I3: 1.0, omega0: 1.0}\n"
     of_shapes = ("axis", "I1_over_I3", "thickness")
     for text, dims, shape in (
-        (drawn + ends, ("point", "axis"), (1_000_000, 3)),
-        (listed, ("point", "axis"), (2, 3)),
-        (shaped, of_shapes, (3, 50, 50)),
+        (sample_text + ends, ("point", "axis"), (1_000_000, 3)),
+        (bodies_text, ("point", "axis"), (2, 3)),
+        (shapes_text, of_shapes, (3, 50, 50)),
     ):
         (tmp_path / "my.yaml").write_text(text)
         grid = read_sweep(tmp_path / "my.yaml").grid

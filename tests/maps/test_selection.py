@@ -17,7 +17,7 @@ def ds():
     return xr.Dataset({"status": (("body", "axis", "epsilon", "phase"), np.zeros((3, 2, 3, 1), np.int8))}, coords)
 
 
-def chosen(ds, **values):
+def selected_place(ds, **values):
     return {dim: place.value for dim, place in selection.nearest_places(ds, values).items()}
 
 
@@ -29,9 +29,9 @@ def test_what_names_no_place_is_refused(text):
 
 
 def test_the_nearest_value_is_that_of_xarray(ds):
-    for asked in (1e-9, 3e-5, 6e-5, 4.9e-3, 5.1e-3, 1.0):
-        wanted = ds.epsilon.sel(epsilon=asked, method="nearest").item()
-        assert chosen(ds, epsilon=str(asked)) == {"epsilon": wanted, "phase": 0.6}
+    for value in (1e-9, 3e-5, 6e-5, 4.9e-3, 5.1e-3, 1.0):
+        expected = ds.epsilon.sel(epsilon=value, method="nearest").item()
+        assert selected_place(ds, epsilon=str(value)) == {"epsilon": expected, "phase": 0.6}
 
 
 def test_places_say_what_was_asked(ds):
@@ -52,10 +52,11 @@ def test_a_dimension_that_nobody_names_is_taken_at_its_first_value():
 
 
 @pytest.mark.parametrize(
-    ("asked", "found"), [("Earth", "Earth"), ("earth", "Earth"), ("RACKET", "Tennis racket"), ("moon", "Earth's Moon")]
+    ("part_of_name", "name"),
+    [("Earth", "Earth"), ("earth", "Earth"), ("RACKET", "Tennis racket"), ("moon", "Earth's Moon")],
 )
-def test_names_may_be_parts_that_only_one_has(ds, asked, found):
-    assert chosen(ds, body=asked)["body"] == found
+def test_names_may_be_parts_that_only_one_has(ds, part_of_name, name):
+    assert selected_place(ds, body=part_of_name)["body"] == name
 
 
 @pytest.mark.parametrize(
@@ -73,10 +74,10 @@ def test_names_may_be_parts_that_only_one_has(ds, asked, found):
     ],
 )
 def test_what_is_no_place_is_refused(ds, values, words):
-    with pytest.raises(selection.SelectionError) as refused:
+    with pytest.raises(selection.SelectionError) as error:
         selection.nearest_places(ds, values, "--")
-    assert words in str(refused.value)
-    assert "allowed: " in str(refused.value)
+    assert words in str(error.value)
+    assert "allowed: " in str(error.value)
 
 
 def test_a_choice_is_written_as_the_caller_writes_it(ds):

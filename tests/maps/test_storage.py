@@ -91,23 +91,28 @@ def small():
 def test_shards_and_threads_change_no_bit(definition, count, threads, tmp_path, monkeypatch):
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 50)  # so that a shard is many chunks, and shares some
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 120)
-    whole = dataset.survey_grid(definition)
+    expected = dataset.survey_grid(definition)
     path = tmp_path / "map.nc"
-    told = merging.merge_shards(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
+    written_hash = merging.merge_shards(definition, write_shards(tmp_path, definition, count, threads)[::-1], path)
     with storage.open_map(path) as ds:
-        assert_same_bits(ds, whole)
-        assert ds.attrs["content_hash"] == told == content_hash.content_hash(whole) == content_hash.content_hash(ds)
-        assert {n: ds.attrs[n] for n in whole.attrs} == whole.attrs
+        assert_same_bits(ds, expected)
+        assert (
+            ds.attrs["content_hash"]
+            == written_hash
+            == content_hash.content_hash(expected)
+            == content_hash.content_hash(ds)
+        )
+        assert {n: ds.attrs[n] for n in expected.attrs} == expected.attrs
 
 
 def test_progress_counts_each_point_once(tmp_path, monkeypatch):
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 50)
     monkeypatch.setattr(sharding, "BLOCK_POINTS", 100)
-    done = []
-    sharding.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=done.append)
-    assert sum(done) == 432
-    assert max(done) <= 100
-    assert len(done) > 4
+    counts = []
+    sharding.write_shard(TINY, 2, 2, tmp_path / "s.nc", progress=counts.append)
+    assert sum(counts) == 432
+    assert max(counts) <= 100
+    assert len(counts) > 4
 
 
 def test_flags_and_units_reach_the_file(tiny_map):
@@ -125,14 +130,14 @@ def test_flags_and_units_reach_the_file(tiny_map):
 def test_a_value_names_its_error_and_status_as_ancillary(tiny_map):
     """CF-1.11, section 3.4; a status has none."""
     with netCDF4.Dataset(tiny_map) as file:
-        named = {
+        ancillary = {
             name: variable.ancillary_variables.split()
             for name, variable in file.variables.items()
             if "ancillary_variables" in variable.ncattrs()
         }
-        assert named["growth_rate"] == ["growth_rate_error", "status"]
-        assert "status" not in named
-        assert all(beside in file.variables for those in named.values() for beside in those)
+        assert ancillary["growth_rate"] == ["growth_rate_error", "status"]
+        assert "status" not in ancillary
+        assert all(name_beside in file.variables for those in ancillary.values() for name_beside in those)
 
 
 # Shards that do not make a map
@@ -141,10 +146,10 @@ def test_a_value_names_its_error_and_status_as_ancillary(tiny_map):
 def merge_is_refused(paths, tmp_path, *words, definition=TINY):
     target = tmp_path / "map.nc"
     target.write_bytes(b"old")
-    with pytest.raises(MapError) as refused:
+    with pytest.raises(MapError) as error:
         merging.merge_shards(definition, paths, target)
     for word in words:
-        assert word in str(refused.value)
+        assert word in str(error.value)
     assert target.read_bytes() == b"old"
     assert not list(tmp_path.glob(".*"))
 
@@ -166,11 +171,11 @@ def test_shards_of_another_definition_are_refused(shards, tmp_path):
 
 
 def test_shards_of_other_kernels_are_refused(shards, tmp_path):
-    other = tmp_path / "other.nc"
-    shutil.copy(shards[1], other)
-    with netCDF4.Dataset(other, "a") as file:
+    path = tmp_path / "other.nc"
+    shutil.copy(shards[1], path)
+    with netCDF4.Dataset(path, "a") as file:
         file.kernel_fingerprint = "0" * 64
-    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "kernel_fingerprint")
+    merge_is_refused([shards[0], path, shards[2]], tmp_path, "other.nc", "kernel_fingerprint")
 
 
 def test_a_map_is_no_shard(tiny_map, tmp_path):
@@ -178,18 +183,18 @@ def test_a_map_is_no_shard(tiny_map, tmp_path):
 
 
 def test_a_shard_without_a_variable_is_refused(shards, tmp_path):
-    other = shutil.copy(shards[1], tmp_path / "other.nc")
-    with h5py.File(other, "r+") as file:
+    path = shutil.copy(shards[1], tmp_path / "other.nc")
+    with h5py.File(path, "r+") as file:
         del file["frequency"]
-    merge_is_refused([shards[0], other, shards[2]], tmp_path, "frequency: is missing")
+    merge_is_refused([shards[0], path, shards[2]], tmp_path, "frequency: is missing")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not netCDF", b"\x89HDF\r\n\x1a\n" + bytes(600)])
 def test_what_is_no_netcdf_is_no_shard(shards, tmp_path, content):
-    other = tmp_path / "other.nc"
+    path = tmp_path / "other.nc"
     if content is not None:
-        other.write_bytes(content)
-    merge_is_refused([shards[0], other, shards[2]], tmp_path, "other.nc", "allowed")
+        path.write_bytes(content)
+    merge_is_refused([shards[0], path, shards[2]], tmp_path, "other.nc", "allowed")
 
 
 # A write that fails
@@ -235,10 +240,10 @@ def len_of(points):
 
 
 def test_a_disk_that_cannot_flush_is_no_failure(tmp_path, monkeypatch):
-    def unsupported(_):
+    def fail(_):
         raise OSError(errno.EINVAL, "Invalid argument")
 
-    monkeypatch.setattr(os, "fsync", unsupported)
+    monkeypatch.setattr(os, "fsync", fail)
     with files.replace_output(tmp_path / "deep" / "file") as temporary:
         temporary.write_text("new")
     assert (tmp_path / "deep" / "file").read_text() == "new"
@@ -265,10 +270,10 @@ def test_open_map_refuses_what_is_missing_or_foreign(tmp_path, shards, small):
     text.write_text("title: not a map")
     with pytest.raises(MapError, match=r"text\.nc: cannot be read as netCDF"):
         sweeps.open_map(text)
-    other = tmp_path / "other.nc"
-    small.to_netcdf(other)
+    path = tmp_path / "other.nc"
+    small.to_netcdf(path)
     with pytest.raises(MapError, match="contract_version: is missing"):
-        sweeps.open_map(other)
+        sweeps.open_map(path)
     with pytest.raises(MapError, match="contract_version"):
         sweeps.open_map(shards[0])
 
@@ -316,12 +321,12 @@ def test_open_map_passes_options_on(tiny_map, tiny):
     ],
 )
 def test_write_map_of_a_lazy_dataset_gives_the_same_map(definition, tmp_path):
-    whole = dataset.survey_grid(definition)
-    told = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
-    assert told == content_hash.content_hash(whole)
+    expected = dataset.survey_grid(definition)
+    written_hash = storage.write_map(dataset.survey_grid(definition, chunks=40), tmp_path / "map.nc")
+    assert written_hash == content_hash.content_hash(expected)
     with storage.open_map(tmp_path / "map.nc") as ds:
-        assert ds.attrs["content_hash"] == told == content_hash.content_hash(ds)
-        assert_same_bits(ds, whole)
+        assert ds.attrs["content_hash"] == written_hash == content_hash.content_hash(ds)
+        assert_same_bits(ds, expected)
 
 
 def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
@@ -331,29 +336,29 @@ def test_an_opened_map_can_be_written_again(tiny_map, tiny, tmp_path):
 
 def test_both_writers_deflate_the_same_variables(tiny_map, tiny, tmp_path):
     storage.write_map(tiny, tmp_path / "map.nc")
-    with netCDF4.Dataset(tiny_map) as one, netCDF4.Dataset(tmp_path / "map.nc") as other:
-        packed = {name: [file[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny for file in (one,)}
-        assert packed == {name: [other[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny}
-    assert {True, False} == {zlib for zlib, _ in packed.values()}
+    with netCDF4.Dataset(tiny_map) as file_a, netCDF4.Dataset(tmp_path / "map.nc") as file_b:
+        filters = {name: [file[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny for file in (file_a,)}
+        assert filters == {name: [file_b[name].filters()[k] for k in ("zlib", "shuffle")] for name in tiny}
+    assert {True, False} == {zlib for zlib, _ in filters.values()}
 
 
 def test_text_of_a_part_is_read_as_it_was(small, tmp_path):
-    whole = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
-    told = mapfile.write_part(whole, tmp_path / "part.nc", "slice")
+    ds_with_text = small.assign_coords(name=("y", ["a", "Mond, größer", "é"]))
+    written_hash = mapfile.write_part(ds_with_text, tmp_path / "part.nc", "slice")
     with xr.open_dataset(tmp_path / "part.nc") as ds:
-        assert ds.equals(whole)
+        assert ds.equals(ds_with_text)
         assert ds["name"].values.tolist() == ["a", "Mond, größer", "é"]
         assert {*ds["value"].coords} == {"x", "name"}
         assert np.isnan(ds["value"].encoding["_FillValue"])
         assert "_FillValue" not in ds["x"].encoding
-        assert ds.attrs["content_hash"] == told == content_hash.content_hash(whole)
+        assert ds.attrs["content_hash"] == written_hash == content_hash.content_hash(ds_with_text)
 
 
-@pytest.mark.parametrize("chunked", [True, False])
-def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_path, monkeypatch):
+@pytest.mark.parametrize("has_chunks", [True, False])
+def test_a_part_is_written_and_read_a_few_values_at_a_time(has_chunks, tiny, tmp_path, monkeypatch):
     """However the map is stored: of a map of 3 GB a plane may be a tenth."""
     small = tiny.isel(axis=[1], omega0=[0]).drop_encoding()
-    encoding = {name: {"chunksizes": (1,) * v.ndim} for name, v in small.items() if chunked}
+    encoding = {name: {"chunksizes": (1,) * v.ndim} for name, v in small.items() if has_chunks}
     small.to_netcdf(tmp_path / "map.nc", encoding=encoding)
     monkeypatch.setattr(mapfile, "PART_VALUES", 3)
     monkeypatch.setattr(stored_values, "PART_VALUES", 3)
@@ -362,17 +367,22 @@ def test_a_part_is_written_and_read_a_few_values_at_a_time(chunked, tiny, tmp_pa
     monkeypatch.setattr(stored_values.StoredValues, "_box", lambda *args: sizes.append(box(*args).size) or box(*args))
     with open_map(tmp_path / "map.nc") as ds:
         sizes.clear()
-        told = mapfile.write_part(ds, tmp_path / "part.nc", "slice")
+        written_hash = mapfile.write_part(ds, tmp_path / "part.nc", "slice")
     assert max(sizes) <= 3
     with open_map(tmp_path / "part.nc") as ds:
-        assert ds.attrs["content_hash"] == told == content_hash.content_hash(ds) == content_hash.content_hash(small)
+        assert (
+            ds.attrs["content_hash"]
+            == written_hash
+            == content_hash.content_hash(ds)
+            == content_hash.content_hash(small)
+        )
 
 
 def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):
     chunks = {name: {"chunksizes": [max(1, n // 2) for n in v.shape]} for name, v in tiny.items()}
     tiny.drop_encoding().to_netcdf(tmp_path / "map.nc", encoding=chunks)
-    for part in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
-        box = {dim: part for dim, size in tiny.sizes.items() if size > 2}
+    for selection in (slice(1, None), slice(None, 0, -1), slice(1, None, 2), slice(2, 2), -1):
+        box = {dim: selection for dim, size in tiny.sizes.items() if size > 2}
         with open_map(tmp_path / "map.nc") as ds:
             for name in ("omega_squared", "status", *tiny.coords):
                 np.testing.assert_array_equal(
@@ -380,31 +390,31 @@ def test_steps_across_chunks_read_what_was_written(tiny, tmp_path):
                 )
 
 
-@pytest.mark.parametrize("written_by", ["polhode", "xarray"])
-def test_a_part_is_opened_as_it_was_written(written_by, tmp_path):
+@pytest.mark.parametrize("writer", ["polhode", "xarray"])
+def test_a_part_is_opened_as_it_was_written(writer, tmp_path):
     """Text is written of any length by xarray, character by character by Polhode."""
-    part = dataset.survey_grid(BODIES).isel(axis=0)
-    if written_by == "polhode":
-        mapfile.write_part(part, tmp_path / "part.nc", "part")
+    plane = dataset.survey_grid(BODIES).isel(axis=0)
+    if writer == "polhode":
+        mapfile.write_part(plane, tmp_path / "part.nc", "part")
     else:
-        part.to_netcdf(tmp_path / "part.nc")
+        plane.to_netcdf(tmp_path / "part.nc")
     with open_map(tmp_path / "part.nc") as ds:
-        assert_same_bits(ds, part)
-        assert ds.equals(part)
+        assert_same_bits(ds, plane)
+        assert ds.equals(plane)
 
 
 # The content hash
 
 
 def test_the_content_hash_sees_values_names_dimensions_and_types(small):
-    flipped = small.copy(deep=True)
-    flipped["value"][1, 2] = np.nextafter(5.0, 6.0)
+    changed_value = small.copy(deep=True)
+    changed_value["value"][1, 2] = np.nextafter(5.0, 6.0)
     negative = small.copy(deep=True)
     negative["value"][0, 0] = -0.0
     renamed_text = small.assign_coords(name=("y", ["a", "b", "e"]))
     joined_text = small.assign_coords(name=("y", ["ab", "", "é"]))
-    others = [
-        flipped,
+    variants = [
+        changed_value,
         negative,
         renamed_text,
         joined_text,
@@ -416,16 +426,16 @@ def test_the_content_hash_sees_values_names_dimensions_and_types(small):
         small.isel(x=[1, 0]),
         small.assign(value=(("x", "y"), small["value"].values.reshape(2, 3).T.reshape(2, 3))),
     ]
-    hashes = [content_hash.content_hash(ds) for ds in (small, *others)]
+    hashes = [content_hash.content_hash(ds) for ds in (small, *variants)]
     assert len(set(hashes)) == len(hashes)
 
 
 def test_the_content_hash_sees_no_attribute_encoding_or_order(small):
     expected = content_hash.content_hash(small)
-    changed = small.assign_attrs(title="other")
-    changed["value"].attrs["units"] = "m"
-    changed["value"].encoding["zlib"] = True
-    assert content_hash.content_hash(changed) == expected
+    variant = small.assign_attrs(title="other")
+    variant["value"].attrs["units"] = "m"
+    variant["value"].encoding["zlib"] = True
+    assert content_hash.content_hash(variant) == expected
     assert content_hash.content_hash(small[["flag", "value"]]) == expected
     assert content_hash.content_hash(small.assign(value=small["value"].astype(">f8"))) == expected
     assert content_hash.content_hash(small.chunk({"x": 1})) == expected
@@ -453,8 +463,8 @@ def test_a_variables_own_hash_is_what_its_documentation_says(monkeypatch):
     assert content_hash.hash_content(ds).digests() == {"value": total.hexdigest()}
     assert content_hash.hash_content(ds, max_values=7).digests() == {"value": total.hexdigest()}
     text = hashlib.sha256(hashlib.sha256("a\0é\0".encode()).digest())
-    whole = b"value\0x=2,y=12\0<f8\0" + total.digest() + b"word\0k=2\0str\0" + text.digest()
-    assert content_hash.content_hash(ds.assign(word=("k", ["a", "é"]))) == hashlib.sha256(whole).hexdigest()
+    content = b"value\0x=2,y=12\0<f8\0" + total.digest() + b"word\0k=2\0str\0" + text.digest()
+    assert content_hash.content_hash(ds.assign(word=("k", ["a", "é"]))) == hashlib.sha256(content).hexdigest()
 
 
 def test_shard_numbers_outside_the_cut_are_refused(tmp_path):
@@ -473,9 +483,9 @@ def cut(path):
 
 def flip(path):
     with netCDF4.Dataset(path) as file:
-        wanted = file["omega_squared"][:].data[40:48].tobytes()
+        value_bytes = file["omega_squared"][:].data[40:48].tobytes()
     content = bytearray(path.read_bytes())
-    content[content.index(wanted) + 3] ^= 16
+    content[content.index(value_bytes) + 3] ^= 16
     path.write_bytes(content)
 
 
@@ -487,11 +497,11 @@ def empty(path):
 def test_a_damaged_shard_is_measured_again_and_never_merged(shards, tiny, tmp_path, damage, capsys):
     copies = [shutil.copy(path, tmp_path / f"{k}-of-3.nc") for k, path in enumerate(shards, 1)]
     damage(copies[1])
-    told = merging.merge_shards(TINY, copies, tmp_path / "map.nc")
-    assert told == tiny.attrs["content_hash"]
+    merged_hash = merging.merge_shards(TINY, copies, tmp_path / "map.nc")
+    assert merged_hash == tiny.attrs["content_hash"]
     assert "2-of-3.nc" in capsys.readouterr().err
     # and the shard is whole again
-    assert merging.merge_shards(TINY, copies, tmp_path / "map.nc") == told
+    assert merging.merge_shards(TINY, copies, tmp_path / "map.nc") == merged_hash
     assert capsys.readouterr().err == ""
 
 
@@ -530,10 +540,10 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/dev/fd"))) + 20, hard))
     try:
-        told = merging.merge_shards(definition, [folder], tmp_path / "map.nc")
+        merged_hash = merging.merge_shards(definition, [folder], tmp_path / "map.nc")
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-    assert told == tiny.attrs["content_hash"]
+    assert merged_hash == tiny.attrs["content_hash"]
     (folder / "7-of-24.nc").unlink()
     with pytest.raises(MapError, match="7-of-24"):
         merging.merge_shards(definition, [folder], tmp_path / "map.nc")
@@ -541,32 +551,32 @@ def test_a_folder_of_more_shards_than_a_process_may_open_is_merged(tmp_path, tin
 
 def test_a_map_that_is_not_cut_is_written_as_one_that_is(tmp_path):
     for sweep in (TINY, BODIES):
-        whole, merged = tmp_path / "whole.nc", tmp_path / "merged.nc"
-        done = []
-        told = merging.measure_whole(sweep, whole, 2, done.append)
-        assert sum(done) == sweep.grid.size
-        assert told == merging.merge_shards(sweep, write_shards(tmp_path, sweep, 1), merged)
-        with h5py.File(whole) as one, h5py.File(merged) as other:
-            assert set(one) == set(other)
-            for key in set(one.attrs) - {"history"}:
-                assert str(one.attrs[key]) == str(other.attrs[key])
+        single_path, merged_path = tmp_path / "whole.nc", tmp_path / "merged.nc"
+        counts = []
+        written_hash = merging.measure_whole(sweep, single_path, 2, counts.append)
+        assert sum(counts) == sweep.grid.size
+        assert written_hash == merging.merge_shards(sweep, write_shards(tmp_path, sweep, 1), merged_path)
+        with h5py.File(single_path) as file_a, h5py.File(merged_path) as file_b:
+            assert set(file_a) == set(file_b)
+            for key in set(file_a.attrs) - {"history"}:
+                assert str(file_a.attrs[key]) == str(file_b.attrs[key])
 
 
 def test_threads_leave_what_they_have_not_begun_when_it_is_broken_off():
-    begun, release, run = threading.Event(), threading.Event(), []
+    has_begun, release, run = threading.Event(), threading.Event(), []
 
     def busy():
-        begun.set()
+        has_begun.set()
         assert release.wait(60)
 
-    def broken_off():
+    def run_threads():
         with columns.open_pool(1) as pool:
             pool.submit(busy)
             pool.submit(run.append, 1)
-            assert begun.wait(60)
+            assert has_begun.wait(60)
             threading.Timer(0.1, release.set).start()
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        broken_off()
+        run_threads()
     assert run == []

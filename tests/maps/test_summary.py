@@ -25,33 +25,33 @@ def ds():
 def test_counts_are_those_of_the_arrays(ds):
     ds = ds.copy(deep=True)
     ds["regime"][0, 0] = 3  # otherwise than by theory
-    found = summary.summarise(ds)
+    totals = summary.summarise(ds)
     words = ds.regime.flag_meanings.split()
     for value, word in zip(ds.regime.flag_values, words, strict=True):
-        assert found.counts["regime"][word] == (ds.regime.values == value).sum()
-        assert sum(n for (meaning, _), n in found.table.items() if meaning == word) == found.counts["regime"][word]
-    assert found.points == ds.regime.size == sum(found.table.values())
-    assert found.impossible == (ds.triangle_margin.values < 0).sum()
+        assert totals.counts["regime"][word] == (ds.regime.values == value).sum()
+        assert sum(n for (meaning, _), n in totals.table.items() if meaning == word) == totals.counts["regime"][word]
+    assert totals.points == ds.regime.size == sum(totals.table.values())
+    assert totals.impossible == (ds.triangle_margin.values < 0).sum()
     names = dict(zip(ds.regime.flag_values, words, strict=True))
     theory = dict(zip(ds.regime_theory.flag_values, ds.regime_theory.flag_meanings.split(), strict=True))
     unlike = sum(
         names[m] != theory[t] for m, t in zip(ds.regime.values.flat, ds.regime_theory.values.flat, strict=True)
     )
-    assert found.disagreements == {"regime": unlike}
-    table = found.confusion["regime_theory", "regime"]
+    assert totals.disagreements == {"regime": unlike}
+    table = totals.confusion["regime_theory", "regime"]
     assert table.sum() == ds.regime.size
     expected = {word: (ds.regime_theory.values == value).sum() for value, word in theory.items()}
-    assert {word: table[i].sum() for i, word in enumerate(found.counts["regime_theory"])} == expected
+    assert {word: table[i].sum() for i, word in enumerate(totals.counts["regime_theory"])} == expected
 
 
 def test_the_worst_stands_where_it_says(ds):
-    found = summary.summarise(ds)
-    for name, worst in found.checks.items():
+    totals = summary.summarise(ds)
+    for name, worst in totals.checks.items():
         assert worst.value == np.nanmax(np.abs(ds[name].values))
         assert abs(ds[name].isel(worst.at).item()) == worst.value
-    worst = found.deviations["growth_rate_theory", "growth_rate"].worst
-    there = ds.isel(worst.at)
-    assert abs(there.growth_rate / there.growth_rate_theory - 1).item() == pytest.approx(worst.value, rel=1e-6)
+    worst = totals.deviations["growth_rate_theory", "growth_rate"].worst
+    point = ds.isel(worst.at)
+    assert abs(point.growth_rate / point.growth_rate_theory - 1).item() == pytest.approx(worst.value, rel=1e-6)
     unstable = (ds.status == 0) & (ds.regime == 2) & (ds.regime_theory == 2)
     deviation = abs(ds.growth_rate / ds.growth_rate_theory - 1).where(unstable)
     assert float(deviation.max()) == pytest.approx(worst.value, rel=1e-6)  # 1 - x and (y - z)/z round otherwise
@@ -66,38 +66,38 @@ def test_the_worst_knows_how_many_were_compared():
 
 
 def test_blocks_change_nothing(ds, monkeypatch):
-    whole = summary.summarise(ds)
+    at_once = summary.summarise(ds)
     monkeypatch.setattr(summary, "BLOCK_POINTS", 15)
     assert len(list(blocks(dimensions(ds), 15))) > 10
-    parts = summary.summarise(ds)
-    assert (parts.points, parts.compared, parts.counts, parts.table) == (
-        whole.points,
-        whole.compared,
-        whole.counts,
-        whole.table,
+    by_blocks = summary.summarise(ds)
+    assert (by_blocks.points, by_blocks.compared, by_blocks.counts, by_blocks.table) == (
+        at_once.points,
+        at_once.compared,
+        at_once.counts,
+        at_once.table,
     )
-    assert (parts.disagreements, parts.impossible, parts.checks) == (
-        whole.disagreements,
-        whole.impossible,
-        whole.checks,
+    assert (by_blocks.disagreements, by_blocks.impossible, by_blocks.checks) == (
+        at_once.disagreements,
+        at_once.impossible,
+        at_once.checks,
     )
-    for pair, deviation in parts.deviations.items():
-        assert deviation.worst == whole.deviations[pair].worst
-        assert (deviation.counts == whole.deviations[pair].counts).all()
+    for pair, deviation in by_blocks.deviations.items():
+        assert deviation.worst == at_once.deviations[pair].worst
+        assert (deviation.counts == at_once.deviations[pair].counts).all()
 
 
 def test_show_and_report_say_the_same_of_one_map(ds):
-    """One map, some of whose points are not ok: both say one worst deviation, by one rule."""
+    """A map with some points that are not ok: both report one worst deviation, by one rule."""
     bad = ds.copy(deep=True)
     bad["status"][0, 0, 0, 0, 0, 0] = 2
     bad["omega_squared"][0, 0, 0, 0, 0, 0] *= 1.5
-    shown = summary.summarise(bad)
-    reported, _, _ = report_columns.read_columns(bad, describe_map(bad))
+    by_show = summary.summarise(bad)
+    by_report, _, _ = report_columns.read_columns(bad, describe_map(bad))
     pair = ("omega_squared_theory", "omega_squared")
-    assert shown.deviations[pair].worst == reported.deviations[pair].worst
-    assert shown.deviations[pair].worst.value < 1e-2
-    assert summary.comparison_rule(shown) == summary.comparison_rule(reported)
-    assert shown.compared == reported.compared < shown.points
+    assert by_show.deviations[pair].worst == by_report.deviations[pair].worst
+    assert by_show.deviations[pair].worst.value < 1e-2
+    assert summary.comparison_rule(by_show) == summary.comparison_rule(by_report)
+    assert by_show.compared == by_report.compared < by_show.points
 
 
 def test_flat_bodies_exist():
@@ -112,15 +112,19 @@ def test_a_map_without_regimes_leads_with_what_it_has():
 
 def test_characters_are_the_regimes(ds):
     places = nearest_places(ds, {"omega0": "1", "epsilon": "1e-6"})
-    drawn = textmap.draw_map(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
-    assert (drawn.x, drawn.y, [panel.title for panel in drawn.panels]) == ("I1", "I2", ["axis 1", "axis 2", "axis 3"])
+    text_map = textmap.draw_map(ds, describe_map(ds), {dim: places[dim] for dim in ("omega0", "epsilon")})
+    assert (text_map.x, text_map.y, [panel.title for panel in text_map.panels]) == (
+        "I1",
+        "I2",
+        ["axis 1", "axis 2", "axis 3"],
+    )
     plane = ds.sel(omega0=1.0, epsilon=1e-6).squeeze(drop=True).transpose("axis", "I2", "I1")
     names = dict(zip(ds.regime.flag_values, ds.regime.flag_meanings.split(), strict=True))
-    for panel, values in zip(drawn.panels, plane.regime.values, strict=True):
+    for panel, values in zip(text_map.panels, plane.regime.values, strict=True):
         expected = ["".join(APPEARANCE.mark(names[v]).glyph for v in row) for row in values[::-1]]
         assert [text for _, text in panel.rows] == expected
         assert [label for label, _ in panel.rows] == ["1.4", "1", "0.75"]
-    assert set(drawn.legend.values()) <= set(names.values())
+    assert set(text_map.legend.values()) <= set(names.values())
 
 
 def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
@@ -128,28 +132,31 @@ def test_a_narrow_terminal_gets_a_thinner_map_with_both_ends():
         {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 201}, "I2": [0.9, 1.1], "I3": 1.0, "omega0": 1.0}}
     )
     for width in (40, 80, 200):
-        drawn = textmap.draw_map(ds, describe_map(ds), {}, width)
-        line = "  ".join(panel.rows[0][1] for panel in drawn.panels)
-        assert len(line) + len(drawn.panels[0].rows[0][0]) + 1 <= width
-        assert drawn.panels[0].ends == ("0.5", "1.5")
+        text_map = textmap.draw_map(ds, describe_map(ds), {}, width)
+        line = "  ".join(panel.rows[0][1] for panel in text_map.panels)
+        assert len(line) + len(text_map.panels[0].rows[0][0]) + 1 <= width
+        assert text_map.panels[0].ends == ("0.5", "1.5")
 
 
 def test_equal_panels_are_one(ds):
-    alike = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
-    drawn, whole = textmap.draw_map(alike, describe_map(alike), {}), textmap.draw_map(ds, describe_map(ds), {})
-    assert [panel.title for panel in drawn.panels] == ["axis 1 … 3"]
-    assert drawn.panels[0].rows == whole.panels[1].rows
+    equal_map = ds.assign(regime=(ds.regime.dims, ds.regime.isel(axis=[1, 1, 1]).values, ds.regime.attrs))
+    equal_panels, all_panels = (
+        textmap.draw_map(equal_map, describe_map(equal_map), {}),
+        textmap.draw_map(ds, describe_map(ds), {}),
+    )
+    assert [panel.title for panel in equal_panels.panels] == ["axis 1 … 3"]
+    assert equal_panels.panels[0].rows == all_panels.panels[1].rows
 
 
 @pytest.mark.parametrize(
-    ("part", "whole", "words"), [(0, 9, "0 %"), (9, 9, "100 %"), (1, 10**6, "0.1 %"), (1, 3, "33.3 %")]
+    ("count", "total", "words"), [(0, 9, "0 %"), (9, 9, "100 %"), (1, 10**6, "0.1 %"), (1, 3, "33.3 %")]
 )
-def test_shares_are_0_or_100_only_where_they_are(part, whole, words):
-    assert summary.format_share(part, whole) == words
+def test_shares_are_0_or_100_only_where_they_are(count, total, words):
+    assert summary.format_share(count, total) == words
 
 
 def test_rates_that_may_be_rounding_are_told_over_their_scale():
-    """A stable top's real parts are zero: their rounding over that of theory says nothing."""
+    """A stable top's real parts are zero: their rounding over that of theory has no meaning."""
     dims = ("spin_rate", "equilibrium", "eigenvalue")
     real = np.array([[[0.0, 3e-16]], [[-2.0, 2.0]]])
     theory = np.array([[[0.0, -1e-16]], [[-2.0, 2.0 + 4e-9]]])
@@ -158,12 +165,12 @@ def test_rates_that_may_be_rounding_are_told_over_their_scale():
     variables = {"eigenvalue_real": real, "eigenvalue_real_theory": theory, "rate_scale": np.full_like(real, 4.0)}
     ds = xr.Dataset({name: (dims, values) for name, values in variables.items()}, attrs={"system": "sleeping_top"})
     ds = ds.assign(regime=(dims, regime, flags), regime_theory=(dims, regime, flags))
-    found = summary.summarise(ds).deviations["eigenvalue_real_theory", "eigenvalue_real"]
-    assert (found.scale, found.total) == ("rate_scale", 4)
-    assert found.worst.value == pytest.approx(1e-9)
-    found = summary.summarise(ds.drop_vars("rate_scale")).deviations["eigenvalue_real_theory", "eigenvalue_real"]
-    assert found.scale == ""
-    assert found.worst.value == pytest.approx(4.0)
+    deviation = summary.summarise(ds).deviations["eigenvalue_real_theory", "eigenvalue_real"]
+    assert (deviation.scale, deviation.total) == ("rate_scale", 4)
+    assert deviation.worst.value == pytest.approx(1e-9)
+    deviation = summary.summarise(ds.drop_vars("rate_scale")).deviations["eigenvalue_real_theory", "eigenvalue_real"]
+    assert deviation.scale == ""
+    assert deviation.worst.value == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(
@@ -186,11 +193,11 @@ def test_where_theory_is_zero_within_the_error_a_deviation_is_one_over_its_error
     spec = specs[name]
     columns = {name: values, spec.theory: theory, spec.error: error}
     ds = xr.Dataset({key: ("x", column) for key, column in columns.items()}, {"x": range(4)}, {"system": system})
-    found = summary.summarise(ds).deviations[spec.theory, name]
-    assert (found.total, found.num_within, found.num_with_error) == (1, 4, 4)
-    assert found.worst.value == pytest.approx(2e-9)
-    assert (found.worst_at_zero.at, found.worst_at_zero.points) == ({"x": 0}, 3)
-    assert found.worst_at_zero.value == pytest.approx(0.2)
+    deviation = summary.summarise(ds).deviations[spec.theory, name]
+    assert (deviation.total, deviation.num_within, deviation.num_with_error) == (1, 4, 4)
+    assert deviation.worst.value == pytest.approx(2e-9)
+    assert (deviation.worst_at_zero.at, deviation.worst_at_zero.points) == ({"x": 0}, 3)
+    assert deviation.worst_at_zero.value == pytest.approx(0.2)
     compared = agreement.compare(ds, specs, Compared((name,), ""))
     assert compared.max_deviation == pytest.approx(2e-9)  # of the figure
 
@@ -208,12 +215,12 @@ FLIPPING = {
 def test_a_rate_of_nought_is_compared_with_nothing(tmp_path):
     """About the intermediate axis `frequency` is 0, for there is none."""
     ds = sweeps.survey(FLIPPING)
-    found = summary.summarise(ds).deviations
+    deviations = summary.summarise(ds).deviations
     stable, unstable = (int((ds[name] > 0).sum()) for name in ("frequency", "growth_rate"))
     assert 0 < stable < ds["frequency"].size
-    frequency = found["frequency_theory", "frequency"]
+    frequency = deviations["frequency_theory", "frequency"]
     assert frequency.total == frequency.num_with_error == stable
-    assert found["growth_rate_theory", "growth_rate"].total == unstable
+    assert deviations["growth_rate_theory", "growth_rate"].total == unstable
     storage.write_map(ds, tmp_path / "map.nc")
     (check,) = (check for check in verify.verify(tmp_path / "map.nc", points=24) if check.name == "errors")
     assert not check.findings
@@ -231,9 +238,14 @@ def test_a_frequency_from_samples_is_not_held_against_that_of_the_whole_motion()
 
 
 def test_no_second_estimate_and_no_other_motions_law_is_shown_as_theory():
-    """The slope of the logarithm is biased by design; the twist's law holds on the separatrix alone."""
+    """The slope of the logarithm is biased by design; the twist's law is valid on the separatrix alone."""
     tables = [systems.resolve(name).layout().variables for name in ("rigid_body", "twist", "pendulum")]
-    shown = {(variable.name, one) for table in tables for variable in table.values() for one in variable.references}
-    assert ("growth_rate", "growth_rate_theory") in shown
-    assert ("twist", "twist_exact") in shown
-    assert not [pair for pair in shown if "logslope" in pair[0] or "defect" in pair[0]]
+    pairs = {
+        (variable.name, reference)
+        for table in tables
+        for variable in table.values()
+        for reference in variable.references
+    }
+    assert ("growth_rate", "growth_rate_theory") in pairs
+    assert ("twist", "twist_exact") in pairs
+    assert not [pair for pair in pairs if "logslope" in pair[0] or "defect" in pair[0]]

@@ -22,23 +22,20 @@ from sweeps.shards import content_hash
 TINY = read_sweep(catalogue.shipped_files()["tiny"])
 TOP = {"system": "symmetric_top", "grid": {"ratio": [0.5, 1.0, 1.7], "omega3": [-2.0, 1.0], "half_angle": 30.0}}
 PENDULUM = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}}  # its equations are derived where they are needed
-COLLAPSED = {
-    "grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0]},
-    "integration": {"collapse": True},
-}
+COLLAPSED = {"grid": {"I1": [1.0, 2.0], "I2": 3.0, "I3": 4.0, "omega0": [1.0, 2.0]}, "integration": {"collapse": True}}
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def tiny_map(tmp_path_factory):
     return write(tmp_path_factory.mktemp("whole"), "tiny")
 
 
 @pytest.fixture
-def tiny(whole, tmp_path):
-    return Path(shutil.copy(whole, tmp_path / "map.nc"))
+def tiny(tiny_map, tmp_path):
+    return Path(shutil.copy(tiny_map, tmp_path / "map.nc"))
 
 
-def sealed(path):
+def with_valid_hashes(path):
     """The file with hashes that are right again, as a forger would leave it."""
     with netCDF4.Dataset(path, "a") as file:
         file.set_auto_maskandscale(False)
@@ -46,14 +43,14 @@ def sealed(path):
         for name, variable in file.variables.items():
             digest.declare(name, variable.dimensions, variable.shape, variable.dtype)
             digest.update(name, variable[:])
-        for name, own in digest.digests().items():
-            file[name].sha256 = own
+        for name, digest_of in digest.digests().items():
+            file[name].sha256 = digest_of
         file.content_hash = digest.hexdigest()
     return path
 
 
 def findings(path, **options):
-    """Check's name → what it found."""
+    """Return check's name → its findings."""
     return {check.name: check.findings for check in verify.verify(path, **options) if check.findings}
 
 
@@ -69,26 +66,30 @@ def findings(path, **options):
 def test_a_whole_map_holds(definition, tmp_path, capsys):
     write(tmp_path, definition, "stability_map.nc")
     assert main(["verify", str(tmp_path), "--points", "30"]) == 0
-    said = capsys.readouterr()
-    assert "differs" not in said.out
-    assert "Traceback" not in said.err
+    output = capsys.readouterr()
+    assert "differs" not in output.out
+    assert "Traceback" not in output.err
 
 
 def flip_a_bit(path, name="growth_rate"):
     with netCDF4.Dataset(path, "a") as file:
         file.set_auto_maskandscale(False)
         values = file[name][:]
-        values.reshape(-1).view(np.uint8)[72] ^= 1  # the last bit of point 9, where values have 8 bytes
+        values.reshape(-1).view(np.uint8)[72] ^= 1  # the last bit of point 9, if values have 8 bytes
         file[name][:] = values
 
 
-@pytest.mark.parametrize("own", [(), (3,)])
-def test_values_at_points_are_those_of_the_array_however_it_is_read(monkeypatch, own):
+@pytest.mark.parametrize("shape_of_value", [(), (3,)])
+def test_values_at_points_are_those_of_the_array_however_it_is_read(monkeypatch, shape_of_value):
     monkeypatch.setattr(verify, "BLOCK_POINTS", 5)  # four blocks a line of them
-    values = np.arange(4 * 6.0 * 3).reshape(4, 6, 3)[..., : own[0] if own else 1].reshape(4, 6, *own)
+    values = (
+        np.arange(4 * 6.0 * 3)
+        .reshape(4, 6, 3)[..., : shape_of_value[0] if shape_of_value else 1]
+        .reshape(4, 6, *shape_of_value)
+    )
     numbers = np.array([0, 3, 11, 12, 23])
-    held = verify._read_points(xr.Variable(("x", "y", "own")[: values.ndim], values), numbers, 2)
-    np.testing.assert_array_equal(held, values.reshape(24, *own)[numbers])
+    values_read = verify._read_points(xr.Variable(("x", "y", "own")[: values.ndim], values), numbers, 2)
+    np.testing.assert_array_equal(values_read, values.reshape(24, *shape_of_value)[numbers])
 
 
 @pytest.mark.slow
@@ -103,7 +104,7 @@ def shift(path, by):
     with netCDF4.Dataset(path, "a") as file:
         spin = file["omega0"][:][:, None, None]
         file["omega_squared"][:] = file["omega_squared"][:] + by * spin**2
-    return sealed(path)
+    return with_valid_hashes(path)
 
 
 ROTOR = {"system": "rotor", "grid": {"spin_rate": [0.5, 2.0, 4.5], "internal_damping": 0.1, "stiffness_y": 1.5}}
@@ -121,9 +122,9 @@ def rotor(tmp_path_factory):
 def test_eigenvalues_of_other_kernels_are_those_of_lapack_and_of_scipy(rotor):
     checks = verify.verify(rotor, points=40, any_kernels=True)
     assert not any(check.findings for check in checks)
-    told = [check for check in checks if check.name in ("LAPACK", "SciPy DOP853")]
-    assert len(told) == 12  # two parts, growth and three invariants, by theory and as measured
-    assert not any(check.skip_reason for check in told)
+    eigenvalue_checks = [check for check in checks if check.name in ("LAPACK", "SciPy DOP853")]
+    assert len(eigenvalue_checks) == 12  # two parts, growth and three invariants, by theory and as measured
+    assert not any(check.skip_reason for check in eigenvalue_checks)
 
 
 @pytest.mark.slow
@@ -142,8 +143,8 @@ def test_wrong_eigenvalues_of_other_kernels_are_found(rotor, tmp_path, name, way
     path = Path(shutil.copy(rotor, tmp_path / "map.nc"))
     with netCDF4.Dataset(path, "a") as file:
         file[name][:] = file[name][:] + 1e-5
-    told = findings(sealed(path), points=40, any_kernels=True)
-    assert told[way][0].startswith(f"{name} at point")
+    found_lines = findings(with_valid_hashes(path), points=40, any_kernels=True)
+    assert found_lines[way][0].startswith(f"{name} at point")
 
 
 def test_a_copy_with_text_stored_character_by_character_holds(tmp_path):
@@ -192,9 +193,9 @@ def test_wrong_rates_of_other_kernels_are_found_by_scipy_and_by_the_closed_form(
         file.kernel_fingerprint = "0" * 64
     assert findings(tiny, points=20, any_kernels=True) == {}
     assert set(findings(tiny, points=0)) == {"kernels"}
-    found = findings(shift(tiny, 1.1e-8), points=20, any_kernels=True)
-    assert set(found) == {"SciPy DOP853", "closed form", "errors"}
-    assert all(" more" in lines[-1] for lines in found.values())
+    lines_by_check = findings(shift(tiny, 1.1e-8), points=20, any_kernels=True)
+    assert set(lines_by_check) == {"SciPy DOP853", "closed form", "errors"}
+    assert all(" more" in lines[-1] for lines in lines_by_check.values())
 
 
 def test_wrong_precession_is_found(tmp_path):
@@ -202,18 +203,18 @@ def test_wrong_precession_is_found(tmp_path):
     with netCDF4.Dataset(path, "a") as file:
         file.kernel_fingerprint = "0" * 64
         file["precession_rate"][:] = file["precession_rate"][:] * (1 + 1e-9)
-    assert set(findings(sealed(path), any_kernels=True)) == {"SciPy DOP853", "closed form", "errors"}
+    assert set(findings(with_valid_hashes(path), any_kernels=True)) == {"SciPy DOP853", "closed form", "errors"}
 
 
-def test_another_definition_is_recognised(whole, tmp_path, capsys):
-    other = plain(read_text(TINY.definition.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
-    found = findings(whole, expected_sweep=read_sweep(other), points=0)
-    assert found == {"definition": ("definition: another integration than sweep's",)}
-    unchanged = read_sweep(plain(read_text(TINY.definition.text)) | {"shards": 7})
-    assert not findings(whole, expected_sweep=unchanged, points=0)
+def test_another_definition_is_recognised(tiny_map, tmp_path, capsys):
+    second_definition = plain(read_text(TINY.definition.text)) | {"axes": [1, 2, 3], "integration": {"rotations": 5}}
+    differences = findings(tiny_map, expected_sweep=read_sweep(second_definition), points=0)
+    assert differences == {"definition": ("definition: another integration than sweep's",)}
+    same_sweep = read_sweep(plain(read_text(TINY.definition.text)) | {"shards": 7})
+    assert not findings(tiny_map, expected_sweep=same_sweep, points=0)
     folder = tmp_path / "results" / "breakdown"
     folder.mkdir(parents=True)
-    shutil.copy(whole, folder / "stability_map.nc")
+    shutil.copy(tiny_map, folder / "stability_map.nc")
     assert main(["verify", str(folder), "--points", "2"]) == 1
     assert "definition: another grid than breakdown's" in " ".join(capsys.readouterr().out.split())
 
@@ -231,9 +232,9 @@ def test_points_that_were_never_written_are_found(tiny):
     with netCDF4.Dataset(tiny, "a") as file:
         file["omega_squared"][1, 2] = np.nan
         file["regime"][0, 0, 0, 0, 0] = 9
-    found = findings(sealed(tiny), points=0)["values"]
-    assert "regime: 2 flags without a meaning" in found
-    assert f"omega_squared: {4 * 3 * 3 * 2} points" in found[1]
+    lines = findings(with_valid_hashes(tiny), points=0)["values"]
+    assert "regime: 2 flags without a meaning" in lines
+    assert f"omega_squared: {4 * 3 * 3 * 2} points" in lines[1]
 
 
 # Files that mean harm: no traceback, nothing run
@@ -271,13 +272,13 @@ HOSTILE = {
 
 
 def test_what_is_computed_from_a_map_carries_no_hash_that_certifies_it(tiny, tmp_path, capsys):
-    """xarray's arithmetic keeps attributes, and not the encoding; what it writes anew keeps `content_hash`."""
+    """xarray's arithmetic keeps attributes, and not the encoding; a written result keeps `content_hash`."""
     with sweeps.open_map(tiny) as ds:
         assert len(ds.growth_rate.encoding["sha256"]) == 64
         assert all("sha256" not in variable.attrs for variable in ds.variables.values())
         rate = ds.growth_rate
-        for changed in (ds * 2, rate * 2, -rate, np.abs(rate), rate**2, ds.mean("I1"), ds.where(ds.status > 9)):
-            variables = changed.data_vars.values() if isinstance(changed, xr.Dataset) else [changed]
+        for computed in (ds * 2, rate * 2, -rate, np.abs(rate), rate**2, ds.mean("I1"), ds.where(ds.status > 9)):
+            variables = computed.data_vars.values() if isinstance(computed, xr.Dataset) else [computed]
             assert all("sha256" not in variable.attrs | variable.encoding for variable in variables)
         ds.assign(growth_rate=ds.growth_rate * 2).to_netcdf(tmp_path / "changed.nc")
         ds.to_netcdf(tmp_path / "same.nc")
@@ -297,10 +298,10 @@ def test_a_hostile_map_is_told_apart_in_words(tiny, capsys, name):
     status, change = HOSTILE[name]
     rebuilt(tiny, change)
     assert main(["verify", str(tiny), "--points", "5"]) == status
-    said = capsys.readouterr()
-    assert "Traceback" not in said.out + said.err
-    assert "\x1b[31m" not in said.out + said.err
-    assert len(said.out + said.err) < 5000
+    output = capsys.readouterr()
+    assert "Traceback" not in output.out + output.err
+    assert "\x1b[31m" not in output.out + output.err
+    assert len(output.out + output.err) < 5000
 
 
 def test_a_loop_of_links_is_no_map(tmp_path, capsys):
@@ -317,7 +318,7 @@ def test_numbers_out_of_range_are_refused(tiny, capsys):
 
 
 def test_runs_of_a_thousand_million_samples_are_not_made_again(tiny, capsys):
-    """A map may say that its runs were as long as that: what would take minutes is left, and said."""
+    """A map may declare runs of that length: checks that would take minutes are skipped, and reported."""
     path = tiny
     definition = plain(read_text(TINY.definition.text))
     long = definition | {"integration": {"rotations": 62_500_000, "samples_per_rotation": 16}}
@@ -335,11 +336,11 @@ def test_runs_of_a_thousand_million_samples_are_not_made_again(tiny, capsys):
     assert "1,000,000,000" in capsys.readouterr().out
 
 
-def test_a_check_ends_when_its_time_is_over(whole, monkeypatch):
+def test_a_check_ends_when_its_time_is_over(tiny_map, monkeypatch):
     """By a clock that goes 40 s further each time it is read: each part after the first finds the time over."""
     monkeypatch.setattr(verify, "time", SimpleNamespace(monotonic=itertools.count(0.0, 40.0).__next__))
     monkeypatch.setattr(type(TINY.system), "samples_per_second", 2048)  # a second's work is half a block
-    checks = {check.name: check for check in verify.verify(whole, points=100)}
+    checks = {check.name: check for check in verify.verify(tiny_map, points=100)}
     assert checks["this project's kernels"].covers.endswith("; 64 of them, no more in 60 s")
     assert checks["closed form"].covers.startswith("2 points")
     assert checks["SciPy DOP853"].covers.endswith("; no more in 60 s")

@@ -13,14 +13,14 @@ from sweeps.mechanics.relative import _errors_of_exchange, regimes
 
 def at(name, **values):
     """Theory of a relative equilibrium at one point."""
-    model = Model(relative.shipped(name))
+    model = Model(relative.description_of(name))
     point = {k: np.array([values.get(k, p.default)]) for k, p in model.system.parameters.items()}
     return model.theory(point | {"equilibrium": np.array([0])})
 
 
 def test_a_double_pendulum_that_saturates_is_refused_or_within_its_error():
     """Upright, with a heavy lower mass: at 0.1 the fast mode saturates within the window at all three sizes."""
-    system = oscillators.shipped("double_pendulum")
+    system = oscillators.description_of("double_pendulum")
     model, worst = Model(system), 0.0
     for epsilon in (1e-8, 1e-4, 1e-2, 0.1, 0.5):
         points = oscillators.points(system, 2, 40, {"mass2": (10.0, 50.0), "length2": (0.5, 5.0)}, 5, epsilon)
@@ -101,7 +101,7 @@ def test_pairs_whose_discriminant_is_open_are_unstable():
 @pytest.mark.parametrize(("name", "bar"), [("rotor", 1e-12), ("foucault", 1e-4)])
 def test_eigenvalues_of_large_perturbations_are_those_of_zero_amplitude(name, bar):
     """A tenth of the states' sizes: extrapolated from six motions each (rotor: its equations are linear)."""
-    model = Model(relative.shipped(name))
+    model = Model(relative.description_of(name))
     columns = model.survey(relative.points(model.system, model.n, 20, relative.RANGES[name], 4, 0.1))
     assert (columns["status"] == OK).all()
     for component in ("real", "imag"):
@@ -123,11 +123,11 @@ def test_errors_reach_an_eigenvalue_that_may_have_changed_places():
 
 def test_a_window_shorter_than_the_scale_is_refused():
     """Much less than a cycle: no digits are left of the normal equations, and the sixth order does not show."""
-    system = oscillators.shipped("double_pendulum")
+    system = oscillators.description_of("double_pendulum")
     points = oscillators.points(system, 2, 5, {"mass2": (5.0, 20.0), "length2": (5.0, 20.0)}, 1, 0.45)
     columns = Model(system).survey(points, 0.001, 24000)
     assert np.isin(columns["status"], (SHORT_WINDOW, PERTURBATION_TOO_LARGE)).all()
-    system = relative.shipped("viscous_slug")
+    system = relative.description_of("viscous_slug")
     points = relative.points(system, 5, 20, relative.RANGES["viscous_slug"])
     assert (Model(system).survey(points, 0.04, 500)["status"] == SHORT_WINDOW).all()
 
@@ -146,7 +146,7 @@ def test_an_amplitude_that_bends_the_samples_beyond_their_least_singular_value_i
 
 def test_eigenvalues_are_in_the_order_of_theorys_however_close_the_samples():
     """Pairs with imaginary parts 8e-6 of the scale apart, at a 16th and a 198th of a cycle between samples."""
-    system = relative.shipped("gravity_gradient_damped")
+    system = relative.description_of("gravity_gradient_damped")
     points = relative.points(system, 9, 1, {}, epsilon=3.1e-6)
     for name, value in {"k1": -0.4656, "k3": -0.8553, "slug": 0.0022, "drag": 0.0135}.items():
         points[name][:] = value

@@ -65,7 +65,7 @@ class Balance:
         slopes = self.linear + self.coefficients @ ((k + 2 * q * x + 3 * d * x**2)[:, None] * self.waves)
         return residual, np.hstack([slopes, -self.drive[:, None]])
 
-    def corrected(self, u, row):
+    def correct(self, u, row):
         """Return u after Newton's method across a row, the tangent there, and whether it converged."""
         for _ in range(12):
             residual, slopes = self(u)
@@ -95,16 +95,16 @@ class Balance:
     def motion(self, place, force, branch=1, max_force=4.0):
         """Return the coefficients of the motion behind branch - 1 folds; None if there is none."""
         u, folds, step = np.append(place * np.eye(1, self.drive.size)[0], 0.0), 0, CURVE_STEP
-        u, tangent, _ = self.corrected(u, np.eye(1, u.size, u.size - 1)[0])
+        u, tangent, _ = self.correct(u, np.eye(1, u.size, u.size - 1)[0])
         while u[-1] < max_force * max(force, 0.5) and step > 1e-8:
-            v, new, is_converged = self.corrected(u + step * tangent, tangent)
+            v, new, is_converged = self.correct(u + step * tangent, tangent)
             if not is_converged or new @ tangent < 0.995:
                 step /= 2.0
                 continue
             is_fold = new[-1] * tangent[-1] < 0.0
             if folds == branch - 1 and (u[-1] - force) * (v[-1] - force) <= 0.0 and not is_fold:
                 end = u + (v - u) * (force - u[-1]) / (v[-1] - u[-1])
-                a = self.corrected(np.append(end[:-1], force), np.eye(1, u.size, u.size - 1)[0])[0]
+                a = self.correct(np.append(end[:-1], force), np.eye(1, u.size, u.size - 1)[0])[0]
                 return a[:-1]
             folds += is_fold
             if folds == branch:

@@ -3,7 +3,7 @@ import re
 import pytest
 import repeated
 import sympy as sp
-from oscillators import LIBRARY, shipped
+from oscillators import LIBRARY, description_of
 from sympy import cos, cot, pi, sin
 
 from sweeps.mechanics import DescriptionError, System, derivation
@@ -81,7 +81,7 @@ def linear_triatomic(outer_mass, inner_mass, stiffness, bond, depth, x1, x1_dot,
 
 @pytest.mark.parametrize("name", repeated.but(("double_pendulum", "bead_on_hoop"), LIBRARY))
 def test_kinetic_matrix_and_equations_are_the_textbooks(name):
-    system = shipped(name)
+    system = description_of(name)
     derived = derive(system)
     a, equations, factors = globals()[name](**symbols(system))
     assert (derived.a - sp.Matrix(a)).applyfunc(sp.simplify).is_zero_matrix
@@ -92,14 +92,14 @@ def test_kinetic_matrix_and_equations_are_the_textbooks(name):
 
 
 def test_spherical_polar_coordinates_give_the_lectures_matrix():
-    system = shipped("central_potential")
+    system = description_of("central_potential")
     m, r, theta = (symbols(system)[name] for name in ("mass", "r", "theta"))
     a, *_ = derivation._quadratic_form(system, derivation._kinetic_energy(system))  # the cyclic coordinates included
     assert a == sp.diag(m, m * r**2, m * r**2 * sin(theta) ** 2)
 
 
 def test_second_derivatives_at_equilibria_are_the_textbooks():
-    hoop = derive(shipped("bead_on_hoop"))
+    hoop = derive(description_of("bead_on_hoop"))
     s = symbols(hoop.system)
     g, R, W, theta = s["gravity"], s["radius"], s["spin_rate"], s["theta"]
     square = hoop.hessian[0] / hoop.a[0]
@@ -109,7 +109,7 @@ def test_second_derivatives_at_equilibria_are_the_textbooks():
 
 
 def test_radial_oscillation_of_circular_motion_by_its_exponent():
-    orbit = derive(shipped("central_potential"))
+    orbit = derive(description_of("central_potential"))
     s = symbols(orbit.system)
     m, k, L, p, r = s["mass"], s["strength"], s["angular_momentum"], s["exponent"], s["r"]
     square = (orbit.hessian[0, 0] / orbit.a[0, 0]).subs(s["theta"], pi / 2)

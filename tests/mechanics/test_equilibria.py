@@ -5,7 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from oscillators import shipped
+from oscillators import description_of
 from scipy.optimize import brentq
 
 from kernels.estimator import statuses
@@ -44,7 +44,7 @@ def bead(V, *, bounds=(-3, 4), max_places=8, periodic=False, **parameters):
 def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
     radius, spin = np.meshgrid(np.geomspace(0.1, 10, 41), np.linspace(0, 20, 41))
     radius, spin = radius.ravel(), spin.ravel()
-    zeros, flat = places(shipped("bead_on_hoop"), radius=radius, spin_rate=spin)
+    zeros, flat = places(description_of("bead_on_hoop"), radius=radius, spin_rate=spin)
     with np.errstate(divide="ignore"):
         cosine = 9.80665 / (radius * spin**2)
     is_tilted = cosine < 1
@@ -60,20 +60,20 @@ def test_hoop_has_the_places_of_its_formula_on_both_sides_of_the_pitchfork():
 
 def test_pitchfork_is_resolved_far_below_the_scan():
     excess = np.array([1e-4, 1e-8, 1e-12])  # roots at sqrt(2 excess), from 1e-2 to 1e-6: cells are 0.1 wide
-    zeros, _ = places(shipped("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
+    zeros, _ = places(description_of("bead_on_hoop"), radius=9.80665 * (1 + excess), spin_rate=1.0)
     assert zeros[:, 2, 0] == pytest.approx(np.sqrt(2 * excess), rel=2e-2)
     assert zeros[:, 3, 0] == pytest.approx(-np.sqrt(2 * excess), rel=2e-2)
-    exactly, _ = places(shipped("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
+    exactly, _ = places(description_of("bead_on_hoop"), radius=1.0, gravity=1.0, spin_rate=1.0)
     assert np.isnan(exactly[0]).any(axis=-1).tolist() == [False, False, True, True]
     radius = np.geomspace(0.1, 10, 57)  # on the line but for a rounding: the bottom, whatever the rounding leaves
-    near, _ = places(shipped("bead_on_hoop"), radius=radius, spin_rate=np.sqrt(9.80665 / radius))
+    near, _ = places(description_of("bead_on_hoop"), radius=radius, spin_rate=np.sqrt(9.80665 / radius))
     assert np.abs(near[:, 0, 0]).max() < 1e-7
     assert np.isnan(near[:, 2:]).all()
 
 
 def test_spherical_pendulum_against_brentq():
     L = np.geomspace(0.1, 50, 9)
-    zeros, _ = places(shipped("spherical_pendulum"), angular_momentum=L)
+    zeros, _ = places(description_of("spherical_pendulum"), angular_momentum=L)
     for momentum, place in zip(L, zeros[:, 0, 0], strict=True):
 
         def force(theta, momentum=momentum):
@@ -85,14 +85,14 @@ def test_spherical_pendulum_against_brentq():
 def test_places_are_known_to_rounding_whatever_shape_the_box_has():
     """Its box in θ is so narrow that θ's rounding, in half-widths, once stopped the steps towards r at 9e-12."""
     s, L = (x.ravel() for x in np.meshgrid([-1.9, -1.75, -1.3, 3.0], [0.1, 3.0]))
-    zeros, _ = places(shipped("central_potential"), exponent=s, angular_momentum=L)
+    zeros, _ = places(description_of("central_potential"), exponent=s, angular_momentum=L)
     radii = [mpmath.mpf(b) ** (2 / (mpmath.mpf(a) + 2)) for a, b in zip(s, L, strict=True)]
     # rounding of the force, some units, over s + 2
     assert zeros[:, 0, 0] == pytest.approx(np.array(radii, dtype=float), rel=2e-13)
 
 
 def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
-    rng, landscape = np.random.default_rng(4), landscape_of(shipped("central_potential"))
+    rng, landscape = np.random.default_rng(4), landscape_of(description_of("central_potential"))
     s, L = rng.uniform(-1.95, 8.0, 200), np.exp(rng.uniform(-4, 4, 200))
     parameters = [np.ones(200), np.ones(200), s, L]
     zeros = equilibria.find(landscape, parameters).places[:, 0]
@@ -108,7 +108,7 @@ def test_the_error_of_a_place_covers_its_distance_from_the_closed_form():
 
 
 def test_named_places_are_taken_to_the_last_bit():
-    zeros, _ = places(shipped("double_pendulum"), gravity=np.linspace(1, 20, 7))
+    zeros, _ = places(description_of("double_pendulum"), gravity=np.linspace(1, 20, 7))
     assert np.isin(zeros, [0.0, np.pi]).all()
 
 
@@ -139,7 +139,9 @@ def test_a_periodic_coordinate_counts_its_end_once():
 
 def test_double_pendulum_has_four():
     rng = np.random.default_rng(3)
-    zeros, flat = places(shipped("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30))
+    zeros, flat = places(
+        description_of("double_pendulum"), mass2=rng.uniform(0.1, 10, 30), length2=rng.uniform(0.1, 10, 30)
+    )
     assert not flat.any()
     expected = np.array([[0, 0], [0, np.pi], [np.pi, 0], [np.pi, np.pi]])
     assert np.abs(zeros) == pytest.approx(np.broadcast_to(expected, zeros.shape), abs=1e-9)
@@ -159,7 +161,7 @@ def test_several_coordinates_find_all_of_a_potential_with_nine():
 
 
 def test_flat_directions_are_said():
-    wire, flat = places(shipped("bead_on_wire"), gravity=4.0, length=1.0, spin_rate=np.array([1.0, 2.0]))
+    wire, flat = places(description_of("bead_on_wire"), gravity=4.0, length=1.0, spin_rate=np.array([1.0, 2.0]))
     assert flat.tolist() == [False, True]
     assert np.isnan(wire[:, 0, 0]).tolist() == [False, True]
     free = System("Two beads on a line", most=2)
@@ -177,7 +179,7 @@ def test_flat_directions_are_said():
 
 
 def test_a_held_coordinate_finds_the_molecule():
-    zeros, flat = places(shipped("linear_triatomic"))
+    zeros, flat = places(description_of("linear_triatomic"))
     assert not flat.any()
     assert zeros[0, 0] == pytest.approx([0, 1.16e-10, 2.32e-10], rel=1e-12)
 
@@ -213,7 +215,7 @@ def test_none_is_not_said_where_the_search_was_undecided(monkeypatch):
 
 @pytest.mark.parametrize("name", ["relative.lagrange_points", "central_potential", "relative.foucault"])
 def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alone(name, monkeypatch):
-    landscape, rng = landscape_of(shipped(name)), np.random.default_rng(5)
+    landscape, rng = landscape_of(description_of(name)), np.random.default_rng(5)
     ranges = {"mass_ratio": (1e-3, 0.5), "exponent": (-1.9, 6.0), "spin_rate": (0.0, 2.0)}
     parameters = [
         rng.uniform(*ranges.get(p.name, (p.default, p.default)), 60) for p in landscape.system.parameters.values()
@@ -235,7 +237,7 @@ def test_points_that_are_searched_together_have_the_equilibria_that_each_has_alo
 def test_parameters_that_move_no_equilibrium_are_known():
     free = {"mass", "gravity", "length"}
     for name, none in {"pendulum": free, "bead_on_hoop": {"mass"}, "double_well": {"mass"}}.items():
-        landscape = landscape_of(shipped(name))
+        landscape = landscape_of(description_of(name))
         names = landscape.equations.system.parameters
         assert {n for n, default in zip(names, landscape.canonical, strict=True) if default is not None} == none
     # a factor that can vanish makes V flat there, and stays
@@ -286,7 +288,7 @@ def test_a_name_without_a_real_place_has_no_equilibrium_where_the_equations_have
     ends = [end for end in (low, high) if np.isfinite(end)]
     values = np.unique([end + side for end in ends for side in (-1.7, -0.5, -1e-3, -1e-6, 1e-6, 1e-3, 0.5, 1.7)])
     if rates is None:
-        model = Model(shipped("relative.steady_precession"))
+        model = Model(description_of("relative.steady_precession"))
     else:
         model = Model(of_states(rates, names or {"on": lambda r: (r, sp.sqrt(1 - r**2))}, r=default))
     columns = [np.full(values.size, float(p.default)) for p in model.system.parameters.values()]

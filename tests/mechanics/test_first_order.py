@@ -16,7 +16,7 @@ from sweeps.mechanics.taylor import Code
 
 @functools.cache
 def flow_of(name):
-    return derive(relative.shipped(name))
+    return derive(relative.description_of(name))
 
 
 def value(g, e, numbers, place):

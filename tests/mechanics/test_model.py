@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from oscillators import LIBRARY, points, shipped
+from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
@@ -23,7 +23,7 @@ class Models(dict):
     """Each shipped system's model, derived on first use."""
 
     def __missing__(self, name):
-        self[name] = Model(shipped(name))
+        self[name] = Model(description_of(name))
         return self[name]
 
 

@@ -18,9 +18,9 @@ QUICK = {"growth twice", "trap", "Ziegler", "rotor", "two pairs", "bearing, stat
 QUICK_MARGINAL = {"a mode without drag", "free particle", "the same modes as states", "Ziegler's threshold", "Hopf"}
 
 
-@pytest.mark.parametrize("name", repeated.but(QUICK, verdicts.OWN))
+@pytest.mark.parametrize("name", repeated.but(QUICK, verdicts.USER_SYSTEMS))
 def test_what_a_theorem_decides_is_not_marginal(name):
-    model, points, right = verdicts.own(name)
+    model, points, right = verdicts.user_system(name)
     for words in verdicts.columns(model, **points)[:2]:
         assert [word if word in accepted else accepted for word, accepted in zip(words, right, strict=True)] == words
 
@@ -132,7 +132,7 @@ def test_the_triangular_points_have_one_regime_as_coordinates_and_as_states(has_
     theory, measured, _, _ = verdicts.columns(Model(system), mass_ratio=ratios)
     right = ["stable" if has_integral else "marginal"] * 4 + ["flutter"] * 3
     assert theory == measured == right
-    lagrange_points = Model(relative.shipped("lagrange_points"))
+    lagrange_points = Model(relative.description_of("lagrange_points"))
     if has_integral:
         assert verdicts.columns(lagrange_points, mass_ratio=ratios, epsilon=1e-12)[0] == right
 

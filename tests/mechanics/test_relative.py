@@ -29,7 +29,7 @@ MEASURED = 48
 
 @functools.cache
 def model(name):
-    return Model(relative.shipped(name))
+    return Model(relative.description_of(name))
 
 
 def motions(name, count, seed=1, **fixed):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import repeated
 import sympy as sp
-from oscillators import LIBRARY, shipped
+from oscillators import LIBRARY, description_of
 
 from kernels.estimator import statuses
 from kernels.flow import oscillations as kernel
@@ -221,7 +221,7 @@ UNITS = {  # parameter → exponents of length, mass and time
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n not in QUICK else n for n in LIBRARY])
 def test_shipped_maps_do_not_know_the_units(name):
-    model = Model(shipped(name))
+    model = Model(description_of(name))
     exponents = {p: UNITS[p] for p in model.names}
     rows = points(model, spin_rate=7.3) if name == "bead_on_hoop" else points(model)
     plain = model.survey(rows)

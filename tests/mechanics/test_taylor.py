@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
-from oscillators import LIBRARY, points, shipped
+from oscillators import LIBRARY, description_of, points
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
@@ -40,7 +40,7 @@ def advance(model, S, step, steps):
 
 
 def test_order_is_twelve():
-    model = Model(shipped("pendulum"))
+    model = Model(description_of("pendulum"))
     columns = points(model.system, 1, 1, {})
     theta0, time = 1.5, 4.0
     S, _, scale = scratch(model, columns, [1.0], [0.0], theta0)
@@ -56,7 +56,7 @@ def test_order_is_twelve():
 @pytest.mark.parametrize("name", EACH)
 def test_full_motion_is_that_of_dop853(name):
     """A perturbation of 0.1, which is far from linear, against SciPy on the symbolic accelerations."""
-    model = Model(shipped(name))
+    model = Model(description_of(name))
     n, rng = model.equations.m, np.random.default_rng(5)
     columns = points(model.system, n, 1, LIBRARY[name])
     sizes = model.theory(columns)["sizes"][0]
@@ -81,7 +81,7 @@ def test_full_motion_is_that_of_dop853(name):
 
 @pytest.mark.parametrize("name", EACH)
 def test_energy_is_that_of_the_symbols(name):
-    model = Model(shipped(name))
+    model = Model(description_of(name))
     n, rng = model.equations.m, np.random.default_rng(6)
     columns = points(model.system, n, 1, LIBRARY[name])
     theory = model.theory(columns)
@@ -109,7 +109,7 @@ def test_energy_is_that_of_the_symbols(name):
 @pytest.mark.slow
 def test_nothing_is_lost_in_a_small_nudge():
     """The same motion at nudges of 1e-6, 1e-12 and 1e-100: each differs from the linear motion by its own ε."""
-    model = Model(shipped("double_pendulum"))
+    model = Model(description_of("double_pendulum"))
     columns = points(model.system, 2, 1, {})
     ends = []
     for epsilon in (1e-100, 1e-12, 1e-6):
@@ -122,7 +122,7 @@ def test_nothing_is_lost_in_a_small_nudge():
 
 @pytest.mark.slow
 def test_lanes_do_not_see_each_other():
-    model = Model(shipped("double_pendulum"))
+    model = Model(description_of("double_pendulum"))
     columns = points(model.system, 2, 1, {})
     S, _, scale = scratch(model, columns, [1.0, -0.3], [0.0, 0.0], 0.1)
     alone = advance(model, S, 0.1 / scale, 20)
@@ -134,7 +134,7 @@ def test_lanes_do_not_see_each_other():
 
 @pytest.mark.slow
 def test_generated_file_is_named_by_its_text_and_compiled_once(tmp_path):
-    code = Model(shipped("pendulum")).code
+    code = Model(description_of("pendulum")).code
     program = (
         "from sweeps.mechanics.model import Model; from sweeps.mechanics.library.pendulum import system\n"
         "module = Model(system).code.module(); print(module.__file__)\n"

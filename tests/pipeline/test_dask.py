@@ -29,16 +29,18 @@ def kill_this_worker_once(mark):
 
 @pytest.mark.slow
 def test_a_worker_killed_in_the_middle_changes_no_bit(tmp_path):
-    distributed = pytest.importorskip("distributed", reason="distributed is not here: pip install -e . --group slow")
+    dask_distributed = pytest.importorskip(
+        "distributed", reason="distributed is not here: pip install -e . --group slow"
+    )
     expected = sweeps.survey(DEFINITION).attrs["content_hash"]
     local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:
+    with dask_distributed.LocalCluster(**local) as cluster, dask_distributed.Client(cluster) as client:
         before = set(client.scheduler_info(n_workers=-1)["workers"])
         lazy = sweeps.survey(DEFINITION, chunks={"I1": 3, "axis": 1}).persist()
-        killed = client.submit(kill_this_worker_once, tmp_path / "killed", priority=10)
-        told = storage.write_map(lazy, tmp_path / "stability_map.nc")
-        assert killed.result()
+        death = client.submit(kill_this_worker_once, tmp_path / "killed", priority=10)
+        content_hash = storage.write_map(lazy, tmp_path / "stability_map.nc")
+        assert death.result()
         assert set(client.scheduler_info(n_workers=-1)["workers"]) != before
     assert (tmp_path / "killed").exists()
-    assert told == expected
+    assert content_hash == expected
     assert not [check for check in verify.verify(tmp_path, points=20) if check.findings]

@@ -1,4 +1,4 @@
-"""A definition that is edited, replaced, cut short or deleted while it is run: every map is of the one it states."""
+"""A definition that is edited, replaced, cut short or deleted while it is run: every map states its own."""
 
 import json
 import random
@@ -22,7 +22,7 @@ TEXT = json.dumps(MINE)
 MINE_PATH, MAP = Path("mine.yaml"), Path("results/mine/stability_map.nc")
 
 
-def replaced(text):
+def replace_definition(text):
     Path("other.yaml").write_text(text)
     Path("other.yaml").replace(MINE_PATH)
 
@@ -30,8 +30,8 @@ def replaced(text):
 DAMAGES = {
     "edited": lambda rng: MINE_PATH.write_text(TEXT.replace("0.75", f"0.7{rng.randrange(3)}")),
     "a comment more": lambda rng: MINE_PATH.write_text(f"# {rng.randrange(3)}\n{TEXT}"),
-    "replaced": lambda rng: replaced(json.dumps(MINE | {"shards": rng.choice([1, 3])})),
-    "other points": lambda rng: replaced(TEXT.replace("0.5, 1.0", f"0.5, 0.9, 1.{rng.randrange(3)}")),
+    "replaced": lambda rng: replace_definition(json.dumps(MINE | {"shards": rng.choice([1, 3])})),
+    "other points": lambda rng: replace_definition(TEXT.replace("0.5, 1.0", f"0.5, 0.9, 1.{rng.randrange(3)}")),
     "truncated": lambda rng: MINE_PATH.write_text(TEXT[: rng.randrange(len(TEXT))]),
     "deleted": lambda rng: MINE_PATH.unlink(missing_ok=True),
 }
@@ -48,8 +48,8 @@ def content_hash(text):
     return sweeps.survey(json.loads(text.partition("\n")[2] if text.startswith("#") else text)).attrs["content_hash"]
 
 
-def stated():
-    """The definition that the map states, whose content the map has; None without a map."""
+def stated_definition():
+    """Return the definition that the map states, and check that the map has its content; None without a map."""
     if not MAP.exists():
         return None
     with sweeps.open_map(MAP) as ds:
@@ -57,7 +57,7 @@ def stated():
         return ds.attrs["definition"]
 
 
-def damaged(function, moment, rng):
+def with_damage(function, moment, rng):
     """A function, with damage to the definition before or after it."""
 
     def edits(*args, **options):
@@ -101,19 +101,19 @@ def test_a_run_makes_the_map_of_the_definition_that_it_states(number, monkeypatc
             MAP.unlink()
         with monkeypatch.context() as patch:
             where, name = rng.choice(STEPS)
-            patch.setattr(where, name, damaged(getattr(where, name), rng.choice(["before", "after"]), rng))
+            patch.setattr(where, name, with_damage(getattr(where, name), rng.choice(["before", "after"]), rng))
             assert run() in (0, 2)
-        stated()
+        stated_definition()
         now = MINE_PATH.read_text() if MINE_PATH.exists() else TEXT
         if run() == 0:
-            assert stated() == now
+            assert stated_definition() == now
         MINE_PATH.write_text(TEXT)
         assert run() == 0
-        assert stated() == TEXT
+        assert stated_definition() == TEXT
 
 
 def jobs():
-    """Return what the workflow runs for the definition as it reads it: functions that return an exit status."""
+    """Return the jobs that the workflow plans for its definition: functions that return an exit status."""
     sweep = catalogue.plan_sweep(MINE_PATH).sweep
     digest, shards = ["--digest", sweep.definition.digest], Path("results/mine/shards")
     for k in range(1, sweep.shards + 1):
@@ -128,10 +128,10 @@ def test_a_workflow_makes_the_map_of_the_definition_that_it_planned(number, caps
     for _ in range(number):
         MINE_PATH.write_text(TEXT)
         MAP.unlink(missing_ok=True)
-        planned = list(jobs())
-        at = rng.randrange(len(planned) + 1)
+        plan = list(jobs())
+        at = rng.randrange(len(plan) + 1)
         statuses = []
-        for k, job in enumerate(planned):
+        for k, job in enumerate(plan):
             if k == at:
                 DAMAGES[rng.choice([*DAMAGES])](rng)
                 if rng.random() < 0.2:
@@ -141,7 +141,7 @@ def test_a_workflow_makes_the_map_of_the_definition_that_it_planned(number, caps
                 assert statuses[-1] == 2
                 assert "allowed" in capsys.readouterr().err
                 break
-        assert stated() == (TEXT if statuses == [0] * len(planned) else None)
+        assert stated_definition() == (TEXT if statuses == [0] * len(plan) else None)
 
 
 def test_a_definition_that_was_edited_is_refused_in_words():

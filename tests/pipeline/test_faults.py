@@ -21,7 +21,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.faults]
 
 
 @pytest.fixture(autouse=True)
-def cleared(house):
+def clear_results(house):
     house.settle()
     house.clear()
     house.define()
@@ -29,14 +29,14 @@ def cleared(house):
     house.settle()
 
 
-def assert_words(said, *words):
-    assert "Traceback" not in said
+def assert_words(output, *words):
+    assert "Traceback" not in output
     for word in words:
-        assert word in said
+        assert word in output
 
 
-def broken_off(house, settle=True):
-    """A run that was killed when some shards were finished; what it left running is waited for, if wanted."""
+def interrupt_run(house, settle=True):
+    """Kill a run after some shards; wait for the processes that it leaves if `settle`."""
     run = house.start()
     house.until_shards(run, 2)
     run.kill()
@@ -52,15 +52,15 @@ def test_a_second_run_says_so_and_stops(house):
     first = house.start()
     house.until_shards(first, 1)
     first.send_signal(signal.SIGSTOP)  # so that it is still at work, however fast this machine is
-    status, said = house.run()
-    other = house.process([sys.executable, "-m", "sweeps", "run", "broken.yaml", "--cores", "1"])
-    others, _ = other.communicate()
+    status, first_output = house.run()
+    second_run = house.process([sys.executable, "-m", "sweeps", "run", "broken.yaml", "--cores", "1"])
+    second_output, _ = second_run.communicate()
     first.send_signal(signal.SIGCONT)
     firsts, _ = first.communicate()
     assert status == 2
-    assert_words(said, f"another run is active there (process {first.pid})", "allowed: one at a time")
-    assert other.returncode == 2
-    assert_words(others, "another run is active there")
+    assert_words(first_output, f"another run is active there (process {first.pid})", "allowed: one at a time")
+    assert second_run.returncode == 2
+    assert_words(second_output, "another run is active there")
     assert first.returncode == 0, firsts
     assert_whole(house)
 
@@ -98,17 +98,17 @@ def test_a_disk_that_fills_up_is_said_and_loses_nothing(house):
         run = house.start()
         house.until_shards(run, 3)  # of two jobs at a time: one at least has ended, its log and benchmark written
         fill(results)
-        said, _ = run.communicate()
+        output, _ = run.communicate()
         assert run.returncode == 1
-        assert_words(said, "No space left on device")
+        assert_words(output, "No space left on device")
         assert not house.map.exists()
         assert not list(results.glob("broken/**/.*.part"))
-        kept = house.finished()
+        finished_shards = house.finished_shards()
         (results / "filler").unlink()
-        status, said = house.run()
-        assert status == 0, said
-        assert kept
-        assert not [k for k in kept if f"Measuring shard {k} of" in said]
+        status, output = house.run()
+        assert status == 0, output
+        assert finished_shards
+        assert not [k for k in finished_shards if f"Measuring shard {k} of" in output]
         assert_whole(house)
 
 
@@ -129,10 +129,10 @@ def read_only(folder):
 
 def test_a_results_folder_that_cannot_be_written_is_refused(house):
     with read_only(house.folder / "results") as reason:
-        status, said = house.run()
+        status, output = house.run()
         assert status == 2
-        assert_words(said, f"cannot be written ({reason})", "allowed")
-        assert said.count("\n") == 1
+        assert_words(output, f"cannot be written ({reason})", "allowed")
+        assert output.count("\n") == 1
 
 
 # Clocks
@@ -140,40 +140,42 @@ def test_a_results_folder_that_cannot_be_written_is_refused(house):
 
 @pytest.mark.parametrize("years", [-30, 30])
 def test_a_clock_that_jumps_changes_no_bit(house, years):
-    broken_off(house)
-    other = time.time() + years * 365.25 * 86400
+    interrupt_run(house)
+    wrong_time = time.time() + years * 365.25 * 86400
     rng = random.Random(years)
     files = [house.folder / "broken.yaml", *house.shards.glob("[0-9]*.nc"), *house.folder.glob(".cache/polhode/*/*")]
     for path in files:
         if path.name in ("broken.yaml", "compiled") or rng.random() < 0.7:
-            os.utime(path, (other, other))
+            os.utime(path, (wrong_time, wrong_time))
     for _ in range(2):
-        status, said = house.run()
-        assert status == 0, said
+        status, output = house.run()
+        assert status == 0, output
         assert_whole(house)
-        os.utime(house.map, (other, other))
+        os.utime(house.map, (wrong_time, wrong_time))
 
 
 # Code that changes
 
 
 def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
-    broken_off(house, settle=False)
+    interrupt_run(house, settle=False)
     kernel, ours = house.folder / "kernels/estimator/measure.py", Path(house.ask(FOLDER))
     before = kernel.read_text()
     # while the jobs that the killed run has left still finish shards of the old kernels
     kernel.write_text(before + "\nEDITED = True\n")
     try:
-        edited = Path(house.ask(FOLDER))
-        for code in ours.glob("kernels_*"):  # of whose files Numba takes all but the edited one's
-            shutil.copytree(code, edited / code.name, dirs_exist_ok=True)
-        status, said = house.run()
-        assert status == 0, said
+        cache_of_edit = Path(house.ask(FOLDER))
+        for code in ours.glob("kernels_*"):  # Numba uses its files, except that of the edited source
+            shutil.copytree(code, cache_of_edit / code.name, dirs_exist_ok=True)
+        status, output = house.run()
+        assert status == 0, output
         house.settle()
         with sweeps.open_map(house.map) as ds:
-            held = ds.attrs["kernel_fingerprint"]
-        assert held == house.ask("from sweeps import systems; print(systems.resolve('rigid_body').fingerprint())")
-        assert said.count("Measuring shard") == SHARDS
+            map_fingerprint = ds.attrs["kernel_fingerprint"]
+        assert map_fingerprint == house.ask(
+            "from sweeps import systems; print(systems.resolve('rigid_body').fingerprint())"
+        )
+        assert output.count("Measuring shard") == SHARDS
         assert house.content() == house.hash  # the edit changes no number
     finally:
         kernel.write_text(before)
@@ -181,16 +183,16 @@ def test_a_kernel_edited_between_two_runs_is_what_makes_every_point(house):
 
 FOLDER = "from kernels.compile.cache import cache_folder; print(cache_folder())"
 HASH = "import sweeps; print(sweeps.survey('broken.yaml').attrs['content_hash'])"
-ANOTHER = "nehalem"  # a processor that every other of its kind can stand for
+OLD_PROCESSOR = "nehalem"  # an old processor of the same family, which newer ones can emulate
 
 
 def compiled_of_an_edit(house, **settings):
-    """The folder of compiled kernels that measure wrong rates; no file but measure.py says so."""
+    """The folder of compiled kernels that measure wrong rates; only measure.py shows it."""
     kernel = house.folder / "kernels/estimator/measure.py"
     before = kernel.read_text()
-    wrong = before.replace("TURNS[0]", "1.25 * TURNS[0]")  # of the series that most rates come from
-    assert wrong != before
-    kernel.write_text(wrong)
+    edited_text = before.replace("TURNS[0]", "1.25 * TURNS[0]")  # of the series that most rates come from
+    assert edited_text != before
+    kernel.write_text(edited_text)
     try:
         return Path(house.ask(f"{HASH}; {FOLDER}", **settings).splitlines()[-1])
     finally:
@@ -202,42 +204,48 @@ def test_stale_compiled_code_in_our_place_is_not_run(house, stale):
     if stale == "processor" and platform.machine() != "x86_64":
         pytest.skip("the processor that is named here is none of this machine's kind")
     ours = Path(house.ask(FOLDER))
-    kept = shutil.copytree(ours, ours.with_name("kept"))
+    backup = shutil.copytree(ours, ours.with_name("kept"))
     try:
-        wrong = compiled_of_an_edit(house, **({"NUMBA_CPU_NAME": ANOTHER} if stale == "processor" else {}))
-        assert (wrong != ours) == (stale == "processor")
-        if wrong != ours:  # another processor has a folder of its own; what if it came to lie in ours?
+        stale_folder = compiled_of_an_edit(house, **({"NUMBA_CPU_NAME": OLD_PROCESSOR} if stale == "processor" else {}))
+        assert (stale_folder != ours) == (stale == "processor")
+        if stale_folder != ours:  # another processor has a folder of its own; it is moved to this processor's place
             shutil.rmtree(ours)
-            wrong.rename(ours)
-        status, said = house.run()
-        assert status == 0, said
-        assert_words(said)
+            stale_folder.rename(ours)
+        status, output = house.run()
+        assert status == 0, output
+        assert_words(output)
         assert_whole(house)
     finally:
         shutil.rmtree(ours)
-        kept.rename(ours)
+        backup.rename(ours)
 
 
 QUICK = ("elliptic", "measure", "direct", "solution")  # kernels that are soon compiled again
 
 
 def compiled_files(house):
-    """Those of some kernels; what another test has emptied stays so where nothing has called it since."""
+    """Return the compiled files of some kernels; files that an earlier test has emptied stay empty until a call."""
     files = Path(house.ask(FOLDER), "code").iterdir()
     return sorted(p for p in files if p.name.partition(".")[0] in QUICK and p.stat().st_size)
 
 
 def test_a_damaged_compiler_cache_is_not_believed(house):
-    """What a failing disk may leave in the cache: halves, nothing, noise."""
+    """Remainders of a failing disk in the cache: halves, nothing, noise."""
     files = compiled_files(house)
     assert len(files) > 10
     rng = random.Random(5)
     for path in files:
-        whole = path.read_bytes()
-        damage = [whole[: len(whole) // 2], b"", whole.replace(b"0.", b"9.", 1), rng.randbytes(len(whole)), whole]
+        content = path.read_bytes()
+        damage = [
+            content[: len(content) // 2],
+            b"",
+            content.replace(b"0.", b"9.", 1),
+            rng.randbytes(len(content)),
+            content,
+        ]
         path.write_bytes(rng.choice(damage))
-    status, said = house.run()
-    assert status == 0, said
+    status, output = house.run()
+    assert status == 0, output
     assert_whole(house)
 
 
@@ -251,19 +259,19 @@ COMMANDS = [
 
 def test_a_bit_that_flips_in_compiled_code_is_never_run(house):
     """Wherever kernels are called: in every command that does, and in Python."""
-    status, said = house.run()
-    assert status == 0, said
+    status, output = house.run()
+    assert status == 0, output
     calls = [lambda line=line: house.command(*line.split()) for line in COMMANDS]
     rng = random.Random(6)
     for call in [*calls, lambda: house.ask(HASH)]:
-        sound, motion = call(), house.folder / "results/motion.csv"
-        moved = motion.read_bytes() if motion.exists() else b""
+        expected, motion = call(), house.folder / "results/motion.csv"
+        motion_bytes = motion.read_bytes() if motion.exists() else b""
         for code in compiled_files(house):
             content = bytearray(code.read_bytes())
             content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
             code.write_bytes(content)
-        assert call() == sound
-        assert (motion.read_bytes() if motion.exists() else b"") == moved
+        assert call() == expected
+        assert (motion.read_bytes() if motion.exists() else b"") == motion_bytes
 
 
 def test_values_of_the_undisturbed_run_are_those_of_a_call(house):

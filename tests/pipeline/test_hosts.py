@@ -1,4 +1,4 @@
-"""Two machines, one folder; numbers of processes that came to mean others; and machines that give little."""
+"""Two machines, one folder; reused numbers of processes; and machines with few resources."""
 
 import ctypes
 import errno
@@ -55,21 +55,21 @@ def elsewhere(code):
 @pytest.mark.slow
 @pytest.mark.faults
 def test_a_claim_holds_in_another_container_and_ends_with_it(folder):
-    other = elsewhere(CLAIM)
-    assert other.stdout.readline() == "claimed\n"
-    part = folder / "results/a" / f".figures.{(folder / 'results/a/.running').read_text().strip()}.x.part"
-    part.mkdir()
+    process = elsewhere(CLAIM)
+    assert process.stdout.readline() == "claimed\n"
+    leftover = folder / "results/a" / f".figures.{(folder / 'results/a/.running').read_text().strip()}.x.part"
+    leftover.mkdir()
     with pytest.raises(DefinitionError, match=r"another run is active there \(process \d+ on other\)"):
         claims.claim(["a"])
-    assert part.exists()
-    other.kill()
-    other.wait()
+    assert leftover.exists()
+    process.kill()
+    process.wait()
     wait_for(lambda: is_free("a"))
-    assert part.exists()  # whose process cannot be looked at from here: it is given a day
-    os.utime(part, (time.time() - process_identity.DAY - 60,) * 2)
+    assert leftover.exists()  # its process cannot be inspected from here: it is given a day
+    os.utime(leftover, (time.time() - process_identity.DAY - 60,) * 2)
     for handle in claims.claim(["a"]):
         os.close(handle)
-    assert not part.exists()
+    assert not leftover.exists()
 
 
 # File systems without locks
@@ -103,8 +103,8 @@ CLAIMS = {
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_without_locks_a_claim_holds_by_its_word_while_it_is_renewed(without_locks, name):
-    parts, ago, is_free = CLAIMS[name]
-    without_locks.write_text(mark(**parts))
+    fields, ago, is_free = CLAIMS[name]
+    without_locks.write_text(mark(**fields))
     os.utime(without_locks, (time.time() - ago,) * 2)
     if not is_free:
         with pytest.raises(DefinitionError, match="another run is active there"):
@@ -201,21 +201,21 @@ def test_a_message_blames_the_disk_for_what_is_the_disks_alone(monkeypatch, caps
 
     monkeypatch.setattr(definitions, "_check", fail)
     assert main(["check", "tiny"]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"map.nc: {os.strerror(code)}; allowed: ")
-    assert REMEDIES[code] in said
-    assert ("disk" in said) == (code in (errno.ENOSPC, errno.EDQUOT))
+    message = capsys.readouterr().err
+    assert message.startswith(f"map.nc: {os.strerror(code)}; allowed: ")
+    assert REMEDIES[code] in message
+    assert ("disk" in message) == (code in (errno.ENOSPC, errno.EDQUOT))
 
 
 # Machines that give little
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("whole"), damages.FEWER["rigid"])  # whose pictures are soon drawn
+def small_map(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("whole"), damages.QUICK_BASES["rigid"])  # its pictures take little time
 
 
-def limited(what, value):
+def with_limit(what, value):
     return lambda: resource.setrlimit(what, (value, value))
 
 
@@ -235,9 +235,9 @@ def can_be_run_by_somebody_else():
 
 NOBODY = {"HOME": "/nonexistent", "XDG_CACHE_HOME": None}
 MACHINES = {
-    "64 open files": ({}, limited(resource.RLIMIT_NOFILE, 64)),
-    "1.5 GB": ({}, limited(resource.RLIMIT_AS, 1_500_000_000)),
-    "files of 10 kB": ({}, limited(resource.RLIMIT_FSIZE, 10_000)),
+    "64 open files": ({}, with_limit(resource.RLIMIT_NOFILE, 64)),
+    "1.5 GB": ({}, with_limit(resource.RLIMIT_AS, 1_500_000_000)),
+    "files of 10 kB": ({}, with_limit(resource.RLIMIT_FSIZE, 10_000)),
     "no home": ({"HOME": None, "XDG_CACHE_HOME": None}, None),
     "a home that cannot be written": ({"HOME": "/proc", "XDG_CACHE_HOME": None}, None),
     "no folder for temporary files": ({"TMPDIR": "/proc"}, None),
@@ -270,13 +270,13 @@ def place(machine, tmp_path):
 @pytest.mark.faults
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("machine", MACHINES)
-def test_a_machine_that_gives_little_is_enough_or_is_told(place, whole, machine, command):
+def test_a_machine_that_gives_little_is_enough_or_is_told(place, small_map, machine, command):
     settings, before = MACHINES[machine]
     if before is somebody_else and os.geteuid():
         pytest.skip("to become somebody else takes root")
     if before is somebody_else and not can_be_run_by_somebody_else():
         pytest.skip("this Python lies where nobody else may look")
-    shutil.copy(whole, place)
+    shutil.copy(small_map, place)
     place.chmod(0o777 if "whose" in machine else 0o755)
     environment = {name: value for name, value in {**os.environ, **settings}.items() if value is not None}
     answer = subprocess.run(

@@ -56,30 +56,30 @@ def test_a_process_does_not_hear_ctrl_c_and_ends_with_its_parent(tmp_path, numbe
     parent = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     child = int(parent.stdout.readline())
     os.kill(child, signal.SIGINT)
-    assert waiting(child) == {signal.SIGINT}
+    assert pending_signals(child) == {signal.SIGINT}
     parent.send_signal(number)
     parent.wait()
     assert wait_for(lambda: is_over(child))
 
 
-def waiting(number):
+def pending_signals(number):
     """Signals that a process has been sent and does not take."""
     with open(f"/proc/{number}/status") as file:
-        told = dict(line.split(":", 1) for line in file)
-    sent = (int(told["ShdPnd"], 16) | int(told["SigPnd"], 16)) & int(told["SigBlk"], 16)
-    return {k + 1 for k in range(64) if sent >> k & 1}
+        fields = dict(line.split(":", 1) for line in file)
+    pending = (int(fields["ShdPnd"], 16) | int(fields["SigPnd"], 16)) & int(fields["SigBlk"], 16)
+    return {k + 1 for k in range(64) if pending >> k & 1}
 
 
 def test_ctrl_c_while_the_commands_are_imported_is_no_traceback(monkeypatch, capsys):
-    def interrupted(*_):
+    def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(program, "build", interrupted)
+    monkeypatch.setattr(program, "build", interrupt)
     assert __main__.main(["show", "map.nc"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
 
 
-LOOK = """\
+LOOK_CODE = """\
 import os, signal
 from sweeps.reading import sandbox
 
@@ -94,8 +94,8 @@ print(signal.pthread_sigmask(signal.SIG_BLOCK, ()))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
 def test_ctrl_c_is_heard_where_a_process_has_just_forked_to_look_at_a_map():
-    done = subprocess.run([sys.executable, "-c", LOOK], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("heard\nset()\n", "")
+    process = subprocess.run([sys.executable, "-c", LOOK_CODE], capture_output=True, text=True, check=True)
+    assert (process.stdout, process.stderr) == ("heard\nset()\n", "")
 
 
 INTERRUPTED = """\
@@ -138,16 +138,16 @@ for k in range(3):
 
 
 def after_ctrl_c(code):
-    """Run a command that does this; return what it writes to standard output and standard error."""
+    """Run a command that does this; return its standard output and standard error."""
     words = [sys.executable, "-c", INTERRUPTED % textwrap.indent(code, " " * 8)]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    return done.stdout, done.stderr
+    process = subprocess.run(words, capture_output=True, text=True, check=True)
+    return process.stdout, process.stderr
 
 
 @pytest.mark.parametrize("code", SWALLOWED.values(), ids=SWALLOWED)
-@pytest.mark.parametrize("then", ["time.sleep(20); print('not heard')", ""], ids=["it goes on", "it ends"])
-def test_ctrl_c_that_is_swallowed_is_heard(code, then):
-    assert after_ctrl_c(f"{code}\n{then}") == ("130\n", "interrupted\n")
+@pytest.mark.parametrize("next_code", ["time.sleep(20); print('not heard')", ""], ids=["it goes on", "it ends"])
+def test_ctrl_c_that_is_swallowed_is_heard(code, next_code):
+    assert after_ctrl_c(f"{code}\n{next_code}") == ("130\n", "interrupted\n")
 
 
 CLEANING = """
@@ -183,8 +183,8 @@ ROOT = Path(sweeps.__file__).parents[1]
 MINE = {"grid": {"I1": {"start": 0.5, "stop": 1.5, "num": 6}, "I2": [0.6, 0.75, 0.9], "I3": 1.0, "omega0": 1.0}}
 
 
-# in the command itself, as a test's own process may be kept waiting until all is drawn
-DRAWN = """\
+# Code of the disturbed command itself, as a test's own process may have to wait until all is drawn.
+DRAW_CODE = """\
 import multiprocessing, os, runpy, signal, threading, time
 
 def disturb():
@@ -198,7 +198,7 @@ runpy.run_module("sweeps", run_name="__main__", alter_sys=True)
 """
 
 
-def disturbed(folder, seconds, how):
+def draw_and_disturb(folder, seconds, how):
     """Run `figures`, which executes the code `how` so many seconds after its worker was started.
 
     It has a folder, a process group and a folder for temporary files of its own. Return its process, standard output
@@ -209,7 +209,7 @@ def disturbed(folder, seconds, how):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
     options = {"cwd": folder, "env": environment, "start_new_session": True, "text": True}
     options |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    words = [sys.executable, "-c", DRAWN % (seconds, how), "figures", "map.nc", "-o", "drawn"]
+    words = [sys.executable, "-c", DRAW_CODE % (seconds, how), "figures", "map.nc", "-o", "drawn"]
     drawing = subprocess.Popen(words, **options)
     return drawing, *drawing.communicate(timeout=PATIENCE)
 
@@ -225,10 +225,10 @@ def is_in(group, number):
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 0.1, 0.7])
 def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, seconds):
-    drawing, out, said = disturbed(tmp_path, seconds, "os.killpg(0, signal.SIGINT)")
-    assert (out, said) == ("", "interrupted\n")
-    assert drawing.returncode in (130, -signal.SIGINT)  # the same to a shell; Python's own where it made a class
-    assert wait_for(lambda: all(is_over(number) for number in psutil.pids() if is_in(drawing.pid, number)))
+    process, out, message = draw_and_disturb(tmp_path, seconds, "os.killpg(0, signal.SIGINT)")
+    assert (out, message) == ("", "interrupted\n")
+    assert process.returncode in (130, -signal.SIGINT)  # the same to a shell; Python's own where it made a class
+    assert wait_for(lambda: all(is_over(number) for number in psutil.pids() if is_in(process.pid, number)))
     assert {path.name for path in tmp_path.iterdir()} == {"map.nc", "temporary"}
     assert not any((tmp_path / "temporary").iterdir())
 
@@ -236,9 +236,11 @@ def test_ctrl_c_ends_both_processes_that_draw_and_leaves_nothing(tmp_path, secon
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.0, 1.0, 2.0])
 def test_a_drawing_process_that_is_killed_is_one_message_and_the_next_call_goes_on(tmp_path, seconds):
-    drawing, _, said = disturbed(tmp_path, seconds, "[child.kill() for child in multiprocessing.active_children()]")
-    assert (drawing.returncode, said.count("\n")) in ((1, 1), (0, 0)), said  # 0: it had drawn its last picture
-    assert not said or said.startswith("a process that this command started was ended from outside")
+    process, _, message = draw_and_disturb(
+        tmp_path, seconds, "[child.kill() for child in multiprocessing.active_children()]"
+    )
+    assert (process.returncode, message.count("\n")) in ((1, 1), (0, 0)), message  # 0: it had drawn its last picture
+    assert not message or message.startswith("a process that this command started was ended from outside")
     assert not list(tmp_path.glob(".drawn*"))
     assert main(["figures", str(tmp_path / "map.nc"), "-o", str(tmp_path / "drawn")]) == 0
     assert list((tmp_path / "drawn").glob("*.png"))

@@ -24,7 +24,7 @@ import sweeps
 from sweeps.pipeline import claims, up_to_date
 
 pytestmark = [pytest.mark.slow, pytest.mark.faults]
-cleared = test_faults.cleared
+clear_results = test_faults.clear_results
 
 KILLS = int(os.environ.get("POLHODE_KILLS", 10))
 SHARDS = 3
@@ -42,7 +42,7 @@ shards: %d
 """
 SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGSTOP]
 STAGES = ["compile", "shard", "merge", "figures", "report"]
-SAYS = {  # what `run` says as a stage begins, in one process
+SAYS = {  # messages of `run` at the start of a stage, in one process
     "compile": "compiling the kernels",
     "shard": "points",
     "merge": "merging",
@@ -55,9 +55,9 @@ MADE = {*NOTES, "stability_map.nc", "figures", "report.html", "logs", "benchmark
 
 
 def victim(run, kind):
-    """The process of that kind below a run of the workflow, once it is there; None where the run has ended before."""
+    """Return the process of that kind below a run of the workflow, once it exists; None if the run ends before."""
 
-    def look():
+    def find_process():
         try:
             below = psutil.Process(run.pid).children(recursive=True)
         except psutil.NoSuchProcess:
@@ -71,11 +71,11 @@ def victim(run, kind):
                 return process
         return None
 
-    return wait_for(look, run)
+    return wait_for(find_process, run)
 
 
 class Series:
-    """Kills of one house, one after the other, each of a run that goes on where the one before was broken off."""
+    """A series of kills in one copy of the sources, each of a run that continues the interrupted run before."""
 
     def __init__(self, house, seed):
         self.house, self.rng = house, random.Random(seed)
@@ -83,23 +83,23 @@ class Series:
         self.hash = sweeps.survey(house.folder / "broken.yaml").attrs["content_hash"]
         self.results = house.folder / "results/broken"
         self.pictures, self.is_compiled = None, True
-        self.said = house.folder / "said.log"
+        self.log = house.folder / "said.log"
         self.began = time.monotonic()
 
     def start(self, entry):
         words = [sys.executable, "-m", *{"workflow": ["snakemake"], "run": ["sweeps", "run", "broken.yaml"]}[entry]]
         words += ["--cores", "2"] + ["--config", "definition=broken.yaml"] * (entry == "workflow")
-        return self.house.process(words, self.said, start_new_session=True)
+        return self.house.process(words, self.log, start_new_session=True)
 
-    def begun(self, run, entry, stage):
-        """The process that is at work at a stage, once it is; None where the run has ended before."""
+    def working_process(self, run, entry, stage):
+        """Return the process that works at a stage, once it does; None if the run ends before."""
         if entry == "run":
-            found = wait_for(lambda: SAYS[stage] in self.said.read_text(), run)
-            return psutil.Process(run.pid) if found else None
+            has_begun = wait_for(lambda: SAYS[stage] in self.log.read_text(), run)
+            return psutil.Process(run.pid) if has_begun else None
         return victim(run, stage)
 
     def make_room(self, entry, stage):
-        """Takes away what a stage is to make, where it is there; what comes before it may stay."""
+        """Remove the output of a stage, and keep that of earlier stages."""
         if stage == "compile":
             self.forget_compiled()
             shutil.rmtree(self.results / "shards", ignore_errors=True)
@@ -111,7 +111,7 @@ class Series:
             (self.results / "report.html").unlink(missing_ok=True)
 
     def forget_compiled(self):
-        """The cache says no more that it is whole; and the code of one file is gone, once a round."""
+        """Remove the marks of complete code from the cache and, once a round, the code of one file."""
         cache = next((self.house.folder / ".cache/polhode").glob("*-*"))
         shutil.rmtree(cache / "ready", ignore_errors=True)
         if self.is_compiled:
@@ -123,32 +123,32 @@ class Series:
         """Sends a signal in a stage: whether that came to pass."""
         self.make_room(entry, stage)
         shutil.rmtree(self.results / "logs", ignore_errors=True)
-        before = set(self.house.finished())
+        before = set(self.house.finished_shards())
         run = self.start(entry)
-        killed, found = False, self.begun(run, entry, stage)
-        if found is not None:
-            killed = self.send(run, found, number, scope)
-            if killed and number == signal.SIGSTOP and stage in STAGES[:3]:  # the others go on to their end
+        is_killed, process = False, self.working_process(run, entry, stage)
+        if process is not None:
+            is_killed = self.send(run, process, number, scope)
+            if is_killed and number == signal.SIGSTOP and stage in STAGES[:3]:  # further processes go on to their end
                 time.sleep(self.rng.uniform(0.0, 1.0))
                 with suppress(ProcessLookupError):
                     os.killpg(run.pid, signal.SIGTERM)
         status = run.wait()
-        said = self.said.read_text()
-        # a job that is interrupted before its first function is called: the workflow repeats what Python told
-        of_python = number == signal.SIGINT and not re.search(r'File ".*/(sweeps|kernels)/.*, in (?!<module>)', said)
-        assert "Traceback" not in said or of_python, said
-        assert killed or status in (0, 1, 2), said
-        assert number != signal.SIGSTOP or stage in STAGES[:3] or status == 0, said
-        again = [k for k in before if f"Measuring shard {k} of" in said]
-        assert not again or stage == "compile", said  # none is computed twice
-        for log in self.results.glob("logs/*.log"):  # Python itself tells of an interrupt before our first line
+        output = self.log.read_text()
+        # a job that is interrupted before its first function is called: the workflow repeats Python's message
+        of_python = number == signal.SIGINT and not re.search(r'File ".*/(sweeps|kernels)/.*, in (?!<module>)', output)
+        assert "Traceback" not in output or of_python, output
+        assert is_killed or status in (0, 1, 2), output
+        assert number != signal.SIGSTOP or stage in STAGES[:3] or status == 0, output
+        repeated_shards = [k for k in before if f"Measuring shard {k} of" in output]
+        assert not repeated_shards or stage == "compile", output  # none is computed twice
+        for log in self.results.glob("logs/*.log"):  # Python itself reports an interrupt before our first line
             assert "Traceback" not in log.read_text() or number == signal.SIGINT, log.read_text()
-        return killed
+        return is_killed
 
-    def send(self, run, found, number, scope):
-        send = found.send_signal if scope == "process" else lambda number: os.killpg(run.pid, number)
+    def send(self, run, process, number, scope):
+        send = process.send_signal if scope == "process" else lambda number: os.killpg(run.pid, number)
         try:
-            found.wait(self.rng.uniform(0.0, 1.2))
+            process.wait(self.rng.uniform(0.0, 1.2))
             return False
         except psutil.TimeoutExpired:
             pass
@@ -162,11 +162,11 @@ class Series:
 
     def finish(self, entry):
         """A run that nothing disturbs: everything is there, right, and nothing else is."""
-        kept = self.house.finished()
+        finished_shards = self.house.finished_shards()
         run = self.start(entry)
-        assert run.wait() == 0, self.said.read_text()
-        said = self.said.read_text()
-        assert not [k for k in kept if f"Measuring shard {k} of" in said]
+        assert run.wait() == 0, self.log.read_text()
+        output = self.log.read_text()
+        assert not [k for k in finished_shards if f"Measuring shard {k} of" in output]
         self.house.settle()
         assert_whole(self.house, self.hash)
         assert {path.name for path in self.results.iterdir()} <= MADE
@@ -177,9 +177,9 @@ class Series:
 
 
 def plan(number):
-    """So many kills: of five in a row each in another stage, by another signal; 25 are all pairs; ways take turns.
+    """A number of kills: five in a row differ in stage and signal; 25 are all pairs; the ways alternate.
 
-    In rounds of which each goes through the stages as a run does.
+    In rounds; each goes through the stages in the order of a run.
     """
     ways = [(entry, scope) for entry in ("workflow", "run") for scope in ("process", "group")]
     kills = [(*ways[(k + k // 4) % 4], STAGES[k % 5], SIGNALS[(k + k // 5) % 5]) for k in range(number)]
@@ -193,7 +193,7 @@ def test_kills_lose_no_point_change_none_and_leave_nothing(house):
         house.clear()
         series.is_compiled = True
         for entry, scope, stage, number in kills:
-            for _ in range(5):  # where the victim was done before the moment came, another moment
+            for _ in range(5):  # if the victim has ended before that moment, another moment
                 if series.kill(entry, stage, number, scope):
                     break
             else:

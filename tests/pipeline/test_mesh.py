@@ -27,9 +27,9 @@ def test_the_racket_of_the_readme_goes_the_whole_way(tmp_path, monkeypatch, caps
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         racket = ds.sel(body="Racket")
         mass = 600.0 * size.prod()
-        wanted = np.sort(mass / 12 * (np.square(size).sum() - np.square(size)))  # of a box, kg m2
-        found = [float(racket[f"I{i}"]) for i in (1, 2, 3)]
-        np.testing.assert_allclose(found, wanted, rtol=1e-6)  # coordinates in STL files are single precision
+        expected = np.sort(mass / 12 * (np.square(size).sum() - np.square(size)))  # of a box, kg m2
+        moments = [float(racket[f"I{i}"]) for i in (1, 2, 3)]
+        np.testing.assert_allclose(moments, expected, rtol=1e-6)  # coordinates in STL files are single precision
         assert "racket.stl" in ds.attrs["inputs"]
     (tmp_path / "racket.stl").unlink()  # a map is enough for all that reads it
     path = str(folder / "stability_map.nc")

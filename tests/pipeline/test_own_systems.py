@@ -19,7 +19,7 @@ from sweeps.systems.relative_equilibrium.system import RelativeEquilibrium
 
 NAMES = list(own_systems.SYSTEMS)
 KINDS = {"driven": (Periodic, {"tongues_swinging", "theory_against_measured"})}
-OTHER = RelativeEquilibrium, {"stability", "theory_against_measured"}
+EQUILIBRIUM_SYSTEM = RelativeEquilibrium, {"stability", "theory_against_measured"}
 
 
 @pytest.fixture
@@ -29,18 +29,18 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def unmeasured(sweep):
-    """A sweep's map with zeros and ones in place of what the kernels measure: these take a minute to compile."""
+def map_without_measurement(sweep):
+    """Return a sweep's map with zeros and ones in place of measured values: its kernels take a minute to compile."""
     shapes = {name: (*sweep.grid.shape, *sweep.shape_at(name)) for name in sweep.variables}
     variables = {
         name: ((*sweep.grid.dims, *v.over), np.full(shapes[name], 0 if name == "status" else 1, v.dtype), v.attributes)
         for name, v in sweep.variables.items()
     }
-    coordinates = {name: xr.Variable(*one) for name, one in contract.coordinates(sweep).items()}
+    coordinates = {name: xr.Variable(*column) for name, column in contract.coordinates(sweep).items()}
     return xr.Dataset(variables, coordinates, contract.provenance(sweep))
 
 
-def chosen(ds, names):
+def first_place(ds, names):
     """Options --NAME VALUE at the first place of some dimensions."""
     return [text for name in names for text in (f"--{name}", str(ds[name].values[0]))]
 
@@ -49,25 +49,25 @@ def chosen(ds, names):
 def test_a_map_of_a_users_own_system_is_read_by_every_command(folder, name, capsys):
     path = folder / "results" / name / "stability_map.nc"
     path.parent.mkdir(parents=True)
-    storage.write_map(unmeasured(read_sweep(own_systems.write(folder, name))), path)
+    storage.write_map(map_without_measurement(read_sweep(own_systems.write(folder, name))), path)
     with sweeps.open_map(path.parent) as ds:
-        kind, figures = KINDS.get(name, OTHER)
+        kind, figures = KINDS.get(name, EQUILIBRIUM_SYSTEM)
         assert type(systems.of_map(ds)) is kind
         long = [dim for dim in ds["regime"].dims if ds.sizes[dim] > 1]
-        point, plane = chosen(ds, long), chosen(ds, long[2:])
-    for given in (path, path.parent):
-        given = str(given)
+        point, plane = first_place(ds, long), first_place(ds, long[2:])
+    for source in (path, path.parent):
+        source = str(source)
         for command in (
-            ["show", given],
-            ["show", given, "--json"],
-            ["point", given, *point],
-            ["slice", given, *plane, "-o", "slice.nc"],
-            ["figures", given, "-o", "figures", "--only", min(figures)],
-            ["report", given, "-o", "report.html"],
-            ["verify", given],
+            ["show", source],
+            ["show", source, "--json"],
+            ["point", source, *point],
+            ["slice", source, *plane, "-o", "slice.nc"],
+            ["figures", source, "-o", "figures", "--only", min(figures)],
+            ["report", source, "-o", "report.html"],
+            ["verify", source],
         ):
             assert main(command) == 0, capsys.readouterr()
     assert main(["show", "slice.nc", "--json"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert json.loads(said.out[said.out.rindex("\n{") :])["system"] == f"{name}.py"
+    output = capsys.readouterr()
+    assert output.err == ""
+    assert json.loads(output.out[output.out.rindex("\n{") :])["system"] == f"{name}.py"

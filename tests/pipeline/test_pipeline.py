@@ -27,7 +27,7 @@ def mine(tmp_path, monkeypatch):
     return Path("mine.yaml")
 
 
-def made(path, results="results", **options):
+def make_files(path, results="results", **options):
     return list(pipeline.make_outputs(Path(path), "", Path(results), **options))
 
 
@@ -37,11 +37,11 @@ def measured(monkeypatch):
     numbers = []
     write = pipeline.write_shard
 
-    def counting(definition, number, *rest):
+    def count_shard(definition, number, *rest):
         numbers.append(number)
         write(definition, number, *rest)
 
-    monkeypatch.setattr(pipeline, "write_shard", counting)
+    monkeypatch.setattr(pipeline, "write_shard", count_shard)
     monkeypatch.setattr(pipeline, "_write_views", lambda folder, outdated, worker: None)  # pictures take seconds
     return numbers
 
@@ -58,10 +58,10 @@ def test_a_script_of_one_line_is_run_once(mine):
 @pytest.mark.slow
 def test_run_makes_what_the_workflow_makes(mine, capsys):
     assert main(["run", "mine.yaml", "--cores", "1"]) == 0
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     folder = Path("results/mine")
-    assert said.out.split() == [str(folder / name) for name in ("stability_map.nc", "figures", "report.html")]
-    assert "24 of 36 points" in said.err or "36 of 36 points" in said.err
+    assert output.out.split() == [str(folder / name) for name in ("stability_map.nc", "figures", "report.html")]
+    assert "24 of 36 points" in output.err or "36 of 36 points" in output.err
     with sweeps.open_map(folder / "stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
     assert {path.name for path in folder.iterdir()} == {
@@ -84,20 +84,20 @@ def test_a_run_announces_its_work_and_its_folder_or_is_quiet(mine, measured, cap
 def test_what_is_not_cut_is_written_at_once_unless_its_shard_is_there(mine, measured):
     mine.write_text(json.dumps({"grid": GRID}))
     sweep = catalogue.plan_sweep(mine).sweep
-    path, *_ = made(mine, workers=2)
+    path, *_ = make_files(mine, workers=2)
     assert measured == []
-    held = path.read_bytes()
+    content = path.read_bytes()
     path.unlink()
     shards.write_shard(sweep, 1, 1, Path("results/mine/shards/1-of-1.nc"))
-    path, *_ = made(mine)
+    path, *_ = make_files(mine)
     assert measured == []  # not again
     assert not Path("results/mine/shards").exists()
-    with sweeps.open_map(path) as merged:
-        told = merged.attrs
-    path.write_bytes(held)
+    with sweeps.open_map(path) as merged_map:
+        attributes = merged_map.attrs
+    path.write_bytes(content)
     with sweeps.open_map(path) as ds:
         for name in ("content_hash", "motions_integrated"):
-            assert ds.attrs[name] == told[name]
+            assert ds.attrs[name] == attributes[name]
         assert ds.attrs["content_hash"] == sweeps.survey("mine.yaml").attrs["content_hash"]
 
 
@@ -106,38 +106,38 @@ def test_what_is_finished_is_not_made_again(mine, measured):
     folder = Path("results/mine/shards")
     shards.write_shard(sweep, 2, 3, folder / "2-of-3.nc")
     (folder / "3-of-3.nc").write_bytes((folder / "2-of-3.nc").read_bytes()[:500])
-    made(mine)
+    make_files(mine)
     assert measured == [1, 3]
     before = {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")}
     folder.mkdir()
-    made(mine)
+    make_files(mine)
     assert measured == [1, 3]
     assert not folder.exists()
     assert {path: path.stat().st_mtime_ns for path in Path("results/mine").rglob("[!.]*")} == before
-    made(mine, again=True)
+    make_files(mine, again=True)
     assert measured == [1, 3, 1, 2, 3]
 
 
 def test_an_interrupted_run_states_how_many_shards_are_finished(mine, monkeypatch, capsys):
-    def interrupting(sweep, number, *rest):
+    def interrupt(sweep, number, *rest):
         if number == 3:
             raise KeyboardInterrupt
         write(sweep, number, *rest)
 
     write = pipeline.write_shard
-    monkeypatch.setattr(pipeline, "write_shard", interrupting)
+    monkeypatch.setattr(pipeline, "write_shard", interrupt)
     assert main(["run", "mine.yaml", "--cores", "1"]) == 130
     assert capsys.readouterr().err.splitlines()[-1] == "interrupted: 2 of 3 shards finished"
 
 
 def test_shards_and_maps_of_another_definition_or_kernel_are_made_again(mine, measured, monkeypatch):
-    made(mine)
+    make_files(mine)
     mine.write_text(json.dumps({"grid": GRID | {"I3": 1.1}, "shards": 3}))
-    made(mine)
+    make_files(mine)
     assert measured == [1, 2, 3] * 2
     system = type(sweeps.systems.resolve("rigid_body"))
     monkeypatch.setattr(system, "fingerprint", lambda self: "0" * 64)
-    made(mine)
+    make_files(mine)
     assert measured == [1, 2, 3] * 3
 
 
@@ -145,21 +145,21 @@ def test_a_systems_own_equations_are_compiled_before_its_shards(mine, measured, 
     mine.write_text(json.dumps({"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}))
     monkeypatch.setattr(pipeline.compile_kernels, "compile_seconds", lambda sweep: 1.0)
     monkeypatch.setattr(pipeline.compile_kernels, "ensure_compiled", lambda sweep: measured.append(sweep.system.name))
-    made(mine)
+    make_files(mine)
     assert measured[0] == "pendulum"
     assert [number for number in measured if number != "pendulum"] == [1, 2]
 
 
 @pytest.mark.slow
 def test_pictures_younger_than_their_map_stay_and_older_ones_go(mine):
-    _, figures, report = made(mine)
+    _, figures, report = make_files(mine)
     stale = figures / "stale.png"
     stale.write_bytes(b"")
     os.utime(figures, (0, 0))
-    untouched = report.stat().st_mtime_ns
-    made(mine)
+    report_time = report.stat().st_mtime_ns
+    make_files(mine)
     assert not stale.exists()
-    assert report.stat().st_mtime_ns == untouched
+    assert report.stat().st_mtime_ns == report_time
 
 
 @pytest.mark.parametrize("arguments", [["nowhere.yaml"], ["tinny"], ["mine.yaml", "--cores", "0"]])
@@ -179,7 +179,7 @@ def two(tmp_path, monkeypatch, measured):
         (tmp_path / folder).mkdir()
         text = json.dumps({"grid": {"I1": 1.0, "I2": 1.5, "I3": 2.5, "omega0": spin}})
         (tmp_path / folder / "mine.yaml").write_text(text)
-    made("a/mine.yaml")
+    make_files("a/mine.yaml")
     return tmp_path
 
 
@@ -189,20 +189,18 @@ def spin():
 
 
 def test_another_definition_of_the_same_name_is_refused(two):
-    with pytest.raises(DefinitionError) as refused:
-        made("c/mine.yaml")
-    assert str(refused.value).startswith(
-        f"c/mine.yaml: results/mine contains the results of {two}/a/mine.yaml; allowed"
-    )
+    with pytest.raises(DefinitionError) as error:
+        make_files("c/mine.yaml")
+    assert str(error.value).startswith(f"c/mine.yaml: results/mine contains the results of {two}/a/mine.yaml; allowed")
     assert spin() == 1.0
 
 
 def test_it_replaces_when_that_is_requested(two):
-    made("c/mine.yaml", replace=True)
+    make_files("c/mine.yaml", replace=True)
     assert spin() == 2.0
-    made("c/mine.yaml")  # whose folder it is now
+    make_files("c/mine.yaml")  # the folder's present owner
     with pytest.raises(DefinitionError):
-        made("a/mine.yaml")
+        make_files("a/mine.yaml")
 
 
 @pytest.mark.parametrize("change", ["edited", "moved", "copied", "elsewhere"])
@@ -218,5 +216,5 @@ def test_one_definition_is_not_refused(two, change):
         path = "mine.yaml"
     else:
         path = "c/mine.yaml"
-    made(path, **({"results": "others"} if change == "elsewhere" else {}))
+    make_files(path, **({"results": "others"} if change == "elsewhere" else {}))
     assert spin() == 1.0

@@ -58,10 +58,10 @@ PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 def free_ports():
-    with socket.socket() as one, socket.socket() as other:
-        one.bind(("127.0.0.1", 0))
-        other.bind(("127.0.0.1", 0))
-        return one.getsockname()[1], other.getsockname()[1]
+    with socket.socket() as socket_a, socket.socket() as socket_b:
+        socket_a.bind(("127.0.0.1", 0))
+        socket_b.bind(("127.0.0.1", 0))
+        return socket_a.getsockname()[1], socket_b.getsockname()[1]
 
 
 class Cluster:
@@ -78,7 +78,9 @@ class Cluster:
         key = self.folder / "key"
         key.write_bytes(os.urandom(128))
         key.chmod(0o400)
-        memory = min(4000, psutil.virtual_memory().total // 2**20)  # MiB; a node that has less than it says is none
+        memory = min(
+            4000, psutil.virtual_memory().total // 2**20
+        )  # MiB; a node with less memory than it declares is not used
         settings = {"host": self.host, "ports": free_ports(), "user": getpass.getuser(), "processors": os.cpu_count()}
         text = CONFIGURATION.format(folder=self.folder, memory=memory, **settings)
         (self.folder / "slurm.conf").write_text(text)
@@ -87,8 +89,15 @@ class Cluster:
         wrapper.write_text(f'#!/bin/sh\nSLURM_CONF={self.folder}/slurm.conf exec {shutil.which("srun")} "$@"\n')
         wrapper.chmod(0o755)
         places = [f"--{n}-file={self.folder}/munged.{n}" for n in ("pid", "log", "seed")]
-        munged = ["munged", "-F", "--force", f"--key-file={key}", f"--socket={self.folder}/munge.socket", *places]
-        self.start(munged)
+        munge_command = [
+            "munged",
+            "-F",
+            "--force",
+            f"--key-file={key}",
+            f"--socket={self.folder}/munge.socket",
+            *places,
+        ]
+        self.start(munge_command)
         self.wait_for((self.folder / "munge.socket").exists)
         self.start(["slurmctld", "-D", "-i"])
         self.start(["slurmd", "-D", "-N", self.host])
@@ -96,14 +105,14 @@ class Cluster:
         return self
 
     def wait_for(self, condition):
-        """Waits for a step of the start; skips where a program of Slurm finds this machine unfit."""
+        """Waits for a step of the start; skip if a program of Slurm finds this machine unfit."""
         end = time.monotonic() + PATIENCE
         while not condition():
-            ended = [process.args[0] for process in self.processes if process.poll() is not None]
-            if ended or time.monotonic() > end:
+            dead_programs = [process.args[0] for process in self.processes if process.poll() is not None]
+            if dead_programs or time.monotonic() > end:
                 self.__exit__()
-                said = "".join(path.read_text()[-500:] for path in sorted(self.folder.glob("*.out")))
-                pytest.skip(f"Slurm does not start here: {' '.join([*ended, said]).strip()}")
+                output = "".join(path.read_text()[-500:] for path in sorted(self.folder.glob("*.out")))
+                pytest.skip(f"Slurm does not start here: {' '.join([*dead_programs, output]).strip()}")
             time.sleep(0.1)
 
     def start(self, command):
@@ -144,13 +153,15 @@ def test_a_job_killed_on_the_cluster_changes_no_bit(cluster, house):
     quick = ("--slurm-init-seconds-before-status-checks", "2", "--slurm-status-command", "squeue")
     log = house.folder / "said.log"
     run = house.start(log, "--profile", ".slurm", *quick)
-    running = ("squeue", "-h", "-t", "running", "-o", "%i %k")
-    shard = wait_for(lambda: [line.split()[0] for line in cluster.ask(*running).splitlines() if "shard" in line], run)
+    queue_command = ("squeue", "-h", "-t", "running", "-o", "%i %k")
+    shard = wait_for(
+        lambda: [line.split()[0] for line in cluster.ask(*queue_command).splitlines() if "shard" in line], run
+    )
     assert shard, log.read_text()
     cluster.ask("scancel", "--signal=KILL", "--full", shard[0])
     run.wait()
-    said = log.read_text()
-    assert run.returncode == 0, said
-    assert f"SLURM-job '{shard[0]}' failed" in said
-    assert said.count("has been submitted with SLURM jobid") == SHARDS + 2  # one shard twice, and the merge
+    output = log.read_text()
+    assert run.returncode == 0, output
+    assert f"SLURM-job '{shard[0]}' failed" in output
+    assert output.count("has been submitted with SLURM jobid") == SHARDS + 2  # one shard twice, and the merge
     assert_whole(house)

@@ -1,4 +1,4 @@
-"""A finished sweep is told from what its files weigh; whatever could change a result sends it the long way."""
+"""A finished sweep is recognised by the sizes of its files; whatever could change a result causes a full check."""
 
 import fcntl
 import json
@@ -22,7 +22,7 @@ HEAVY = {"numba", "llvmlite", "numpy", "xarray", "pandas", "matplotlib", "pydant
 
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
-    """A definition, and a folder with what a run of it leaves, noted."""
+    """Return a definition, after writing a folder with recorded outputs of its run."""
     monkeypatch.chdir(tmp_path)
     path, folder = Path("mine.yaml"), FOLDER
     path.write_text(json.dumps(MINE))
@@ -33,13 +33,13 @@ def mine(tmp_path, monkeypatch):
     return path
 
 
-def found(path):
+def outputs_of(path):
     outputs, inputs = up_to_date.unchanged_outputs(FOLDER)
     return [file.name for file in outputs if inputs == up_to_date.inputs_hash(path)]
 
 
 def test_what_is_finished_and_unchanged_is_found(mine):
-    assert found(mine) == list(up_to_date.OUTPUTS)
+    assert outputs_of(mine) == list(up_to_date.OUTPUTS)
     assert up_to_date.inputs_hash("nowhere.yaml") == ""
 
 
@@ -67,27 +67,29 @@ def _move_the_definition(path):
 )
 def test_whatever_changes_sends_it_the_long_way(mine, change):
     change(mine)
-    assert not found(mine)
+    assert not outputs_of(mine)
 
 
 def test_settings_processor_and_sources_count(mine, monkeypatch):
     basis = up_to_date.inputs_hash(mine)
-    with monkeypatch.context() as patched:
-        patched.setenv("NUMBA_OPT", "1")
+    with monkeypatch.context() as patch:
+        patch.setenv("NUMBA_OPT", "1")
         assert up_to_date.inputs_hash(mine) != basis
-    with monkeypatch.context() as patched:
-        patched.setenv("NUMBA_CACHE_DIR", "/elsewhere")
+    with monkeypatch.context() as patch:
+        patch.setenv("NUMBA_CACHE_DIR", "/elsewhere")
         assert up_to_date.inputs_hash(mine) == basis
-    with monkeypatch.context() as patched:
-        patched.setattr(up_to_date, "processor", lambda: ["another"])
+    with monkeypatch.context() as patch:
+        patch.setattr(up_to_date, "processor", lambda: ["another"])
         assert up_to_date.inputs_hash(mine) != basis
     sources = [*map(str, up_to_date._sources())]
     assert {str(ROOT / name) for name in ("kernels/free/exact.py", "sweeps/mechanics/library/pendulum.py")} <= {
         *sources
     }
     weigh = up_to_date._file_state
-    edited = str(ROOT / "kernels/free/exact.py")
-    monkeypatch.setattr(up_to_date, "_file_state", lambda p: (*weigh(p), "edited") if str(p) == edited else weigh(p))
+    changed_path = str(ROOT / "kernels/free/exact.py")
+    monkeypatch.setattr(
+        up_to_date, "_file_state", lambda p: (*weigh(p), "edited") if str(p) == changed_path else weigh(p)
+    )
     assert up_to_date.inputs_hash(mine) != basis
 
 
@@ -102,7 +104,7 @@ EDITS = {
 
 @pytest.mark.parametrize("how", EDITS)
 def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, how):
-    """Put back as it was, it would be served the other's map."""
+    """Restored, the definition would be served the edited definition's map."""
     before, basis = mine.read_text(), up_to_date.inputs_hash(mine)
     EDITS[how](mine)
     sweep = read_sweep(mine)
@@ -113,8 +115,8 @@ def test_a_definition_that_was_edited_between_its_readings_is_not_noted(mine, ho
 def test_a_folder_where_another_run_is_at_work_is_not_finished(mine):
     with open(f"results/mine/{claims.CLAIM}") as claim:
         fcntl.flock(claim, fcntl.LOCK_EX)
-        assert not found(mine)
-    assert found(mine)
+        assert not outputs_of(mine)
+    assert outputs_of(mine)
 
 
 def test_a_definition_that_names_files_has_other_inputs(mine):
@@ -123,30 +125,34 @@ def test_a_definition_that_names_files_has_other_inputs(mine):
     mine.write_text(json.dumps({"grid": {"I1": 0.5, "I2": 0.75, "omega0": 1.0}, "table": "rows.csv"}))
     assert read_sweep(mine).has_other_inputs
     sweep = read_sweep(MINE)
-    for own in ({"system": "swing.py"}, {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"}, {"inputs": "a.csv 0"}):
-        definition = SimpleNamespace(**{"system": "rigid_body", "text": "", "inputs": ""} | own)
+    for entries in (
+        {"system": "swing.py"},
+        {"text": "bodies: [{name: A, mesh: {file: a.stl}}]"},
+        {"inputs": "a.csv 0"},
+    ):
+        definition = SimpleNamespace(**{"system": "rigid_body", "text": "", "inputs": ""} | entries)
         assert replace(sweep, definition=definition).has_other_inputs
 
 
 def test_a_note_without_a_hash_sends_it_the_long_way_and_takes_none_from_unchanged_outputs(mine):
     up_to_date.record(FOLDER)
-    assert found(mine)
+    assert outputs_of(mine)
     os.utime(FOLDER / "report.html")
     up_to_date.record(FOLDER)
-    assert not found(mine)
+    assert not outputs_of(mine)
 
 
 def test_nothing_is_loaded_for_what_is_finished(mine):
-    known = up_to_date._hash(mine.read_bytes())
-    up_to_date.record(FOLDER, known)
+    inputs_hash = up_to_date._hash(mine.read_bytes())
+    up_to_date.record(FOLDER, inputs_hash)
     code = (
-        f"import sys; from sweeps.pipeline import up_to_date; up_to_date.inputs_hash = lambda path: {known!r}\n"
+        f"import sys; from sweeps.pipeline import up_to_date; up_to_date.inputs_hash = lambda path: {inputs_hash!r}\n"
         "from sweeps.__main__ import main; assert main(['run', 'mine.yaml']) == 0\n"
         "print(*sys.modules)"
     )
-    *made, loaded = python(code).splitlines()
-    assert made == [str(Path("results/mine") / name) for name in up_to_date.OUTPUTS]
-    assert not HEAVY & set(loaded.split())
+    *outputs, modules_loaded = python(code).splitlines()
+    assert outputs == [str(Path("results/mine") / name) for name in up_to_date.OUTPUTS]
+    assert not HEAVY & set(modules_loaded.split())
 
 
 # Figures and the report: each file counts
@@ -155,8 +161,8 @@ MAP = up_to_date.OUTPUTS[0]
 
 
 @pytest.fixture
-def drawn(tmp_path):
-    """A sweep's folder with figures and a report, whose sizes are noted."""
+def outputs_folder(tmp_path):
+    """Return a sweep's folder with figures and a report of recorded sizes."""
     (tmp_path / "figures").mkdir()
     for name in (MAP, "figures/a.png", "figures/b.png", "figures/flip.gif", "report.html"):
         (tmp_path / name).write_bytes(bytes(100))
@@ -164,7 +170,7 @@ def drawn(tmp_path):
     return tmp_path
 
 
-DAMAGES = {  # what happens to a file, and what is removed for it
+DAMAGES = {  # damage of a file, and the outputs removed for it
     "deleted": ("figures/a.png", lambda file: file.unlink(), "figures"),
     "cut short": ("figures/b.png", lambda file: os.truncate(file, 60), "figures"),
     "emptied": ("figures/flip.gif", lambda file: os.truncate(file, 0), "figures"),
@@ -175,23 +181,23 @@ DAMAGES = {  # what happens to a file, and what is removed for it
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_a_file_that_is_missing_or_cut_short_has_its_figures_made_again(drawn, damage):
-    name, change, part = DAMAGES[damage]
-    change(drawn / name)
-    up_to_date.remove_damaged(drawn)
-    assert not (drawn / part).exists()
-    assert (drawn / ("report.html" if part == "figures" else "figures/a.png")).exists()
+def test_a_file_that_is_missing_or_cut_short_has_its_figures_made_again(outputs_folder, damage):
+    name, change, output = DAMAGES[damage]
+    change(outputs_folder / name)
+    up_to_date.remove_damaged(outputs_folder)
+    assert not (outputs_folder / output).exists()
+    assert (outputs_folder / ("report.html" if output == "figures" else "figures/a.png")).exists()
 
 
-def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(drawn):
-    (drawn / "figures/mine.txt").write_text("a note of the user")
-    up_to_date.remove_damaged(drawn)
-    assert len(list((drawn / "figures").iterdir())) == 4
+def test_whole_figures_stay_and_an_own_file_beside_them_is_no_damage(outputs_folder):
+    (outputs_folder / "figures/mine.txt").write_text("a note of the user")
+    up_to_date.remove_damaged(outputs_folder)
+    assert len(list((outputs_folder / "figures").iterdir())) == 4
 
 
-def test_files_that_an_interrupted_run_has_drawn_again_are_no_damage(drawn):
-    (drawn / MAP).write_bytes(b"another map")  # a run begins, replaces a file, and is killed
-    os.utime(drawn / MAP, ns=(time.time_ns() + 10**9,) * 2)
-    (drawn / "report.html").write_bytes(bytes(50))
-    up_to_date.remove_damaged(drawn)
-    assert (drawn / "report.html").exists()
+def test_files_that_an_interrupted_run_has_drawn_again_are_no_damage(outputs_folder):
+    (outputs_folder / MAP).write_bytes(b"another map")  # a run begins, replaces a file, and is killed
+    os.utime(outputs_folder / MAP, ns=(time.time_ns() + 10**9,) * 2)
+    (outputs_folder / "report.html").write_bytes(bytes(50))
+    up_to_date.remove_damaged(outputs_folder)
+    assert (outputs_folder / "report.html").exists()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import compiled
 import pytest
-from compiled import copied, run
+from compiled import copy_sources, run
 
 import sweeps
 import sweeps.maps.dataset  # the kernels imported are of the same moment as their copy
@@ -18,7 +18,7 @@ from sweeps.points import catalogue
 from sweeps.schema.refusals import DefinitionError
 
 ROOT = Path(__file__).parents[2]
-OWN = {"axes": [1, 3], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [-2.0, 1.0]}, "shards": 3}
+OWN_DEFINITION = {"axes": [1, 3], "grid": {"I1": [1.0, 2.0], "I2": 1.5, "I3": 3.0, "omega0": [-2.0, 1.0]}, "shards": 3}
 BAD = "grid: {I1: 1.0, I2: -2.0, I3: .nan, omega0: 1.0, ipsilon: 0.1}\n"
 INVALID = {
     "values.yaml": BAD,
@@ -38,83 +38,89 @@ def snakemake(folder, *arguments):
 @pytest.fixture(scope="module")
 def fresh(tmp_path_factory):
     """A copy in which nothing is ever made."""
-    return copied(tmp_path_factory.mktemp("fresh"))
+    return copy_sources(tmp_path_factory.mktemp("fresh"))
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def workflow_copy(tmp_path_factory):
     """A copy, with this checkout's kernels, in which all of tiny and the map of a JSON definition have been made."""
-    folder = copied(tmp_path_factory.mktemp("made"))
+    folder = copy_sources(tmp_path_factory.mktemp("made"))
     compiled.share(folder, folder / ".cache")
-    (folder / "own.json").write_text(json.dumps(OWN))
+    (folder / "own.json").write_text(json.dumps(OWN_DEFINITION))
     targets = ["results/tiny/figures", "results/tiny/report.html", "results/own/stability_map.nc"]
-    done = snakemake(folder, "--config", "definition=own.json", "--", *targets)
-    assert done.returncode == 0, done.stderr
+    process = snakemake(folder, "--config", "definition=own.json", "--", *targets)
+    assert process.returncode == 0, process.stderr
     return folder
 
 
 @pytest.mark.slow
-def test_tiny_end_to_end(made):
-    with sweeps.open_map(made / "results/tiny/stability_map.nc") as ds:
+def test_tiny_end_to_end(workflow_copy):
+    with sweeps.open_map(workflow_copy / "results/tiny/stability_map.nc") as ds:
         assert ds.attrs["content_hash"] == sweeps.survey("tiny").attrs["content_hash"]
-    assert not list(made.glob("results/*/shards/*.nc"))
-    pictures = {path.name for path in (made / "results/tiny/figures").iterdir()}
+    assert not list(workflow_copy.glob("results/*/shards/*.nc"))
+    pictures = {path.name for path in (workflow_copy / "results/tiny/figures").iterdir()}
     assert {"stability_axis_1.png", "theory_against_measured.png", "polhodes.png", "flip.gif"} <= pictures
-    assert (made / "results/tiny/report.html").stat().st_size > 700_000  # Plotly's plane charts are 661,524 of it
+    assert (
+        workflow_copy / "results/tiny/report.html"
+    ).stat().st_size > 700_000  # Plotly's plane charts are 661,524 of it
 
 
 @pytest.mark.slow
-def test_a_definition_in_json_by_its_path(made):
-    with sweeps.open_map(made / "results/own/stability_map.nc") as ds:
-        assert ds.attrs["content_hash"] == sweeps.survey(OWN).attrs["content_hash"]
-        assert json.loads(ds.attrs["definition"]) == OWN
-    assert len(list(made.glob("results/own/logs/shard-*-of-3.log"))) == 3
+def test_a_definition_in_json_by_its_path(workflow_copy):
+    with sweeps.open_map(workflow_copy / "results/own/stability_map.nc") as ds:
+        assert ds.attrs["content_hash"] == sweeps.survey(OWN_DEFINITION).attrs["content_hash"]
+        assert json.loads(ds.attrs["definition"]) == OWN_DEFINITION
+    assert len(list(workflow_copy.glob("results/own/logs/shard-*-of-3.log"))) == 3
 
 
 @pytest.mark.slow
-def test_an_edited_kernel_runs_the_sweep_again(made):
-    asked = ("-n", "results/tiny/stability_map.nc")
-    assert "Nothing to be done" in snakemake(made, *asked).stdout
-    kernel = made / "kernels" / "free" / "linear.py"
+def test_an_edited_kernel_runs_the_sweep_again(workflow_copy):
+    arguments = ("-n", "results/tiny/stability_map.nc")
+    assert "Nothing to be done" in snakemake(workflow_copy, *arguments).stdout
+    kernel = workflow_copy / "kernels" / "free" / "linear.py"
     before = kernel.read_text()
     kernel.write_text(before + "# another comment\n")
     try:
-        planned = snakemake(made, *asked)
+        process = snakemake(workflow_copy, *arguments)
     finally:
         kernel.write_text(before)
-    said = planned.stdout + planned.stderr
-    assert planned.returncode == 0
-    assert "Measuring shard 2 of 2 of tiny" in said
-    assert "Merging the shards of tiny" in said
-    assert "Params have changed since last execution" in said
+    output = process.stdout + process.stderr
+    assert process.returncode == 0
+    assert "Measuring shard 2 of 2 of tiny" in output
+    assert "Merging the shards of tiny" in output
+    assert "Params have changed since last execution" in output
 
 
 @pytest.mark.slow
-def test_an_edited_definition_runs_its_sweep_again(made):
-    definition = made / "own.json"
+def test_an_edited_definition_runs_its_sweep_again(workflow_copy):
+    definition = workflow_copy / "own.json"
     before = definition.read_text()
-    definition.write_text(json.dumps(OWN | {"axes": [2]}))
+    definition.write_text(json.dumps(OWN_DEFINITION | {"axes": [2]}))
     try:
-        planned = snakemake(made, "-n", "--config", "definition=own.json", "--", "results/own/stability_map.nc")
+        process = snakemake(
+            workflow_copy, "-n", "--config", "definition=own.json", "--", "results/own/stability_map.nc"
+        )
     finally:
         definition.write_text(before)
-    assert "Measuring shard 3 of 3 of own" in planned.stdout + planned.stderr
+    assert "Measuring shard 3 of 3 of own" in process.stdout + process.stderr
 
 
 @pytest.mark.slow
-def test_a_shard_that_compiled_the_kernels_is_kept_by_a_workflow_that_finds_them_compiled(made):
-    own = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
-    (made / "rocking.json").write_text(json.dumps(own))
-    for mark in (made / ".cache").rglob("ready/system_*"):  # what other tests have compiled of described systems
+def test_a_shard_that_compiled_the_kernels_is_kept_by_a_workflow_that_finds_them_compiled(workflow_copy):
+    definition = {"system": "pendulum", "grid": {"length": [0.5, 1.0]}, "shards": 2}
+    (workflow_copy / "rocking.json").write_text(json.dumps(definition))
+    for mark in (workflow_copy / ".cache").rglob(
+        "ready/system_*"
+    ):  # code of described systems that earlier tests have compiled
         mark.unlink()
-    asked = ("--config", "definition=rocking.json", "--")
-    first = snakemake(made, *asked, "results/rocking/shards/1-of-2.nc")
+    arguments = ("--config", "definition=rocking.json", "--")
+    first = snakemake(workflow_copy, *arguments, "results/rocking/shards/1-of-2.nc")
     assert first.returncode == 0, first.stderr
     assert "compiling the kernels of pendulum, once per machine" in first.stderr
-    planned = snakemake(made, "-n", *asked, "results/rocking/stability_map.nc")
-    said = planned.stdout + planned.stderr
-    assert "Measuring shard 2 of 2 of rocking" in said
-    assert "Measuring shard 1" not in said
+    process = snakemake(workflow_copy, "-n", *arguments, "results/rocking/stability_map.nc")
+    output = process.stdout + process.stderr
+    assert "Measuring shard 2 of 2 of rocking" in output
+    assert "Measuring shard 1" not in output
 
 
 @pytest.mark.slow
@@ -129,19 +135,19 @@ def test_the_profile_for_slurm_says_what_it_needs(fresh):
     assert "invalid choice" not in answer.stderr
 
 
-def untouched(folder):
+def has_no_outputs(folder):
     return not (folder / "results").exists() and not (folder / ".cache").exists()
 
 
 @pytest.mark.parametrize("name", INVALID)
 def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, capsys, name):
-    """Without their processes: what the Snakefile asks first, and prints before it leaves with 2."""
+    """Without their processes: the Snakefile's first checks, and its message before it exits with 2."""
     monkeypatch.chdir(tmp_path)
     Path(name).write_text(INVALID[name])
     assert main(["run", name]) == 2
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         catalogue.plan_targets({"definition": name}, [])
-    words = [capsys.readouterr().err, f"{refused.value}\n"]
+    words = [capsys.readouterr().err, f"{error.value}\n"]
     if name == "huge.yaml":  # how much room is free differs from one moment to the next
         words = [text.partition("; allowed: ")[0] for text in words]
     else:
@@ -155,13 +161,13 @@ def test_what_both_doors_ask_refuses_in_the_same_words(tmp_path, monkeypatch, ca
     "target", ["results/tiney/stability_map.nc", "results/../../etc/passwd", "results/a;touch owned/stability_map.nc"]
 )
 def test_the_workflow_is_told_of_sweeps_that_it_knows(target):
-    with pytest.raises(DefinitionError, match=r"^target: .*tennis_racket, tiny") as refused:
+    with pytest.raises(DefinitionError, match=r"^target: .*tennis_racket, tiny") as error:
         catalogue.plan_targets({}, [target])
-    assert ("did you mean tiny?" in str(refused.value)) == ("tiney" in target)
+    assert ("did you mean tiny?" in str(error.value)) == ("tiney" in target)
 
 
 class Rule:
-    """What is asked of Snakemake's rules."""
+    """Targets of Snakemake's rules."""
 
     def __init__(self, *output):
         self.output = output
@@ -175,9 +181,9 @@ class Rule:
 def test_files_that_rules_do_not_make_are_refused(file):
     rules = [Rule(*re.findall(r'"(results/\{sweep\}/[^"]*)"', (ROOT / "Snakefile").read_text()))]
     targets.refuse_unknown(["results/tiny/stability_map.nc", "results/tiny/shards/1-of-2.nc"], rules, ["tiny"])
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         targets.refuse_unknown([f"results/tiny/{file}"], rules, ["tiny"])
-    what, _, allowed = str(refused.value).partition("; allowed: ")
+    what, _, allowed = str(error.value).partition("; allowed: ")
     assert what.startswith(f"target: 'results/tiny/{file}' is made by no rule")
     assert ("did you mean results/tiny/stability_map.nc?" in what) == ("stability" in file)
     assert {"results/tiny/stability_map.nc", "results/tiny/figures"} <= set(allowed.split(", "))

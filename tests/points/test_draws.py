@@ -12,52 +12,52 @@ SPUN = GRID | {"omega0": {"start": 0.1, "stop": 100.0, "spacing": "log"}}
 NUM = 2**16 + 77
 
 
-def sampled(grid=SPUN, **sample):
+def sample_sweep(grid=SPUN, **sample):
     return read_sweep({"axes": [2], "sample": {"num": 1000, "seed": 3} | sample, "grid": grid})
 
 
 def test_sobol_points_are_scipys():
-    found = UnitCubeDraw(Sample(method="sobol", num=NUM, seed=5), 3).shares(0, NUM)
+    shares = UnitCubeDraw(Sample(method="sobol", num=NUM, seed=5), 3).shares(0, NUM)
     engine = scipy.stats.qmc.Sobol(3, rng=5)
-    assert np.array_equal(found, np.concatenate([engine.random(2**16), engine.random(77)]))
+    assert np.array_equal(shares, np.concatenate([engine.random(2**16), engine.random(77)]))
 
 
 def test_random_points_are_numpys():
-    found = UnitCubeDraw(Sample(method="random", num=NUM, seed=5), 3).shares(0, NUM)
-    assert np.array_equal(found, np.random.default_rng(5).random((NUM, 3)))
+    shares = UnitCubeDraw(Sample(method="random", num=NUM, seed=5), 3).shares(0, NUM)
+    assert np.array_equal(shares, np.random.default_rng(5).random((NUM, 3)))
 
 
 @pytest.mark.parametrize("num", [1, 2, 3, 1000, 4097])
 def test_a_latin_hypercube_has_one_point_in_each_slice(num):
-    found = UnitCubeDraw(Sample(method="latin", num=num, seed=5), 3).shares(0, num)
-    for column in found.T:
+    shares = UnitCubeDraw(Sample(method="latin", num=num, seed=5), 3).shares(0, num)
+    for column in shares.T:
         assert np.array_equal(np.sort(np.floor(column * num)), np.arange(num))
-    assert found.min() >= 0
-    assert found.max() < 1
+    assert shares.min() >= 0
+    assert shares.max() < 1
 
 
 def test_a_latin_hypercube_fills_the_cube_as_scipys_does():
-    found = UnitCubeDraw(Sample(method="latin", num=1000, seed=5), 3).shares(0, 1000)
+    shares = UnitCubeDraw(Sample(method="latin", num=1000, seed=5), 3).shares(0, 1000)
     theirs = [
         scipy.stats.qmc.discrepancy(scipy.stats.qmc.LatinHypercube(3, rng=seed).random(1000)) for seed in range(5)
     ]
-    assert scipy.stats.qmc.discrepancy(found) < 2 * max(theirs)
+    assert scipy.stats.qmc.discrepancy(shares) < 2 * max(theirs)
     # correlations of independent columns have a standard deviation of 1/sqrt(1000)
-    assert np.abs(np.corrcoef(found.T) - np.eye(3)).max() < 5 / np.sqrt(1000)
+    assert np.abs(np.corrcoef(shares.T) - np.eye(3)).max() < 5 / np.sqrt(1000)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_part_is_that_part_of_the_whole(method):
     draw = UnitCubeDraw(Sample(method=method, num=NUM, seed=5), 2)
-    whole = draw.shares(0, NUM)
+    all_shares = draw.shares(0, NUM)
     for start, stop in ((0, 0), (0, 1), (17, 18), (2**16 - 3, 2**16 + 5), (NUM - 1, NUM)):
-        again = UnitCubeDraw(Sample(method=method, num=NUM, seed=5), 2)
-        assert np.array_equal(again.shares(start, stop), whole[start:stop])
-    assert not np.array_equal(UnitCubeDraw(Sample(method=method, num=NUM, seed=6), 2).shares(0, 9), whole[:9])
+        second_draw = UnitCubeDraw(Sample(method=method, num=NUM, seed=5), 2)
+        assert np.array_equal(second_draw.shares(start, stop), all_shares[start:stop])
+    assert not np.array_equal(UnitCubeDraw(Sample(method=method, num=NUM, seed=6), 2).shares(0, 9), all_shares[:9])
 
 
 def test_points_lie_within_their_ranges_evenly_or_by_ratio():
-    grid = sampled(num=4096).grid
+    grid = sample_sweep(num=4096).grid
     assert grid.dims == ("point", "axis", "I3", "epsilon", "phase")
     points = grid.points(0, grid.size)
     for name, (low, high) in {"I1": (0.5, 1.5), "I2": (0.5, 1.5), "omega0": (0.1, 100.0)}.items():
@@ -67,7 +67,7 @@ def test_points_lie_within_their_ranges_evenly_or_by_ratio():
 
 
 def test_points_are_those_of_scipy_in_the_order_of_the_keys():
-    points = sampled(num=256).grid.points(0, 256)
+    points = sample_sweep(num=256).grid.points(0, 256)
     shares = scipy.stats.qmc.Sobol(3, rng=3).random(256)
     assert np.array_equal(points["I1"], 0.5 + shares[:, 0])
     assert np.array_equal(points["I2"], 1.5 - shares[:, 1])
@@ -75,13 +75,13 @@ def test_points_are_those_of_scipy_in_the_order_of_the_keys():
 
 
 def test_a_range_through_zero_has_no_zero():
-    sweep = sampled({"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": {"start": -1.0, "stop": 1.0}}, num=64)
-    drawn = sweep.definition.sampled_ranges["omega0"].at_shares(np.array([0.0, 0.5, 1.0]))
-    assert (drawn == [-1.0, 2.0**-31, 1.0]).all()
+    sweep = sample_sweep({"I1": 1.0, "I2": 1.5, "I3": 2.0, "omega0": {"start": -1.0, "stop": 1.0}}, num=64)
+    values = sweep.definition.sampled_ranges["omega0"].at_shares(np.array([0.0, 0.5, 1.0]))
+    assert (values == [-1.0, 2.0**-31, 1.0]).all()
 
 
 def test_a_part_of_a_large_sample_is_made_at_once():
-    grid = sampled(method="latin", num=10**12).grid
+    grid = sample_sweep(method="latin", num=10**12).grid
     assert grid.points(10**12 - 2, 10**12)["I1"].shape == (2,)
 
 
@@ -102,6 +102,6 @@ def test_a_part_of_a_large_sample_is_made_at_once():
 )
 def test_what_cannot_be_drawn_is_refused(values, words):
     grid = {"omega0": {"start": 1.0, "stop": 2.0}} if "bodies" in values else SPUN
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         read_sweep({"sample": {"num": 16}, "grid": grid} | values)
-    assert words in str(refused.value)
+    assert words in str(error.value)

@@ -24,7 +24,7 @@ def validator(*described):
     return jsonschema.Draft202012Validator(schema)
 
 
-def wrong(definition, *described):
+def schema_errors(definition, *described):
     return list(validator(*described).iter_errors(definition))
 
 
@@ -32,15 +32,15 @@ def wrong(definition, *described):
 def test_what_ships_is_valid(name):
     definition = json.loads(json.dumps(YAML(typ="safe", pure=True).load(SHIPPED[name].read_text())))
     system = definition.get("system")
-    assert not wrong(definition, *([system] if system and system not in systems.MODULES else []))
+    assert not schema_errors(definition, *([system] if system and system not in systems.MODULES else []))
 
 
 def test_mistakes_are_marked():
     grid = {"I1": 1.0, "I2": 2.0, "I3": 2.5, "omega0": 1.0}
-    assert not wrong({"grid": grid})
-    assert wrong({"grid": grid, "shard": 2})
-    assert wrong({"grid": "everything"})
-    assert wrong({"system": "symmetric_top", "grid": grid, "axes": [1]})
+    assert not schema_errors({"grid": grid})
+    assert schema_errors({"grid": grid, "shard": 2})
+    assert schema_errors({"grid": "everything"})
+    assert schema_errors({"system": "symmetric_top", "grid": grid, "axes": [1]})
 
 
 def test_a_system_that_is_none_is_refused_with_a_near_one():

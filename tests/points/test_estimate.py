@@ -22,24 +22,24 @@ def sweep_of(num, **more):
 
 
 def free(monkeypatch, disk=AMPLE, memory=AMPLE):
-    asked = []
-    monkeypatch.setattr(module.shutil, "disk_usage", lambda path: asked.append(path) or SimpleNamespace(free=disk))
+    paths = []
+    monkeypatch.setattr(module.shutil, "disk_usage", lambda path: paths.append(path) or SimpleNamespace(free=disk))
     monkeypatch.setattr(module.psutil, "virtual_memory", lambda: SimpleNamespace(available=memory))
-    return asked
+    return paths
 
 
 def test_an_estimate_counts_points_bytes_and_seconds(monkeypatch):
     monkeypatch.setattr(module, "_bytes_per_point", lambda sweep: 200)
-    found = estimate_needs(sweep_of(100, integration={"rotations": 8}))
+    needs = estimate_needs(sweep_of(100, integration={"rotations": 8}))
     coordinates = 8 * (2 + 300 + 3)
-    assert found.points == 2_000_000
-    assert found.shards == 1
+    assert needs.points == 2_000_000
+    assert needs.shards == 1
     sweep = sweep_of(100)
     names = sweep.variables | sweep.system.coordinates(sweep.definition)
     headers = module.FILE_BYTES + module.VARIABLE_BYTES * len(names)
-    assert found.disk_bytes == 2 * (2_000_000 * 200 + coordinates) + 2 * headers  # of one shard and the map
-    assert found.memory_bytes == 400_000_000 + 6 * 131_072 * 200 + coordinates
-    assert found.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
+    assert needs.disk_bytes == 2 * (2_000_000 * 200 + coordinates) + 2 * headers  # of one shard and the map
+    assert needs.memory_bytes == 400_000_000 + 6 * 131_072 * 200 + coordinates
+    assert needs.seconds == 4.0  # 2e6 runs of 128 samples at 64e6 samples/s
 
 
 def test_a_small_sweep_holds_no_full_block():
@@ -49,42 +49,42 @@ def test_a_small_sweep_holds_no_full_block():
 
 
 def test_any_size_is_estimated_without_making_the_grid():
-    found = estimate_needs(sweep_of(10**15))
-    assert found.points == 2 * 10**45
-    assert found.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
-    assert found.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
+    needs = estimate_needs(sweep_of(10**15))
+    assert needs.points == 2 * 10**45
+    assert needs.disk_bytes > 4 * 10**45 * 100  # shards and map, a hundred bytes a point at least
+    assert needs.seconds == pytest.approx(2e39, rel=1e-15)  # one rounding of a double
 
 
 @pytest.mark.parametrize("name", repeated.but(["tiny"], ["tiny", "bodies", "symmetric"]))
 def test_no_map_that_ships_is_larger_than_said(name, tmp_path):
     storage.write_map(sweeps.survey(name), tmp_path / "map.nc")
-    found = estimate_needs(read_sweep(catalogue.find_definition(name)))
-    assert (tmp_path / "map.nc").stat().st_size <= found.disk_bytes / 2
+    needs = estimate_needs(read_sweep(catalogue.find_definition(name)))
+    assert (tmp_path / "map.nc").stat().st_size <= needs.disk_bytes / 2
 
 
 def test_the_wait_holds_more_than_the_integration(monkeypatch):
-    sweep, left = sweep_of(100, integration={"flips": True}), [0.0]
-    monkeypatch.setattr(module.compile_kernels, "compile_seconds", lambda sweep: left[0])
-    found = estimate_needs(sweep)
-    assert found.wait_seconds > module.MEASURE_FACTOR * found.seconds + 5  # start, pictures and report
-    assert found.compile_seconds == 0.0
-    left[0] = 2.0
+    sweep, compile_time = sweep_of(100, integration={"flips": True}), [0.0]
+    monkeypatch.setattr(module.compile_kernels, "compile_seconds", lambda sweep: compile_time[0])
+    needs = estimate_needs(sweep)
+    assert needs.wait_seconds > module.MEASURE_FACTOR * needs.seconds + 5  # start, pictures and report
+    assert needs.compile_seconds == 0.0
+    compile_time[0] = 2.0
     cold = estimate_needs(sweep)
     assert cold.compile_seconds == 2.0
-    assert cold.wait_seconds - found.wait_seconds == pytest.approx(cold.compile_seconds, rel=1e-12)  # sums, rounded
+    assert cold.wait_seconds - needs.wait_seconds == pytest.approx(cold.compile_seconds, rel=1e-12)  # sums, rounded
 
 
 @pytest.mark.parametrize("short", ["disk", "memory"])
 def test_what_does_not_fit_is_refused_with_both_sizes(monkeypatch, tmp_path, short):
     sweep = sweep_of(10)
-    needed = getattr(estimate_needs(sweep), f"{short}_bytes")
-    free(monkeypatch, **{short: needed - 1})
-    with pytest.raises(DefinitionError) as caught:
+    num_bytes = getattr(estimate_needs(sweep), f"{short}_bytes")
+    free(monkeypatch, **{short: num_bytes - 1})
+    with pytest.raises(DefinitionError) as error:
         refuse_if_too_large(sweep, estimate_needs(sweep), tmp_path)
-    message = str(caught.value)
+    message = str(error.value)
     assert message.startswith("sweep: grid: 2,000 points need ")
-    assert f"({needed:,} bytes) of {short}; allowed: " in message
-    assert f"({needed - 1:,} bytes)" in message
+    assert f"({num_bytes:,} bytes) of {short}; allowed: " in message
+    assert f"({num_bytes - 1:,} bytes)" in message
     assert len(message.splitlines()) == 1
 
 

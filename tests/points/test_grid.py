@@ -12,13 +12,13 @@ quick = settings(max_examples=25, deadline=None, derandomize=True)
 
 
 def grid_of(lengths, **more):
-    """A grid whose six parameters have these lengths."""
+    """Return a grid with these lengths of its six parameters."""
     starts = zip(PARAMETERS, lengths, strict=True)
     entries = {name: list(np.linspace(0.1, 0.9, length)) for name, length in starts}
     return read_sweep({"grid": entries} | more).grid
 
 
-def written_out(grid):
+def broadcast_points(grid):
     """Every coordinate at every point, by NumPy's own broadcasting."""
     mesh = np.meshgrid(*(grid.coordinates[dim] for dim in grid.dims), indexing="ij")
     columns = {dim: values.ravel() for dim, values in zip(grid.dims, mesh, strict=True)}
@@ -36,7 +36,7 @@ def test_points_are_those_of_the_full_grid(mapping, data):
     grid = read_sweep(mapping).grid
     start = data.draw(st.integers(0, grid.size))
     stop = data.draw(st.integers(start, grid.size))
-    expected = written_out(grid)
+    expected = broadcast_points(grid)
     points = grid.points(start, stop)
     assert list(points) == ["axis", *PARAMETERS]
     for name, column in points.items():
@@ -91,9 +91,9 @@ def test_points_of_a_grid_beyond_64_bits(start):
     assert grid.size == 3 * 10**52
     points = grid.points(start, start + 100)
     for offset in (0, 1, 57, 99):
-        rest, index = start + offset, {}
+        remainder, index = start + offset, {}
         for dim, length in zip(reversed(grid.dims), reversed(grid.shape), strict=True):
-            rest, index[dim] = divmod(rest, length)
+            remainder, index[dim] = divmod(remainder, length)
         assert points["axis"][offset] == index["axis"] + 1
         for name in HUGE:
             # 1 + i/(n − 1), to the two roundings of a double

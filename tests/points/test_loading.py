@@ -27,17 +27,17 @@ GRID = "grid: {I1: 1, I2: 2, I3: 3, omega0: 1}\n"
 LINE = re.compile(r"(?P<file>.+?): (?P<path>[^:]+): (?:(?P<value>.+?) )?(is|has|holds|makes|cannot) .*; allowed: .+")
 
 
-def written(folder, text, name="some.yaml"):
+def write_definition(folder, text, name="some.yaml"):
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
 
 
 def refusal(source):
-    """The message, every line of which names a path, a value and what is allowed."""
-    with pytest.raises(DefinitionError) as caught:
+    """Return the message, and check that each line names a path, a value and the allowed values."""
+    with pytest.raises(DefinitionError) as error:
         read_definition(source)
-    message = str(caught.value)
+    message = str(error.value)
     for line in message.splitlines()[:10]:
         assert LINE.fullmatch(line), line
         assert line.isprintable()
@@ -52,11 +52,11 @@ def with_body(**entries):
     return {"bodies": [{"name": "top", "I1": 1.0, "I2": 2.0, "I3": 3.0, "omega0": 1.0} | entries]}
 
 
-# What comes out
+# Results
 
 
 def test_defaults_are_those_of_the_contract(tmp_path):
-    sweep = read_definition(written(tmp_path, GRID))
+    sweep = read_definition(write_definition(tmp_path, GRID))
     assert (sweep.name, sweep.title, sweep.text) == ("some", "some", GRID)
     assert (sweep.system, sweep.axes, sweep.bodies, sweep.shards) == ("rigid_body", (1, 2, 3), (), "auto")
     assert (sweep.grid.epsilon, sweep.grid.phase) == (1e-6, 0.6)
@@ -87,17 +87,17 @@ def test_a_definition_is_frozen_hashable_and_travels_between_processes():
 
 
 @pytest.mark.parametrize(
-    ("given_list", "kept"), [([1, 2, 3], (1, 2, 3)), ([3, 2, 1], (3, 2, 1)), ([2, 3, 1], (1, 2, 3)), ([5], (5,))]
+    ("given_list", "expected"), [([1, 2, 3], (1, 2, 3)), ([3, 2, 1], (3, 2, 1)), ([2, 3, 1], (1, 2, 3)), ([5], (5,))]
 )
-def test_lists_become_monotonic(given_list, kept):
-    assert kept == read_definition(with_grid(I2=given_list)).grid.I2
+def test_lists_become_monotonic(given_list, expected):
+    assert expected == read_definition(with_grid(I2=given_list)).grid.I2
 
 
 @given(sweeps)
 @settings(max_examples=30, deadline=None, derandomize=True)
 def test_the_text_of_a_mapping_is_that_sweep(tmp_path_factory, mapping):
     sweep = read_definition(mapping)
-    path = written(tmp_path_factory.mktemp("text"), sweep.text, "sweep.yaml")
+    path = write_definition(tmp_path_factory.mktemp("text"), sweep.text, "sweep.yaml")
     assert read_definition(path) == read_definition(path.parent / "sweep.yaml")
     assert read_definition(path).model_dump() == sweep.model_dump()
 
@@ -115,7 +115,7 @@ LOOKS_LIKE_ANOTHER_TYPE = st.sampled_from(
 @settings(max_examples=15, deadline=None, derandomize=True)
 def test_text_stays_text_in_the_written_yaml(tmp_path_factory, title):
     mapping = with_grid() | {"title": title}
-    path = written(tmp_path_factory.mktemp("text"), read_definition(mapping).text)
+    path = write_definition(tmp_path_factory.mktemp("text"), read_definition(mapping).text)
     assert read_definition(path).title == title
 
 
@@ -128,7 +128,7 @@ NUMBERS |= {"0xFF": 255, "-.5E-3": -5e-4, "-2E+05": -2e5}
 
 @pytest.mark.parametrize(("scalar", "value"), NUMBERS.items())
 def test_numbers_of_the_core_schema(tmp_path, scalar, value):
-    phase = read_definition(written(tmp_path, GRID.replace("}", f", phase: {scalar}}}"))).grid.phase
+    phase = read_definition(write_definition(tmp_path, GRID.replace("}", f", phase: {scalar}}}"))).grid.phase
     assert type(phase) is float
     assert phase == value
 
@@ -138,12 +138,12 @@ TEXTS = "no yes on 1:30 1_000 2001-01-01 1e e5 0b1 1.5.2 << 1e5x 1__ ٣"
 
 @pytest.mark.parametrize("scalar", TEXTS.split())
 def test_text_of_the_core_schema(tmp_path, scalar):
-    assert read_definition(written(tmp_path, f"title: {scalar}\n{GRID}")).title == scalar
+    assert read_definition(write_definition(tmp_path, f"title: {scalar}\n{GRID}")).title == scalar
 
 
 @pytest.mark.parametrize("scalar", ["null", "~", "", "true", "False", "1", "2.5", ".inf", "-.INF", ".nan"])
 def test_scalars_that_are_no_text(tmp_path, scalar):
-    assert "title: " in refusal(written(tmp_path, f"title: {scalar}\n{GRID}"))
+    assert "title: " in refusal(write_definition(tmp_path, f"title: {scalar}\n{GRID}"))
 
 
 @pytest.mark.parametrize(
@@ -151,31 +151,34 @@ def test_scalars_that_are_no_text(tmp_path, scalar):
 )
 def test_json_is_a_definition(tmp_path, layout):
     mapping = with_grid(I1=[1e-6, 8e37], phase=-0.0) | {"title": "Läufer 🎾 / \\ \" 'x'"}
-    sweep = read_definition(written(tmp_path, json.dumps(mapping, **layout).replace("/", "\\/")))
+    sweep = read_definition(write_definition(tmp_path, json.dumps(mapping, **layout).replace("/", "\\/")))
     assert sweep.title == mapping["title"]
     assert sweep.model_dump() == read_definition(mapping).model_dump()
 
 
 def test_quoted_surrogate_escapes_are_one_character(tmp_path):
-    assert read_definition(written(tmp_path, 'title: "\\ud83c\\udfbe"\n' + GRID)).title == "🎾"
+    assert read_definition(write_definition(tmp_path, 'title: "\\ud83c\\udfbe"\n' + GRID)).title == "🎾"
 
 
 def test_a_byte_order_mark_and_windows_lines(tmp_path):
     mark = b"\xef\xbb\xbf"
-    assert read_definition(written(tmp_path, mark + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
-    tabbed = json.dumps(with_grid(), indent="\t")
-    assert read_definition(written(tmp_path, mark + tabbed.encode())).text == tabbed
+    assert read_definition(write_definition(tmp_path, mark + GRID.replace("\n", "\r\n").encode())).grid.I1 == 1.0
+    json_text = json.dumps(with_grid(), indent="\t")
+    assert read_definition(write_definition(tmp_path, mark + json_text.encode())).text == json_text
 
 
 def test_an_alias_repeats_a_value(tmp_path):
-    assert read_definition(written(tmp_path, "grid: {I1: &a [1, 2], I2: *a, I3: *a, omega0: 1}")).grid.I3 == (1.0, 2.0)
+    assert read_definition(write_definition(tmp_path, "grid: {I1: &a [1, 2], I2: *a, I3: *a, omega0: 1}")).grid.I3 == (
+        1.0,
+        2.0,
+    )
 
 
-# What is refused before anything is read as a sweep
+# Refusals before anything is read as a sweep
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "words"),
     [
         ("", "empty"),
         ("---\n", "not a mapping"),
@@ -214,18 +217,18 @@ def test_an_alias_repeats_a_value(tmp_path):
         ("a0: &a0 [1]\n" + "".join(f"a{n + 1}: &a{n + 1} [*a{n}]\n" for n in range(3000)), "too deeply"),
     ],
 )  # fmt: skip
-def test_files_that_are_no_definition(tmp_path, text, said):
-    message = refusal(written(tmp_path, text))
-    assert said in message
+def test_files_that_are_no_definition(tmp_path, text, words):
+    message = refusal(write_definition(tmp_path, text))
+    assert words in message
     assert len(message.splitlines()) == 1
 
 
 def test_a_file_without_permission(tmp_path, monkeypatch):
-    def denied(*_, **__):
+    def deny(*_, **__):
         raise PermissionError(13, "Permission denied")
 
-    path = written(tmp_path, GRID)
-    monkeypatch.setattr(os, "open", denied)  # root opens whatever it likes
+    path = write_definition(tmp_path, GRID)
+    monkeypatch.setattr(os, "open", deny)  # root opens whatever it likes
     assert "cannot be opened (Permission denied)" in refusal(path)
 
 
@@ -234,7 +237,7 @@ def test_sources_of_another_kind(source):
     assert "definition: (top level): " in refusal(source)
 
 
-# What is refused in a sweep: the path, the value, and what is allowed, of each
+# Refusals in a sweep, each with its path, its value and the allowed values
 
 NOT_A_NUMBER = [True, "1.0", None, {}, [], float("nan"), math.inf, -math.inf, 10**400, -(10**400), b"1", 1j]
 
@@ -300,7 +303,7 @@ def test_quantities_at_the_edge_are_allowed(name, value):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"grd": {}}, "grd: is an unknown key (did you mean grid?); allowed: the keys title"),
         ({"text": "x"}, "text: is an unknown key"),
@@ -340,12 +343,12 @@ def test_quantities_at_the_edge_are_allowed(name, value):
         ({"shards": "many"}, "shards: 'many' is neither auto nor a whole number"),
     ],
 )  # fmt: skip
-def test_refusals_of_a_sweep(changes, said):
-    assert f"definition: {said}" in refusal(with_grid() | changes)
+def test_refusals_of_a_sweep(changes, message):
+    assert f"definition: {message}" in refusal(with_grid() | changes)
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "message"),
     [
         ([], "grid.I1: [] is empty"),
         ([1.0, 2.0, 1], "grid.I1: [1.0, 2.0, 1] holds 1.0 twice"),
@@ -361,12 +364,12 @@ def test_refusals_of_a_sweep(changes, said):
         ({"start": 1, "stop": 2, "num": 5, "spacing": "lin"}, "'lin' is not available (did you mean linear?)"),
     ],
 )
-def test_refusals_of_a_moment(entry, said):
-    assert said in refusal(with_grid(I1=entry))
+def test_refusals_of_a_moment(entry, message):
+    assert message in refusal(with_grid(I1=entry))
 
 
 @pytest.mark.parametrize(
-    ("name", "entry", "said"),
+    ("name", "entry", "message"),
     [
         ("omega0", {"start": -1.0, "stop": 1.0, "num": 3}, "holds the spin rate 0"),
         ("omega0", {"start": 0.7, "stop": -0.1, "num": 9}, "holds the spin rate 0"),
@@ -376,13 +379,13 @@ def test_refusals_of_a_moment(entry, said):
         ("phase", {"start": -1e308, "stop": 1e308, "num": 4}, "is wider than a double can hold"),
     ],
 )
-def test_refusals_of_what_a_range_makes(name, entry, said):
+def test_refusals_of_what_a_range_makes(name, entry, message):
     assert f"grid.{name}: " in refusal(with_grid(**{name: entry}))
-    assert said in refusal(with_grid(**{name: entry}))
+    assert message in refusal(with_grid(**{name: entry}))
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"name": ""}, "bodies[0].name: '' is empty"),
         ({"name": "a\nb"}, "bodies[0].name: 'a\\nb' is empty, too long or not printable"),
@@ -394,24 +397,29 @@ def test_refusals_of_what_a_range_makes(name, entry, said):
         ({"note": "\x07"}, "bodies[0].note: '\\x07' is empty, too long or not printable"),
     ],
 )
-def test_refusals_of_a_body(changes, said):
-    assert said in refusal(with_body(**changes))
+def test_refusals_of_a_body(changes, message):
+    assert message in refusal(with_body(**changes))
 
 
 def test_bodies_and_grid_share_the_work():
-    one, two = ({"name": "a", "I1": 1.0, "I2": 2.0, "I3": 3.0}, {"name": "b", "ratios": {"I1": 1, "I2": 1, "I3": 1}})
-    spinning = [one | {"omega0": 1.0}, two | {"omega0": 2.0}]
-    assert "grid.I1: 1.0 is given beside bodies" in refusal({"bodies": spinning, "grid": {"I1": 1.0}})
-    assert "grid.omega0: 3.0 is given although every body" in refusal({"bodies": spinning, "grid": {"omega0": 3.0}})
-    assert "grid.omega0: is missing" in refusal({"bodies": [one, two]})
-    assert "grid.omega0: is missing" in refusal({"bodies": [spinning[0], two]})
-    some = {"bodies": [spinning[0], two], "grid": {"omega0": [1.0, 2.0]}}
-    assert "grid.omega0: [1.0, 2.0] is a dimension, but 1 of 2 bodies have their own" in refusal(some)
+    first, second = (
+        {"name": "a", "I1": 1.0, "I2": 2.0, "I3": 3.0},
+        {"name": "b", "ratios": {"I1": 1, "I2": 1, "I3": 1}},
+    )
+    bodies_with_rate = [first | {"omega0": 1.0}, second | {"omega0": 2.0}]
+    assert "grid.I1: 1.0 is given beside bodies" in refusal({"bodies": bodies_with_rate, "grid": {"I1": 1.0}})
+    assert "grid.omega0: 3.0 is given although every body" in refusal(
+        {"bodies": bodies_with_rate, "grid": {"omega0": 3.0}}
+    )
+    assert "grid.omega0: is missing" in refusal({"bodies": [first, second]})
+    assert "grid.omega0: is missing" in refusal({"bodies": [bodies_with_rate[0], second]})
+    mixed_bodies = {"bodies": [bodies_with_rate[0], second], "grid": {"omega0": [1.0, 2.0]}}
+    assert "grid.omega0: [1.0, 2.0] is a dimension, but 1 of 2 bodies have their own" in refusal(mixed_bodies)
     assert "bodies[0].I2: is missing" in refusal({"bodies": [{"name": "a", "I1": 1.0}], "grid": {"omega0": 1}})
-    twice = {"bodies": [spinning[0], spinning[0]]}
-    assert "bodies[1].name: 'a' is an earlier body's name" in refusal(twice)
-    assert read_definition({"bodies": spinning}).bodies[1].moments == (1.0, 1.0, 1.0)
-    assert read_definition({"bodies": [spinning[0], two], "grid": {"omega0": 5}}).grid.omega0 == 5.0
+    equal_bodies = {"bodies": [bodies_with_rate[0], bodies_with_rate[0]]}
+    assert "bodies[1].name: 'a' is an earlier body's name" in refusal(equal_bodies)
+    assert read_definition({"bodies": bodies_with_rate}).bodies[1].moments == (1.0, 1.0, 1.0)
+    assert read_definition({"bodies": [bodies_with_rate[0], second], "grid": {"omega0": 5}}).grid.omega0 == 5.0
 
 
 def test_many_problems_fit_on_a_screen():
@@ -452,19 +460,19 @@ def test_more_values_than_a_definition_may_hold():
 )
 def test_ranges_are_numpys_in_any_part(start, stop, num):
     for spacing, numpys in (("linear", np.linspace), ("log", np.geomspace)):
-        spaced = read_definition(
+        spacing_range = read_definition(
             with_grid(omega0={"start": start, "stop": stop, "num": num, "spacing": spacing})
         ).grid.omega0
-        values = spaced.values(np.arange(num))
+        values = spacing_range.values(np.arange(num))
         # NumPy's pow is within 4 units in the last place
         np.testing.assert_allclose(values, numpys(start, stop, num), rtol=1e-15 if spacing == "log" else 0)
         assert (values[0], values[-1]) == (start, stop)
         for index in range(0, num, 7):
-            assert spaced.values(index) == values[index]
-            np.testing.assert_array_equal(spaced.values(np.arange(index, num)), values[index:])
+            assert spacing_range.values(index) == values[index]
+            np.testing.assert_array_equal(spacing_range.values(np.arange(index, num)), values[index:])
 
 
-@given(st.booleans(), ranges(1e-100, 1e100, most=50))
+@given(st.booleans(), ranges(1e-100, 1e100, max_num=50))
 @settings(max_examples=50, deadline=None, derandomize=True)
 def test_both_ends_of_any_range_are_exact(negative, entry):
     if negative:
@@ -476,10 +484,10 @@ def test_both_ends_of_any_range_are_exact(negative, entry):
 
 
 def test_decades_are_the_numbers_people_write():
-    spaced = read_definition(
+    decades = read_definition(
         with_grid(omega0={"start": 1e-150, "stop": 1e150, "num": 301, "spacing": "log"})
     ).grid.omega0
-    assert spaced.values(np.arange(301)).tolist() == [float(f"1e{decade}") for decade in range(-150, 151)]
+    assert decades.values(np.arange(301)).tolist() == [float(f"1e{decade}") for decade in range(-150, 151)]
 
 
 def test_values_never_leave_the_range():
@@ -532,11 +540,11 @@ def test_every_key_says_what_it_is_and_in_which_unit():
 
 
 def test_reading_a_definition_loads_nothing_heavy(tmp_path):
-    """In a cache of its own: what others are just storing is looked at with Numba."""
+    """In an empty cache: code that further processes are storing would be checked with Numba."""
     tiny = str(catalogue.FOLDER / "tiny.yaml")
     code = f"import sys; from sweeps.points import catalogue; catalogue.plan_sweep({tiny!r}); print(*sys.modules)"
-    loaded = python(code, NUMBA_CACHE_DIR=str(tmp_path)).split()
-    heavy = {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas", "snakemake"} & set(loaded)
+    modules = python(code, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    heavy = {"numba", "xarray", "netCDF4", "matplotlib", "scipy", "pandas", "snakemake"} & set(modules)
     assert not heavy
 
 
@@ -554,7 +562,7 @@ def test_shipped_sweeps_load(name):
     assert "title" in sweep.text
 
 
-def shipped(name):
+def read_shipped(name):
     return read_definition(catalogue.FOLDER / f"{name}.yaml")
 
 
@@ -579,7 +587,7 @@ def test_the_boundary_crosses_the_racket_map():
 
 @pytest.mark.parametrize("name", ["bodies", "breakdown"])
 def test_bodies_agree_with_what_is_published(name):
-    bodies = {body.name: body for body in shipped(name).bodies}
+    bodies = {body.name: body for body in read_shipped(name).bodies}
     I1, I2, I3 = bodies["Earth"].moments
     rotations = math.sqrt(I1 * I2 / ((I3 - I1) * (I3 - I2)))
     assert rotations == pytest.approx(304.57, abs=0.005)  # its note, to the digits printed there
@@ -614,11 +622,11 @@ def moments_of_a_solid(inside, half_edges, cells=120):
     ],
 )
 def test_ideal_shapes_have_their_moments(name, inside, half_edges):
-    body = next(body for body in shipped("breakdown").bodies if body.name == name)
-    summed = moments_of_a_solid(inside, half_edges)
+    body = next(body for body in read_shipped("breakdown").bodies if body.name == name)
+    moments = moments_of_a_solid(inside, half_edges)
     given_moments = np.array(body.moments)
     # 120 cells across put the surface wrong by 1e-3 at most; the nearest wrong integers differ by 4 %.
-    np.testing.assert_allclose(given_moments / given_moments[2], summed / summed[2], rtol=2e-3)
+    np.testing.assert_allclose(given_moments / given_moments[2], moments / moments[2], rtol=2e-3)
 
 
 @pytest.mark.parametrize("value", [{"gravity:": None}, {3: 1}, [1], "x", {"a": math.inf}, {"a": 10**400}, {"a": True}])

@@ -8,17 +8,17 @@ from sweeps.schema.refusals import DefinitionError
 SQUARE = {"I1_over_I3": {"start": 0.1, "stop": 0.9, "num": 5}, "thickness": {"start": 0.0, "stop": 1.0, "num": 3}}
 
 
-def shaped(ratios=SQUARE, more=None, **others):
+def shape_sweep(ratios=SQUARE, more=None, **others):
     return read_sweep({"axes": [2], "grid": {"ratios": ratios, "omega0": 1.0} | (more or {})} | others)
 
 
 def points(sweep):
-    found = sweep.grid.points(0, sweep.grid.size)
-    return found["I1"], found["I2"], found["I3"]
+    columns = sweep.grid.points(0, sweep.grid.size)
+    return columns["I1"], columns["I2"], columns["I3"]
 
 
 def test_a_square_becomes_the_triangle_of_all_bodies():
-    grid = shaped(more={"I3": 2.0}).grid
+    grid = shape_sweep(more={"I3": 2.0}).grid
     assert grid.dims == ("axis", "I1_over_I3", "thickness", "I3", "omega0", "epsilon", "phase")
     assert grid.shape == (1, 5, 3, 1, 1, 1, 1)
     (over_I1, I1), (over_I2, I2) = grid.auxiliary["I1"], grid.auxiliary["I2"]
@@ -32,15 +32,15 @@ def test_a_square_becomes_the_triangle_of_all_bodies():
 
 
 def test_moments_along_dimensions_are_those_of_the_points():
-    grid = shaped(more={"I3": [0.5, 2.0, 3.0], "omega0": [1.0, -2.0]}).grid
-    whole = grid.points(0, grid.size)
+    grid = shape_sweep(more={"I3": [0.5, 2.0, 3.0], "omega0": [1.0, -2.0]}).grid
+    columns = grid.points(0, grid.size)
     for name, (dims, values) in grid.auxiliary.items():
         shape = [n if dim in dims else 1 for dim, n in zip(grid.dims, grid.shape, strict=True)]
         spread = np.broadcast_to(np.asarray(values).reshape(shape), grid.shape)
-        assert np.array_equal(spread.reshape(-1), whole[name])
-        part = tuple(slice(1, n) for n in values.shape)
-        assert np.array_equal(values[part], np.asarray(values)[part])
-    second = [sum(whole[n] for n in ("I1", "I2", "I3")) / 2 - whole[n] for n in ("I1", "I2", "I3")]
+        assert np.array_equal(spread.reshape(-1), columns[name])
+        selection = tuple(slice(1, n) for n in values.shape)
+        assert np.array_equal(values[selection], np.asarray(values)[selection])
+    second = [sum(columns[n] for n in ("I1", "I2", "I3")) / 2 - columns[n] for n in ("I1", "I2", "I3")]
     assert min(moment.min() for moment in second) > -1e-15
 
 
@@ -48,21 +48,21 @@ def test_every_point_is_a_body_and_any_part_is_that_part():
     grid = read_sweep(catalogue.FOLDER / "shapes.yaml").grid
     assert grid.shape[:3] == (3, 1000, 1000)
     for start in (0, 1_500_000, grid.size - 999):
-        part = grid.points(start, start + 999)
+        columns = grid.points(start, start + 999)
         second = [
-            part["I2"] + part["I3"] - part["I1"],
-            part["I1"] + part["I3"] - part["I2"],
-            part["I1"] + part["I2"] - 1,
+            columns["I2"] + columns["I3"] - columns["I1"],
+            columns["I1"] + columns["I3"] - columns["I2"],
+            columns["I1"] + columns["I2"] - 1,
         ]
         assert min(moment.min() for moment in second) > 0
-        assert max(part["I1"].max(), part["I2"].max()) < 1
-        room = (np.arange(start, start + 999) % 1000 + 0.5) / 1000
-        np.testing.assert_allclose(part["I2"], 1 - part["I1"] * (1 - room), rtol=0, atol=1e-14)
+        assert max(columns["I1"].max(), columns["I2"].max()) < 1
+        thickness = (np.arange(start, start + 999) % 1000 + 0.5) / 1000
+        np.testing.assert_allclose(columns["I2"], 1 - columns["I1"] * (1 - thickness), rtol=0, atol=1e-14)
 
 
 def test_drawn_shapes_fill_the_triangle_evenly():
     ends = {"I1_over_I3": {"start": 1e-6, "stop": 1.0}, "thickness": {"start": 1e-6, "stop": 1.0}}
-    sweep = shaped(ends, sample={"num": 4096, "seed": 2})
+    sweep = shape_sweep(ends, sample={"num": 4096, "seed": 2})
     x, y, _ = points(sweep)
     # moments of a triangle with corners (0, 1), (1, 0), (1, 1): its centroid, and variances of 1/18
     assert np.mean([x, y], axis=1) == pytest.approx([2 / 3, 2 / 3], abs=2e-3)
@@ -71,14 +71,14 @@ def test_drawn_shapes_fill_the_triangle_evenly():
 
 
 def test_shapes_and_another_range_are_drawn_together():
-    sweep = shaped(SQUARE | {"thickness": 0.5}, {"omega0": {"start": 1.0, "stop": 2.0}}, sample={"num": 64})
+    sweep = shape_sweep(SQUARE | {"thickness": 0.5}, {"omega0": {"start": 1.0, "stop": 2.0}}, sample={"num": 64})
     I1, I2, _ = points(sweep)
     np.testing.assert_allclose(I2, 1 - 0.5 * I1, rtol=1e-15)
     assert np.unique(sweep.grid.points(0, 64)["omega0"]).size == 64
 
 
 def test_shapes_are_drawn_with_sizes():
-    sweep = shaped(more={"I3": {"start": 1.0, "stop": 9.0}}, sample={"num": 64})
+    sweep = shape_sweep(more={"I3": {"start": 1.0, "stop": 9.0}}, sample={"num": 64})
     I1, I2, I3 = points(sweep)
     assert np.unique(I3).size == 64
     assert (I1 / I3 <= 0.9).all()
@@ -107,6 +107,6 @@ def test_shapes_are_drawn_with_sizes():
     ],
 )
 def test_what_is_no_shape_is_refused(values, words):
-    with pytest.raises(DefinitionError) as refused:
-        shaped(**values)
-    assert words in str(refused.value)
+    with pytest.raises(DefinitionError) as error:
+        shape_sweep(**values)
+    assert words in str(error.value)

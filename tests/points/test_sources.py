@@ -43,13 +43,13 @@ def test_every_form_of_a_grid_gives_the_same_map():
 
 def test_rows_of_a_frame_are_points():
     rows = pd.DataFrame({"I1": [1.0, 1.1], "I2": [2.0, 2.1], "omega0 (rpm)": [30.0, 60.0]})
-    found = sweeps.survey(rows, I3=2.5, axes=[2])
-    assert found.sizes["point"] == 2
-    np.testing.assert_allclose(found.omega0, [math.pi, 2 * math.pi], rtol=1e-15)
-    one = xr.Dataset({name: ("point", rows[name]) for name in ("I1", "I2")})
-    one["omega0"] = ("point", [30.0, 60.0], {"units": "rpm"})
-    again = sweeps.survey(one, I3=2.5, axes=[2])
-    np.testing.assert_array_equal(again.growth_rate, found.growth_rate)
+    of_frame = sweeps.survey(rows, I3=2.5, axes=[2])
+    assert of_frame.sizes["point"] == 2
+    np.testing.assert_allclose(of_frame.omega0, [math.pi, 2 * math.pi], rtol=1e-15)
+    dataset = xr.Dataset({name: ("point", rows[name]) for name in ("I1", "I2")})
+    dataset["omega0"] = ("point", [30.0, 60.0], {"units": "rpm"})
+    of_dataset = sweeps.survey(dataset, I3=2.5, axes=[2])
+    np.testing.assert_array_equal(of_dataset.growth_rate, of_frame.growth_rate)
 
 
 def test_keywords_are_all_keys_of_all_definitions():
@@ -77,9 +77,9 @@ def test_keywords_are_all_keys_of_all_definitions():
     ],
 )
 def test_what_is_none_is_refused(arguments, keywords, words):
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         sweeps.survey(*arguments, **keywords)
-    assert words in str(refused.value)
+    assert words in str(error.value)
 
 
 def test_every_number_of_a_definition_takes_a_unit():
@@ -95,12 +95,12 @@ def test_every_number_of_a_definition_takes_a_unit():
     first, second = read_definition(values).bodies
     assert first.moments == pytest.approx((2e-6, 1e-3, 1.001e-3), rel=1e-15)
     assert (first.phase, second.omega0, second.I1) == (math.pi / 2, math.pi / 180, 1e-3)
-    spaced = read_definition(
+    definition = read_definition(
         {"grid": {"I1": {"start": "1 g m2", "stop": "2 g m2", "num": 3}, "I2": 1.0, "I3": 1.0, "omega0": 1.0}}
     )
-    assert (spaced.grid.I1.start, spaced.grid.I1.stop) == (1e-3, 2e-3)
-    shaped = {"ratios": {"I1_over_I3": {"start": "50 %", "stop": "60 %", "num": 2}, "thickness": 0.5}, "I3": "1 g m2"}
-    assert read_definition({"grid": {**shaped, "omega0": 1.0}}).grid.I1.stop == 0.6e-3
+    assert (definition.grid.I1.start, definition.grid.I1.stop) == (1e-3, 2e-3)
+    shapes = {"ratios": {"I1_over_I3": {"start": "50 %", "stop": "60 %", "num": 2}, "thickness": 0.5}, "I3": "1 g m2"}
+    assert read_definition({"grid": {**shapes, "omega0": 1.0}}).grid.I1.stop == 0.6e-3
 
 
 @pytest.mark.compiled
@@ -110,11 +110,11 @@ def test_a_python_file_beside_a_frame_is_relative_to_the_current_folder(folder, 
     path.parent.mkdir(exist_ok=True)
     path.write_text(SPRING)
     frame = pd.DataFrame({"stiffness": [1.0, 4.0]})
-    found = sweeps.survey(frame, system=str(path) if form == "absolute" else form)
-    np.testing.assert_allclose(found.frequency.values.ravel(), [1.0, 2.0], rtol=1e-6)  # epsilon² of the amplitude
+    ds = sweeps.survey(frame, system=str(path) if form == "absolute" else form)
+    np.testing.assert_allclose(ds.frequency.values.ravel(), [1.0, 2.0], rtol=1e-6)  # epsilon² of the amplitude
 
 
-MODES = {"downward": 0x400, "upward": 0x800, "toward zero": 0xC00}  # of fesetround, x86-64
+MODES = {"downward": 0x400, "upward": 0x800, "toward zero": 0xC00}  # rounding modes of fesetround, x86-64
 ROUNDED = """
 import ctypes, ctypes.util, sys, sweeps
 before = ctypes.CDLL(ctypes.util.find_library("m")).fesetround(int(sys.argv[1]))

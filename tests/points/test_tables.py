@@ -25,7 +25,7 @@ def _own_cache(tmp_path, monkeypatch):
 
 
 def write(folder, content, name="bodies.csv", grid="{I3: 1.0}", more=""):
-    """A definition beside its table."""
+    """Write a definition next to its table."""
     (folder / name).write_text(content)
     (folder / "my.yaml").write_text(f"table: {name}\ngrid: {grid}\n{more}\n")
     return folder / "my.yaml"
@@ -38,8 +38,8 @@ def text(rows=ROWS[:50], heading=HEADING):
 
 def points(path):
     grid = read_sweep(path).grid
-    found = grid.points(0, grid.size)
-    return np.column_stack([found[name][:: grid.shape[1]] for name in NAMES])
+    columns = grid.points(0, grid.size)
+    return np.column_stack([columns[name][:: grid.shape[1]] for name in NAMES])
 
 
 def test_rows_are_points_in_the_units_of_the_header(tmp_path):
@@ -48,19 +48,19 @@ def test_rows_are_points_in_the_units_of_the_header(tmp_path):
     assert sweep.grid.dims == ("point", "axis", "I3", "epsilon", "phase")
     assert sweep.grid.shape[0] == len(ROWS)
     theirs = pd.read_csv(tmp_path / "bodies.csv", float_precision="round_trip").to_numpy()
-    found = points(path)
-    assert np.array_equal(found[:, 0], theirs[:, 0])
-    np.testing.assert_allclose(found[:, 1], theirs[:, 2] * 1e-7, rtol=1e-15)
-    np.testing.assert_allclose(found[:, 2], theirs[:, 1] * np.pi / 30, rtol=1e-15)
+    table_points = points(path)
+    assert np.array_equal(table_points[:, 0], theirs[:, 0])
+    np.testing.assert_allclose(table_points[:, 1], theirs[:, 2] * 1e-7, rtol=1e-15)
+    np.testing.assert_allclose(table_points[:, 2], theirs[:, 1] * np.pi / 30, rtol=1e-15)
 
 
 def test_any_part_is_that_part_of_the_whole(tmp_path):
     path = write(tmp_path, text(ROWS))
-    whole = points(path)
+    all_points = points(path)
     rows = pickle.loads(pickle.dumps(read_sweep(path))).definition.rows
     for start, stop in ((0, 0), (0, 1), (16_383, 16_385), (39_999, 40_000)):
-        part = rows.rows(start, stop)
-        assert np.array_equal(np.column_stack([part[name] for name in NAMES]), whole[start:stop])
+        columns = rows.rows(start, stop)
+        assert np.array_equal(np.column_stack([columns[name] for name in NAMES]), all_points[start:stop])
 
 
 LINES = text(ROWS[:60]).splitlines()
@@ -87,7 +87,7 @@ STRANGE = {
 def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, what, ends):
     """Rows, and refusals with their row's number, are those of the file read from its beginning."""
 
-    def told(folder, size):
+    def read_or_refuse(folder, size):
         monkeypatch.setattr(formats, "BLOCK_BYTES", size)
         monkeypatch.setattr(tables, "cache_folder", lambda: folder / "cache")
         folder.mkdir()
@@ -95,24 +95,24 @@ def test_blocks_side_by_side_say_what_one_reading_says(tmp_path, monkeypatch, wh
         (folder / "bodies.csv").write_bytes(ends.join([*STRANGE[what], ""]).encode(errors="surrogateescape"))
         try:
             return points(path)
-        except DefinitionError as refused:
-            return str(refused).replace(str(folder), "")
+        except DefinitionError as error:
+            return str(error).replace(str(folder), "")
 
     def in_turn(source, places):
         return formats.rows_in_child(source, places)
 
-    small = told(tmp_path / "small", 200)
+    small = read_or_refuse(tmp_path / "small", 200)
     monkeypatch.setattr(formats._Csv, "row_blocks", in_turn)
-    whole = told(tmp_path / "whole", 200)
-    assert small == whole if isinstance(whole, str) else np.array_equal(small, whole)
-    assert isinstance(whole, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")
+    expected = read_or_refuse(tmp_path / "whole", 200)
+    assert small == expected if isinstance(expected, str) else np.array_equal(small, expected)
+    assert isinstance(expected, str) or what in ("nothing", "an empty line", "quotes", "a line end in quotes")
 
 
 @pytest.mark.parametrize("parquet", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
     columns = {name: ROWS[:50, k] for k, name in enumerate(NAMES)}
     path = write(tmp_path, text(heading="I1,omega0,I2 (g cm2)"))
-    wanted = points(path)
+    expected = points(path)
     if parquet:
         pytest.importorskip("pyarrow")
         pd.DataFrame(columns).to_parquet(tmp_path / "rows.parquet", row_group_size=17)
@@ -120,7 +120,7 @@ def test_csv_netcdf_and_parquet_hold_the_same(tmp_path, parquet):
         xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_netcdf(tmp_path / "rows.nc")
     file = "rows.parquet" if parquet else "rows.nc"
     (tmp_path / "my.yaml").write_text(f"table: {file}\ngrid: {{I3: 1.0}}\n")
-    np.testing.assert_allclose(points(path), wanted, rtol=1e-15)
+    np.testing.assert_allclose(points(path), expected, rtol=1e-15)
 
 
 def test_the_hash_of_the_file_stands_beside_its_name(tmp_path):
@@ -160,9 +160,9 @@ def test_a_damaged_cache_is_never_read(tmp_path):
 def test_a_bad_row_is_named_and_nothing_is_kept(tmp_path, row, words):
     lines = text().splitlines()
     path = write(tmp_path, "\n".join([*lines[:3], row, *lines[4:]]))
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         read_sweep(path)
-    assert words in str(refused.value)
+    assert words in str(error.value)
     assert not [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
 
 
@@ -233,13 +233,13 @@ def test_a_bad_row_is_named_however_far_down(tmp_path, monkeypatch):
     ],
 )
 def test_what_is_no_table_is_refused(tmp_path, settings, words):
-    with pytest.raises(DefinitionError) as refused:
+    with pytest.raises(DefinitionError) as error:
         read_sweep(write(tmp_path, **settings))
-    assert words in str(refused.value)
+    assert words in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("unit", "wanted", "factor"),
+    ("unit", "target", "factor"),
     [
         ("", "kg m2", 1.0),
         ("kg·m²", "kg m2", 1.0),
@@ -258,8 +258,8 @@ def test_what_is_no_table_is_refused(tmp_path, settings, words):
         ("min-1", "rad s-1", None),  # radians or turns
     ],
 )
-def test_units(unit, wanted, factor):
-    assert units.factor(unit, wanted) == factor
+def test_units(unit, target, factor):
+    assert units.factor(unit, target) == factor
 
 
 @pytest.mark.parametrize(
@@ -310,8 +310,10 @@ def test_columns_of_text_are_ignored(tmp_path, name, capsys):
     }
     heading = TEXTS[name].splitlines()[0].replace(";", ",").split(",")
     assert table.point_names == TEXTS_READ.get(name, ("Racket", "Book"))
-    others = [word for word in heading if word not in NAMES]
-    assert table.text_columns == tuple(word for word in others if word.lower() != "name" or not table.point_names)
+    further_words = [word for word in heading if word not in NAMES]
+    assert table.text_columns == tuple(
+        word for word in further_words if word.lower() != "name" or not table.point_names
+    )
 
 
 def test_text_columns_of_parquet_and_frames_are_ignored(tmp_path):
@@ -344,12 +346,12 @@ def test_numbers_beside_text_are_checked(tmp_path, content, words):
 def test_impossible_bodies_of_a_table_are_flagged_as_in_a_grid():
     frame = pd.DataFrame({"I1": [1.0, 0.5, 1.0, 3.0, 1.0], "I2": [1.2, 0.2, 0.1, 1.0, 9.0]})
     ds = sweeps.survey(frame, I3=1.5, omega0=1.0)
-    for row, (one, other) in enumerate(frame.to_numpy().tolist()):
-        grid = sweeps.survey(I1=one, I2=other, I3=1.5, omega0=1.0)
+    for row, (I1, I2) in enumerate(frame.to_numpy().tolist()):
+        grid = sweeps.survey(I1=I1, I2=I2, I3=1.5, omega0=1.0)
         assert (ds.triangle_margin.isel(point=row).values.min() < 0) == (row > 0)
         for name in ("triangle_margin", "status", "omega_squared", "regime"):
-            here, there = ds[name].isel(point=row).values.ravel(), grid[name].values.ravel()
-            assert np.array_equal(here, there, equal_nan=True)
+            of_table, of_grid = ds[name].isel(point=row).values.ravel(), grid[name].values.ravel()
+            assert np.array_equal(of_table, of_grid, equal_nan=True)
 
 
 # The column `name`
@@ -361,7 +363,7 @@ FRAME = pd.DataFrame(
 
 
 @pytest.fixture(scope="module")
-def named_map(tmp_path_factory):
+def map_with_names(tmp_path_factory):
     folder = tmp_path_factory.mktemp("named")
     FRAME.to_csv(folder / "bodies.csv", index=False)
     (folder / "my.yaml").write_text("table: bodies.csv\ngrid: {I3: 2.5, omega0: 1.0}\n")
@@ -371,8 +373,8 @@ def named_map(tmp_path_factory):
     return folder / "map.nc"
 
 
-def test_names_are_a_coordinate_of_survey_and_file_alike(named_map):
-    with sweeps.open_map(named_map) as ds:
+def test_names_are_a_coordinate_of_survey_and_file_alike(map_with_names):
+    with sweeps.open_map(map_with_names) as ds:
         assert ds["name"].dims == ("point",)
         assert ds["name"].values.tolist() == NAMED
         assert ds.content_hash == sweeps.survey(FRAME, I3=2.5, omega0=1.0).content_hash
@@ -382,21 +384,21 @@ def test_names_are_a_coordinate_of_survey_and_file_alike(named_map):
 @pytest.mark.parametrize(
     ("text", "number"), [("explorer", 1), ("Vesta", 2), ("largest", 3), ("Ω", 4), ("Vesta B", 5), ("VESTA", 2)]
 )
-def test_a_point_is_chosen_by_its_name(named_map, text, number):
-    row = sweeps.point(named_map, name=text, axis=2)
+def test_a_point_is_chosen_by_its_name(map_with_names, text, number):
+    row = sweeps.point(map_with_names, name=text, axis=2)
     assert (row["point"].item(), row["name"].item()) == (number, NAMED[number - 1])
 
 
-def test_every_command_shows_the_names(named_map, tmp_path, capsys):
+def test_every_command_shows_the_names(map_with_names, tmp_path, capsys):
     for command, words in (
-        (["show", named_map], "Vesta"),
-        (["point", named_map, "--name", "Vesta B", "--axis", "2"], "name = Vesta B"),
-        (["verify", named_map, "--definition", named_map.with_name("my.yaml"), "--points", "0"], "holds"),
-        (["slice", named_map, "--point", "2", "-o", tmp_path / "slice.nc"], "slice.nc"),
-        (["report", named_map, "-o", tmp_path / "report.html"], "report.html"),
-        (["figures", named_map, "-o", tmp_path / "figures", "--only", "points"], "points.png"),
+        (["show", map_with_names], "Vesta"),
+        (["point", map_with_names, "--name", "Vesta B", "--axis", "2"], "name = Vesta B"),
+        (["verify", map_with_names, "--definition", map_with_names.with_name("my.yaml"), "--points", "0"], "holds"),
+        (["slice", map_with_names, "--point", "2", "-o", tmp_path / "slice.nc"], "slice.nc"),
+        (["report", map_with_names, "-o", tmp_path / "report.html"], "report.html"),
+        (["figures", map_with_names, "-o", tmp_path / "figures", "--only", "points"], "points.png"),
     ):
         status = main(list(map(str, command)))
-        said = capsys.readouterr().out
-        assert (status, words in said) == ((0, True) if command[0] != "slice" else (2, False)), command
+        output = capsys.readouterr().out
+        assert (status, words in output) == ((0, True) if command[0] != "slice" else (2, False)), command
     assert "Ceres, the largest" in (tmp_path / "report.html").read_text()

@@ -31,9 +31,9 @@ ALIASES = {
 
 @pytest.mark.parametrize("what", ALIASES)
 def test_aliases_are_counted_in_characters(what):
-    with pytest.raises(UnreadableError) as refused:
+    with pytest.raises(UnreadableError) as error:
         definitions.plain(definitions.read_text(ALIASES[what]))
-    assert "4,194,304 characters in all, aliases expanded" in refused.value.problem.allowed
+    assert "4,194,304 characters in all, aliases expanded" in error.value.problem.allowed
     assert definitions.definition_of({"definition": ALIASES[what]}) == {}  # in a map
     assert definitions.plain(definitions.read_text(ALIASES[what].replace(LONG, LONG[:20_000])))  # 3.7 million at most
 
@@ -68,12 +68,12 @@ SQUARE = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
 
-def off(vertices, faces):
+def off_text(vertices, faces):
     lines = ["OFF", f"{len(vertices)} {len(faces)} 0", *(" ".join(map(str, v)) for v in vertices)]
     return "\n".join([*lines, *(f"3 {a} {b} {c}" for a, b, c in faces)]) + "\n"
 
 
-def textured(name):
+def write_textured(name):
     head = f"ply\nformat ascii 1.0\ncomment TextureFile {name}\nelement vertex 4\n"
     head += "".join(f"property float {k}\n" for k in ("x", "y", "z", "s", "t"))
     head += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
@@ -82,18 +82,18 @@ def textured(name):
 
 
 def shells(number):
-    """Many small bodies, each through all others."""
-    moved = [(x + 1e-3 * k, y, z) for k in range(number) for x, y, z in SQUARE]
-    return off(moved, [(a + 4 * k, b + 4 * k, c + 4 * k) for k in range(number) for a, b, c in FACES])
+    """Return many small bodies that all intersect."""
+    vertices = [(x + 1e-3 * k, y, z) for k in range(number) for x, y, z in SQUARE]
+    return off_text(vertices, [(a + 4 * k, b + 4 * k, c + 4 * k) for k in range(number) for a, b, c in FACES])
 
 
 def scaled(by):
-    return off([tuple(by * x for x in v) for v in SQUARE], FACES)
+    return off_text([tuple(by * x for x in v) for v in SQUARE], FACES)
 
 
 MESHES = {
-    "a texture that is a file": ("a.ply", textured("/etc/passwd"), None),
-    "a texture that is a FIFO": ("a.ply", textured("fifo.png"), None),
+    "a texture that is a file": ("a.ply", write_textured("/etc/passwd"), None),
+    "a texture that is a FIFO": ("a.ply", write_textured("fifo.png"), None),
     "coordinates of 1e308": ("a.off", scaled(1e308), r"beyond 1e\+30"),
     "coordinates of 1e200": ("a.off", scaled(1e200), r"beyond 1e\+30"),
     "no number": ("a.off", scaled(float("nan")), "no numbers|cannot be read as a mesh"),
@@ -127,7 +127,7 @@ def of_netcdf(path, **options):
         file.create_dataset("I1", (20_000_000,), "f8", **options)
 
 
-def flipped(path):
+def reverse_chunks(path):
     of_parquet(path)
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 0xFF
@@ -136,7 +136,7 @@ def flipped(path):
 
 TABLES = {
     "Parquet that swells": ("a.parquet", of_parquet, "times what it holds"),
-    "Parquet with flipped bytes": ("a.parquet", flipped, "is no Parquet file|is damaged|times what"),
+    "Parquet with flipped bytes": ("a.parquet", reverse_chunks, "is no Parquet file|is damaged|times what"),
     "netCDF that swells": (
         "a.nc",
         lambda p: of_netcdf(p, chunks=(10**6,), compression="gzip", fillvalue=1.0),
@@ -169,9 +169,9 @@ def test_a_table_is_of_the_size_of_its_file(tmp_path, monkeypatch, what):
     monkeypatch.setattr(tables, "cache_folder", lambda: tmp_path / "cache")
     monkeypatch.setattr(formats, "SMALL_TABLE", 2**20)
     name, make, words = TABLES[what]
-    made = make(tmp_path / name)
-    if isinstance(made, h5py.Dataset):
-        made.file.close()
+    dataset = make(tmp_path / name)
+    if isinstance(dataset, h5py.Dataset):
+        dataset.file.close()
     (tmp_path / "my.json").write_text(json.dumps({"table": name, "grid": {"I2": 1.0, "I3": 1.0, "omega0": 1.0}}))
     with pytest.raises(DefinitionError, match=words):
         read_sweep(tmp_path / "my.json")

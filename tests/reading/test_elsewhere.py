@@ -1,4 +1,4 @@
-"""Files that point to other files, or are none: refused, and nothing else is opened, written or waited for."""
+"""Files that point elsewhere, or are no regular files: refused, without opening or waiting for the target."""
 
 import os
 import socket
@@ -31,7 +31,7 @@ def external(file, name, target, kind="f8"):
     file.create_dataset(name, (3,), kind, external=[(str(target), 0, h5py.h5f.UNLIMITED)])
 
 
-def linked(file, name, target):
+def make_link(file, name, target):
     file[name] = h5py.ExternalLink(str(target), "/x")
 
 
@@ -41,13 +41,13 @@ ELSEWHERE = {
     "virtual characters": lambda f, n, t: virtual(f, n, t, "S8"),
     "external numbers": external,
     "external characters": lambda f, n, t: external(f, n, t, "S8"),
-    "external link": linked,
+    "external link": make_link,
 }
 
 
 @pytest.fixture(params=["a file", "a FIFO"])
 def target(request, tmp_path):
-    """What is pointed to: a whole file, which could be read, or a FIFO, at which a reader waits for ever."""
+    """Return the target: a complete file, which could be read, or a FIFO, at which a reader waits for ever."""
     place = tmp_path / "target"
     if request.param == "a FIFO":
         os.mkfifo(place)
@@ -62,9 +62,9 @@ def test_a_map_of_which_a_part_lies_elsewhere_is_refused(tmp_path, target, how):
     with h5py.File(tmp_path / "map.nc", "w") as file:
         file.attrs["contract_version"] = "1.0"
         ELSEWHERE[how](file, "body", target)
-    with pytest.raises(MapError, match=r"body: (lies in other files|is a link to somewhere else); allowed") as refused:
+    with pytest.raises(MapError, match=r"body: (lies in other files|is a link to somewhere else); allowed") as error:
         hdf5.read_structure(FileBytes(tmp_path / "map.nc"))
-    assert "secret" not in str(refused.value)
+    assert "secret" not in str(error.value)
 
 
 @pytest.mark.parametrize("how", ELSEWHERE)
@@ -112,11 +112,11 @@ def test_a_reader_in_a_child_can_reach_nothing_else(tmp_path, monkeypatch, what,
 
 
 def test_a_spawned_child_reads_what_a_forked_one_reads(path, monkeypatch):
-    forked = hdf5.read_structure(FileBytes(path))
+    by_fork = hdf5.read_structure(FileBytes(path))
     monkeypatch.setattr(sandbox, "FORKS", False)
-    spawned = hdf5.read_structure(FileBytes(path))
-    assert spawned.attributes == forked.attributes
-    assert list(spawned.variables) == list(forked.variables)
+    by_spawn = hdf5.read_structure(FileBytes(path))
+    assert by_spawn.attributes == by_fork.attributes
+    assert list(by_spawn.variables) == list(by_fork.variables)
 
 
 @pytest.mark.parametrize("mode", ["r", "r+"])

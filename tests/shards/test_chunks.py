@@ -13,7 +13,7 @@ shapes = st.lists(st.integers(1, 9), max_size=5).map(tuple)
 
 
 @pytest.fixture
-def room(monkeypatch):
+def small_chunks(monkeypatch):
     monkeypatch.setattr(content_hash, "CHUNK_POINTS", 12)
 
 
@@ -24,7 +24,7 @@ def test_chunks_never_exceed_the_shape_nor_the_room():
         assert np.prod(chunk) <= content_hash.CHUNK_POINTS
 
 
-@pytest.mark.usefixtures("room")
+@pytest.mark.usefixtures("small_chunks")
 def test_chunks_fill_at_least_half_of_the_room_where_there_are_so_many_values():
     @given(shapes)
     @settings(max_examples=25, deadline=None)
@@ -34,13 +34,13 @@ def test_chunks_fill_at_least_half_of_the_room_where_there_are_so_many_values():
     check()
 
 
-@pytest.mark.usefixtures("room")
+@pytest.mark.usefixtures("small_chunks")
 def test_a_chunk_is_one_run_of_values_in_c_order():
     @given(shapes)
     @settings(max_examples=25, deadline=None)
     def check(shape):
         numbers = np.arange(math.prod(shape)).reshape(shape)
-        found = [numbers[box].reshape(-1) for box in tiles(shape, chunk_shape(shape))]
-        assert np.concatenate(found).tolist() == list(range(numbers.size))
+        runs = [numbers[box].reshape(-1) for box in tiles(shape, chunk_shape(shape))]
+        assert np.concatenate(runs).tolist() == list(range(numbers.size))
 
     check()

@@ -23,42 +23,42 @@ VARIABLES = table(
 
 @pytest.mark.parametrize("cuts", [[33], [1, 10, 12, 30, 33], [*range(1, 34)]])
 def test_columns_of_any_runs_of_points_make_the_same_file_and_hash(tmp_path, monkeypatch, cuts):
-    monkeypatch.setattr(content_hash, "CHUNK_POINTS", 6)  # a line of y is two chunks, the second of which sticks out
-    rng, wanted = np.random.default_rng(7), ContentHash()
+    monkeypatch.setattr(content_hash, "CHUNK_POINTS", 6)  # a line of y is two chunks, and the second extends beyond it
+    rng, expected = np.random.default_rng(7), ContentHash()
     values = {
         name: (rng.normal(size=(33, *(2 for _ in spec.over))) * 100).astype(spec.dtype)
         for name, spec in VARIABLES.items()
     }
     for name, spec in VARIABLES.items():
-        wanted.declare(name, ("x", "y", *spec.over), (3, 11, *values[name].shape[1:]), spec.dtype)
-        wanted.update(name, values[name])
+        expected.declare(name, ("x", "y", *spec.over), (3, 11, *values[name].shape[1:]), spec.dtype)
+        expected.update(name, values[name])
     with new_file(tmp_path / "map.nc", SIZES) as file:
         file.add_columns(("x", "y"), VARIABLES)
         for first, after in zip([0, *cuts], cuts, strict=False):
             file.put_columns({name: column[first:after] for name, column in values.items()})
-        assert file.seal({"title": "a map"}) == wanted.hexdigest()
+        assert file.seal({"title": "a map"}) == expected.hexdigest()
     with netCDF4.Dataset(tmp_path / "map.nc") as file:
-        assert (file.title, file.content_hash) == ("a map", wanted.hexdigest())
+        assert (file.title, file.content_hash) == ("a map", expected.hexdigest())
         file.set_auto_maskandscale(False)
         for name, column in values.items():
             assert file[name][:].tobytes() == column.tobytes(), name
             assert file[name].filters()["zlib"] == VARIABLES[name].deflated
             assert not file[name].filters()["shuffle"]
             assert math.prod(file[name].chunking()) <= 6
-            assert file[name].sha256 == wanted.digests()[name]
+            assert file[name].sha256 == expected.digests()[name]
 
 
 @pytest.mark.parametrize(
-    ("raised", "told"),
+    ("error_of_system", "message"),
     [
         (OSError(errno.ENOSPC, "[Errno 28] Can't synchronously write data"), "No space left on device"),
         (OSError("Can't synchronously write data"), "cannot be written"),
         (RuntimeError("NetCDF: HDF error"), "cannot be written"),
     ],
 )
-def test_a_failing_write_is_told_in_the_systems_words(tmp_path, raised, told):
-    with pytest.raises(OSError, match=told) as error, new_file(tmp_path / "map.nc", {}):
-        raise raised
+def test_a_failing_write_is_told_in_the_systems_words(tmp_path, error_of_system, message):
+    with pytest.raises(OSError, match=message) as error, new_file(tmp_path / "map.nc", {}):
+        raise error_of_system
     assert error.value.filename == str(tmp_path / "map.nc")
     assert not list(tmp_path.iterdir())
 

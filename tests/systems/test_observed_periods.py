@@ -7,7 +7,7 @@ import re
 import mpmath
 import numpy as np
 import pytest
-from calls import said
+from calls import run_command
 from scipy.special import ndtr
 
 import sweeps
@@ -170,12 +170,12 @@ VERDICTS = [
 
 @pytest.mark.parametrize(("options", "words"), VERDICTS)
 def test_the_verdict_uses_the_errors(capsys, options, words):
-    assert words in said(capsys, "tumbler", *OUMUAMUA, *options)
+    assert words in run_command(capsys, "tumbler", *OUMUAMUA, *options)
 
 
 def test_krylov_on_the_command_line_and_in_python(capsys):
     command = ("tumbler", "--P-psi", 368.7, "--P-phi", 67.27, "--unit", "h", "--ratios", 0.96, 0.36, "--sigma-phi", 0.1)
-    output = json.loads(said(capsys, *command, "--json"))
+    output = json.loads(run_command(capsys, *command, "--json"))
     modes = sweeps.tumbler(368.7, 67.27, ratios=(0.36, 0.96), sigma_phi=0.1)
     assert output == modes
     short = modes[0]
@@ -210,7 +210,7 @@ def test_krylov_on_the_command_line_and_in_python(capsys):
     ],
 )
 def test_periods_and_ratios_that_cannot_be_are_named(capsys, arguments, message):
-    assert message in said(capsys, "tumbler", *arguments, status=2)
+    assert message in run_command(capsys, "tumbler", *arguments, status=2)
 
 
 @pytest.mark.parametrize("settings", [{"ratios": (0.5,)}, {"ratios": "ab"}, {"P_phi": 10**400}, {"unit": ["h"]}])
@@ -221,7 +221,9 @@ def test_other_things_than_numbers_are_named(settings):
 
 def test_a_flat_body_is_asked_of_like_any_other(capsys):
     for ratios in ((0.3, 0.7), (0.1, 0.9), (0.333333333, 0.666666667)):
-        assert "short-axis mode: 2T I3/L²" in said(capsys, "tumbler", "--P-psi", 4, "--P-phi", 2, "--ratios", *ratios)
+        assert "short-axis mode: 2T I3/L²" in run_command(
+            capsys, "tumbler", "--P-psi", 4, "--P-phi", 2, "--ratios", *ratios
+        )
 
 
 # ---------------------------------------------------------------------------------------------------------
@@ -230,21 +232,21 @@ def test_a_flat_body_is_asked_of_like_any_other(capsys):
 
 def test_the_file_is_a_map_like_any_other(capsys, tmp_path):
     path, picture = tmp_path / "map.nc", tmp_path / "map.png"
-    words = said(capsys, "tumbler", *OUMUAMUA, "--sigma-phi", 0.34, "-o", path, "--figure", picture)
+    words = run_command(capsys, "tumbler", *OUMUAMUA, "--sigma-phi", 0.34, "-o", path, "--figure", picture)
     assert "long-axis mode: possible for 30 % of all shapes" in words
     assert picture.stat().st_size > 10_000
-    assert re.search(r"long-axis mode +2,542", said(capsys, "show", path))
+    assert re.search(r"long-axis mode +2,542", run_command(capsys, "show", path))
     at = ("--I1_over_I3", 0.2, "--thickness", 0.5)
-    point = json.loads(said(capsys, "point", path, *at, "--json"))["variables"]
+    point = json.loads(run_command(capsys, "point", path, *at, "--json"))["variables"]
     (row,) = [row for row in sweeps.tumbler(6.58, 8.67, sigma_phi=0.34, ratios=(0.2, 0.9)) if row["mode"] == "lam"]
     assert point["modes"]["value"] == "lam"
     assert point["energy_lam"]["value"] == pytest.approx(row["energy"], rel=1e-12)
     assert point["exclusion_sam"]["value"] > 3
-    said(capsys, "slice", path, "--I3", 1, "-o", tmp_path / "slice.nc")
-    said(capsys, "figures", path, "-o", tmp_path / "figures")
+    run_command(capsys, "slice", path, "--I3", 1, "-o", tmp_path / "slice.nc")
+    run_command(capsys, "figures", path, "-o", tmp_path / "figures")
     assert [one.name for one in (tmp_path / "figures").iterdir()] == ["energies.png"]
-    said(capsys, "report", path, "-o", tmp_path / "report.html")
-    checks = said(capsys, "verify", path, "--points", 40)
+    run_command(capsys, "report", path, "-o", tmp_path / "report.html")
+    checks = run_command(capsys, "verify", path, "--points", 40)
     assert "differs" not in checks
     with sweeps.open_map(path) as ds:
         assert ds.attrs["system"] == "observed_periods"
@@ -266,7 +268,7 @@ def test_a_definition_of_observed_periods_is_swept(capsys, tmp_path, monkeypatch
     assert float(ds["energy_sam_stderr"].sel(P_psi=1.32732e6, sigma_psi=0)) == 0.0
     assert float(ds["energy_sam_stderr"].sel(P_psi=1.32732e6, sigma_psi=1.8e4)) > 0.0
     (tmp_path / "none.yaml").write_text("system: observed_periods\ngrid: {I1: 1, I2: 2, I3: 2.5, P_phi: 1}\n")
-    assert "grid.P_psi: is missing" in said(capsys, "check", "none.yaml", status=2)
+    assert "grid.P_psi: is missing" in run_command(capsys, "check", "none.yaml", status=2)
 
 
 def test_scipy_finds_the_same_energies():

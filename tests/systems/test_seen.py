@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from calls import said
+from calls import run_command
 from scipy.spatial.transform import Rotation
 
 import sweeps
@@ -194,4 +194,4 @@ def test_the_herpolhode_stays_between_its_circles():
     ],
 )
 def test_a_body_is_told_as_seen_from_space(capsys, name, sentence):
-    assert sentence in " ".join(said(capsys, "body", name).split())
+    assert sentence in " ".join(run_command(capsys, "body", name).split())

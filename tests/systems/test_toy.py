@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calls import said
+from calls import run_command
 from toy_package import TOY, write_metadata
 
 import sweeps
@@ -45,21 +45,21 @@ def test_a_system_of_ones_own_goes_the_whole_way(folder, capsys):
     page = outputs[2].read_text()
     for words in ("When does it stop?", "slows down", "damped-top", '"drag":"viscous"', "τ"):
         assert words in page
-    text = said(capsys, "show", path)
+    text = run_command(capsys, "show", path)
     assert "v slows" in text
     assert "decay against decay_theory" in text
-    facts = json.loads(said(capsys, "show", path, "--json"))
+    facts = json.loads(run_command(capsys, "show", path, "--json"))
     assert facts["compared"] == 24
     assert facts["deviations"]["decay"]["value"] < 1e-6
     assert facts["table"] == {"slows": {"ok": 18, "coarse": 0}, "lasts": {"ok": 6, "coarse": 0}}
-    said(capsys, "point", path, "--spin", "20", "--tau", "1", "--trajectory", "t.csv")
+    run_command(capsys, "point", path, "--spin", "20", "--tau", "1", "--trajectory", "t.csv")
     assert np.loadtxt("t.csv", delimiter=",", skiprows=1)[0, 1] == 20.0
-    verdict = " ".join(said(capsys, "verify", path).split())
+    verdict = " ".join(run_command(capsys, "verify", path).split())
     for check in ("content", "grid", "values", "this project's kernels", "SciPy", "closed form"):
         assert check in verdict
     assert "not checked" not in verdict
-    said(capsys, "figures", path, "-o", "drawn")
-    said(capsys, "report", path, "-o", "again.html")
+    run_command(capsys, "figures", path, "-o", "drawn")
+    run_command(capsys, "report", path, "-o", "again.html")
     assert Path("again.html").read_text() == page
 
 

@@ -49,7 +49,7 @@ def visit(browser):
     yield opens
     for tab in tabs:
         tab.context.close()
-    assert [message for tab in tabs for message in tab.said] == []
+    assert [message for tab in tabs for message in tab.messages] == []
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +90,7 @@ def tab(shared, plane_path):
     )
     shared.page.mouse.move(0, 0)
     yield shared
-    assert shared.said == []
+    assert shared.messages == []
     assert {url.split("#")[0] for url in shared.requests} == {plane_path.as_uri()}
 
 

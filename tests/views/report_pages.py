@@ -67,14 +67,14 @@ class ReportTab:
     """A report in a browser, with the messages of its console and its requests."""
 
     def __init__(self, browser, path: Path, link="", **context):
-        self.said, self.requests = [], []
+        self.messages, self.requests = [], []
         self.context = browser.new_context(
             **({"viewport": {"width": 1280, "height": 2400}, "reduced_motion": "reduce"} | context)
         )
         self.context.set_default_timeout(1000 * PATIENCE)
         self.page = self.context.new_page()
-        self.page.on("console", lambda message: self.said.append(message.text))
-        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("console", lambda message: self.messages.append(message.text))
+        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.context.route(re.compile("^(?!file:)"), lambda route: route.abort())
         self.page.goto(path.as_uri() + link)

@@ -49,7 +49,7 @@ def second(browser, plane_path):
     page.first = (page.row("axis")[0], page.row("I1")[0], page.page.get_by_label("colour by").input_value())
     page.first_nudge = page.page.evaluate("polhode.state.epsilon")
     yield page
-    assert page.said == []
+    assert page.messages == []
     page.context.close()
 
 
@@ -58,7 +58,7 @@ def telephone(browser, plane_path):
     """A page on a small screen that is touched."""
     page = ReportTab(browser, plane_path, has_touch=True, viewport={"width": 400, "height": 800}, color_scheme="light")
     yield page
-    assert page.said == []
+    assert page.messages == []
     page.context.close()
 
 
@@ -251,11 +251,11 @@ def test_no_button_of_the_page_leads_to_the_network(tab):
 
 @pytest.mark.slow
 def test_the_policy_stops_what_would_ask_the_network(second):
-    before = len(second.said)
+    before = len(second.messages)
     assert second.page.evaluate("fetch('https://example.org/').then(() => 'asked', () => 'refused')") == "refused"
-    assert [url for url in second.asked if not url.startswith("file:")] == []
-    assert any("Content Security Policy" in text for text in second.said[before:])
-    del second.said[before:]
+    assert [url for url in second.requests if not url.startswith("file:")] == []
+    assert any("Content Security Policy" in text for text in second.messages[before:])
+    del second.messages[before:]
 
 
 @pytest.mark.slow
@@ -424,7 +424,7 @@ def test_hostile_texts_do_not_run_and_lead_nowhere(kind, visit, pages):
     assert page.locator("h1").inner_text() == HOSTILE
     if kind == "plane":  # unchanged
         assert HOSTILE in page.locator("#map .xtitle").text_content()
-    assert len(tab.asked) == 1
+    assert len(tab.requests) == 1
 
 
 @pytest.mark.slow

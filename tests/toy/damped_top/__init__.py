@@ -1,1 +1,1 @@
-"""A system of equations that is no part of Polhode: a top whose spin a drag slows down."""
+"""A system of equations that is no part of Polhode: a top with a spin that a drag slows down."""

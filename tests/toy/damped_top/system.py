@@ -52,7 +52,7 @@ class DampedTopDefinition(Definition):
     grid: DampedTopGrid = Field(description="what is varied: a mapping with " + keys_of(DampedTopGrid))
 
 
-def stepped(spin, tau, times):
+def integrate(spin, tau, times):
     """ω at times that are evenly spaced, by one Runge-Kutta step between two of them; shape (times, points)."""
     h = times[1] / tau
     factor = 1 - h + h**2 / 2 - h**3 / 6 + h**4 / 24
@@ -70,7 +70,7 @@ class DampedTop(Dynamics):
     def columns(self, points, integration: Integration):
         spin, tau = points["spin"], points["tau"]
         x = np.linspace(0.0, 1.0, integration.samples + 1)
-        path, true = stepped(spin, 1.0, x), spin * np.exp(-x[:, None])
+        path, true = integrate(spin, 1.0, x), spin * np.exp(-x[:, None])
         rate = -np.log(path[-1] / path[0]) / tau
         return {
             "decay_theory": 1 / tau,
@@ -92,8 +92,8 @@ class DampedTop(Dynamics):
         def by_scipy(point, integration):
             from scipy.integrate import solve_ivp
 
-            found = solve_ivp(lambda t, w: -w / point["tau"], (0, point["tau"]), [1.0], rtol=1e-12, atol=1e-14)
-            return -math.log(found.y[0, -1]) / point["tau"]
+            solution = solve_ivp(lambda t, w: -w / point["tau"], (0, point["tau"]), [1.0], rtol=1e-12, atol=1e-14)
+            return -math.log(solution.y[0, -1]) / point["tau"]
 
         def allowed(point, integration):
             return 10 / integration.samples**4 / point["tau"]
