@@ -99,7 +99,7 @@ def test_another_integrator(toy):
     for name in [name for name in sys.modules if name.startswith("damped_top")]:
         del sys.modules[name]
     systems.forget_external()
-    old = re.search(r"def stepped\(.*?\n\n\n", toy.read_text(encoding="utf-8"), re.DOTALL)[0]
+    old = re.search(r"def integrate\(.*?\n\n\n", toy.read_text(encoding="utf-8"), re.DOTALL)[0]
     change(toy, old, f"{code}\n\n")
     assert main(["run", "my.yaml"]) == 0
     ds = sweeps.open_map("results/my")
@@ -151,7 +151,7 @@ def test_the_recipes_are_typed_as_they_are_printed(clone):
     assert "results/oil/report.html" in type_lines(clone, lines)
 
     (code,) = blocks("Recipe: another integrator")
-    old = re.search(r"def stepped\(.*?\n\n\n", system.read_text(encoding="utf-8"), re.DOTALL)[0]
+    old = re.search(r"def integrate\(.*?\n\n\n", system.read_text(encoding="utf-8"), re.DOTALL)[0]
     change(system, old, f"{code}\n\n")
     (lines,) = blocks("Recipe: another integrator", "sh")
     assert type_lines(clone, lines).count(" holds\n") >= 8
