@@ -145,12 +145,14 @@ def _ctrl_c(interrupts: list) -> Iterator[Callable]:
     alarm_handler = signal.getsignal(signal.SIGALRM)
 
     def hear(*_):
+        """Store the interrupt, start the timer that repeats it, and raise KeyboardInterrupt."""
         interrupts.append(True)
         signal.signal(signal.SIGALRM, repeat)
         signal.setitimer(signal.ITIMER_REAL, MOMENT, MOMENT)
         raise KeyboardInterrupt
 
     def repeat(*_):
+        """Raise KeyboardInterrupt again unless one is being handled."""
         error = sys.exception()
         while error is not None and not isinstance(error, KeyboardInterrupt):
             error = error.__context__

@@ -141,6 +141,7 @@ def _check_places(at: Mapping | None) -> Mapping:
 
 
 def _cut_map(ds, at: Mapping):
+    """Return the map at the grid values nearest to `at`; the whole map without any."""
     from sweeps.maps import selection
 
     places = selection.nearest_places(ds, {name: str(value) for name, value in at.items()})

@@ -7,12 +7,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 VERBS = frozenset(
     """Add Advance Announce Answer Append Apply Bound Break Broadcast Check Claim Close Collect Compare Compile
-    Compute Copy Count Cut Define Delete Derive Diagonalise Do Draw Embed Enclose End Estimate Exchange Feed
+    Compute Convert Copy Count Cut Define Delete Derive Diagonalise Do Draw Embed Enclose End Estimate Exchange Feed
     Fill Find Fit Flush Follow Force Forget Format Give Handle Hatch Have Integrate Join Keep Leave Let Look
-    Make Mark Measure Narrow Note Open Overwrite Pack Parse Pickle Predict Print Project Put Raise Rasterise,
+    Lock Make Mark Measure Merge Narrow Note Open Overwrite Pack Parse Pickle Predict Prepare Print Project Put Raise
+    Rasterise,
     Read Read, Reduce Reflect Refuse Register Relabel Remove Replace Report Return Rewrite Rotate Run Sample
     Seal Search Select Separate Set Show Silence Simplify Sort Start Step Store Submit Subtract Summarise Take
-    Turn Widen Work, Write Yield""".split()  # noqa: SIM905
+    Touch Turn Widen Work, Write Yield""".split()  # noqa: SIM905
 )
 PHRASES = re.compile(
     r"as theory has it|as theory has them|as it is known|not sure|is no body|can exist|cannot exist|what was given is"

@@ -32,6 +32,7 @@ def print_json(value) -> None:
 
 
 def _replace_nan(value):
+    """Return a value of dictionaries and lists with None in place of NaN and infinities, for JSON."""
     if isinstance(value, dict):
         return {key: _replace_nan(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -44,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _write_numbers(work: Path) -> int:
+    """Measure the numbers of the pages and write them into their Markdown; return the exit status."""
     from sweeps.handbook import evidence, pages
 
     facts = evidence.measure_numbers(evidence.measure_maps(work, _say), _say)
@@ -56,6 +57,7 @@ def _write_numbers(work: Path) -> int:
 
 
 def _make(work: Path) -> None:
+    """Make maps, pictures, the gallery and the source folder of Sphinx below `work`."""
     from sweeps.handbook import evidence, gallery, generated, pages
 
     facts = evidence.make(work, _say)

@@ -35,6 +35,7 @@ def mathml(tex: str, block: bool = False) -> str:
 
 
 def _mathml(tex: str, block: bool, where: nodes.Node) -> str:
+    """Return a formula as MathML, or as code with a warning of Sphinx if docutils cannot parse it."""
     try:
         return mathml(tex, block)
     except MathError as error:
@@ -50,6 +51,7 @@ def _inline(translator, node: nodes.math) -> None:
 
 
 def _block(translator, node: nodes.math_block) -> None:
+    """Write a displayed formula with its number to the page."""
     number = f'<span class="eqno">({node["number"]})</span>' if node.get("number") else ""
     tag = translator.starttag(node, "div", CLASS="math")
     translator.body.append(tag + number + _mathml(node.astext(), True, node) + "</div>\n")

@@ -129,6 +129,7 @@ def extra_dimensions(ds: "xr.Dataset") -> set[str]:
 
 
 def _describe_column(variable: "xr.DataArray") -> ColumnDescription:
+    """Return dimensions, type, units, meaning and flags of a variable of a map."""
     attributes, units = variable.attrs, str(variable.attrs.get("units", "1"))
     return ColumnDescription(
         tuple(map(str, variable.dims)),

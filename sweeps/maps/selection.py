@@ -111,6 +111,7 @@ def parse_assignment(text: str) -> tuple[str, str]:
 
 
 def _nearest_place(ds: "xr.Dataset", dim: str, text: str | None, prefix: str) -> Place:
+    """Return the grid value of a dimension nearest to a text's number, or with its name; the first for None."""
     values, units = ds[dim].values, str(ds[dim].attrs.get("units", ""))
     if text is None:
         return Place(dim, 0, values[0].item() if values.dtype.kind != "O" else str(values[0]), None, units)
@@ -125,6 +126,7 @@ def _nearest_place(ds: "xr.Dataset", dim: str, text: str | None, prefix: str) ->
 
 
 def _parse_number(where: str, text: str, values: np.ndarray, unit: str) -> float:
+    """Return the number in a text in a dimension's unit; refuse text, and integers that the map does not have."""
     allowed = format_range(values)
     try:
         number = float(units.number(text, unit))

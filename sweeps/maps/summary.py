@@ -193,6 +193,7 @@ class Summary:
             self.impossible += int(np.count_nonzero(full[name] < 0))
 
     def _count_flags(self, full: Mapping[str, np.ndarray]) -> None:
+        """Count points by pairs of flags that are compared, and by headline and status."""
         for (reference, name), table in self.confusion.items():
             for i, i_value in enumerate(self._flags[reference]):
                 for j, j_value in enumerate(self._flags[name]):

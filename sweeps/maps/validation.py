@@ -195,6 +195,7 @@ class _Contents:
 
 
 def _check_contents(contents: _Contents) -> None:
+    """Refuse contents whose coordinates, dimensions or variables are not those of the system's maps."""
     if not contents.variables:
         raise _NotMapError("(variables): none; allowed: every variable of a map")
     for name, variable in contents.coordinates.items():
@@ -205,6 +206,7 @@ def _check_contents(contents: _Contents) -> None:
 
 
 def _check_dimensions(contents: _Contents) -> None:
+    """Refuse dimensions in another order, without a coordinate, or unknown to the system."""
     dims = contents.dims
     order = [dim for dim in contents.layout.coordinates if dim in dims]
     if [dim for dim in dims if dim in order] != order or len(set(dims)) != len(dims):
@@ -229,6 +231,7 @@ def _own_dims(contents: _Contents, name: str) -> tuple[str, ...]:
 
 
 def _check_coordinate(contents: _Contents, name: str, variable: StoredVariable) -> None:
+    """Refuse a coordinate of the wrong dimensions, type or shape."""
     spec, dims = contents.specs[name], _own_dims(contents, name)
     over = tuple(dim for dim in contents.layout.over.get(name, ()) if dim in dims)
     if dims not in ((), (name,), (contents.layout.along,), (POINT.name,), over):
@@ -247,6 +250,7 @@ def _check_coordinate(contents: _Contents, name: str, variable: StoredVariable) 
 
 
 def _check_type(name: str, variable: StoredVariable, spec: Variable) -> None:
+    """Refuse a variable of another type, packed numbers, and flags of other meanings."""
     if (
         not variable.dtype
         or variable.dtype == "str"
@@ -275,6 +279,7 @@ def _flag_values(spec: Variable) -> list[int]:
 
 
 def _check_variable(contents: _Contents, name: str, variable: StoredVariable) -> None:
+    """Refuse a variable of the wrong dimensions, shape or type, or inflated beyond its stored bytes."""
     spec = contents.specs[name]
     dims = (*contents.dims, *spec.over)
     if variable.dims != dims:

@@ -144,6 +144,7 @@ def _differing_keys(definition: Definition, reference: Definition) -> list[str]:
 
 
 def _check_kernels(ds: xr.Dataset, sweep: Sweep, any_kernels: bool) -> Check:
+    """Return the check of the map's kernel fingerprint against that of these kernels."""
     check = Check("kernels", "fingerprint of sources, versions and processor")
     if _has_same_kernels(ds, sweep):
         return check
@@ -227,6 +228,7 @@ def _as_text(value: object) -> str:
 
 
 def _difference(key: str, expected: Mapping[str, str], stored: Mapping[str, str]) -> str:
+    """Return how a stored attribute differs from the expected one, as a clause of a message."""
     if key not in stored:
         return f"{cut_text(key)} is missing"
     value = cut_text(repr(expected[key])) if key in expected else "there is none"
@@ -271,6 +273,7 @@ class _Sample:
 
 
 def _check_sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterator[Check]:
+    """Yield the checks of randomly drawn points: bits, references, attitude and errors."""
     if count < 1:
         return
     sample = _draw_sample(ds, sweep, count, seed)
@@ -282,6 +285,7 @@ def _check_sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> Iterat
 
 
 def _draw_sample(ds: xr.Dataset, sweep: Sweep, count: int, seed: int) -> _Sample:
+    """Return random points of the grid with the map's columns at them."""
     grid = sweep.grid
     numbers = np.unique(np.random.default_rng(seed).integers(0, grid.size, count))
     all_points = [grid.points(int(number), int(number) + 1) for number in numbers]
@@ -361,6 +365,7 @@ def _check_references(sweep: Sweep, sample: _Sample) -> Iterator[Check]:
 
 
 def _check_reference(sweep: Sweep, sample: _Sample, reference: Reference, name: str) -> Check:
+    """Return the check of a variable at sampled points against one independent method of computation."""
     variable, integration = reference.variable, sweep.definition.integration
     status = of_role(sweep.variables, Role.STATUS)
     covers = f"{variable} within the tolerance"

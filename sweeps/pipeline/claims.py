@@ -95,6 +95,7 @@ def is_claimed(folder: Path) -> bool:
 
 
 def _lock(handle: int, folder: Path) -> None:
+    """Lock the claim's file, refuse it if another process has it, and write this process into it."""
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -126,6 +127,7 @@ def _claim_by_text(handle: int, folder: Path) -> None:
 
 
 def _renew_claim(handle: int, number: int) -> None:
+    """Touch the claim's file until it is replaced or removed, for file systems without locks."""
     while True:
         time.sleep(MAX_SILENCE / 10)
         try:

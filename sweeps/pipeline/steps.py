@@ -91,6 +91,7 @@ def _draw_pictures(folder: Path, worker: Executor | None, meanwhile: Callable[[]
 
 
 def _write_report(folder: Path) -> None:
+    """Write the report of the map in a results folder."""
     from sweeps.views import figures, report
 
     progress.print_line(f"writing {folder / REPORT}")

@@ -87,6 +87,7 @@ def _mark_file(example: Example) -> Path:
 
 
 def _module_file(example: Example) -> Path:
+    """Return the source file of an example's module, generated or in `kernels`."""
     return (
         Path(example.module)
         if example.module.endswith(".py")
@@ -95,6 +96,7 @@ def _module_file(example: Example) -> Path:
 
 
 def _read_text(path: Path) -> str:
+    """Return the text of a file, "" if it cannot be read."""
     try:
         return path.read_text()
     except (OSError, ValueError):
@@ -102,6 +104,7 @@ def _read_text(path: Path) -> str:
 
 
 def _run_compiler(examples: list[Example]) -> None:
+    """Compile examples in a child process, with progress; raise its errors."""
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     options = {"env": {**os.environ, "PYTHONPATH": path}, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with tempfile.TemporaryFile("w+") as messages:

@@ -31,6 +31,7 @@ def main() -> None:
 
 
 def _start_worker() -> None:
+    """Prepare a process of the pool: no interrupts, end with the parent, rare garbage collection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     interrupts.exit_with_parent()
     startup.configure()

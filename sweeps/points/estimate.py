@@ -157,6 +157,7 @@ def count_impossible(sweep: Sweep) -> tuple[int, bool]:
 
 
 def _values_at(grid: Grid, name: str, numbers: np.ndarray) -> np.ndarray:
+    """Return the values of one argument at points by their numbers in a grid, table or list of bodies."""
     if name in grid.dims:
         return grid.values(name, numbers)
     if grid.point_rows and name in grid.point_rows.names:

@@ -78,6 +78,7 @@ def _of_dataset(ds: Dataset) -> "dict | pd.DataFrame":
 
 
 def _values_with_unit(variable: DataArray) -> object:
+    """Return the values of a coordinate as plain numbers, or as texts with their unit."""
     unit = variable.attrs.get("units", "")
     values = variable.values.tolist()
     if unit in ("", "1"):

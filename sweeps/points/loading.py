@@ -77,6 +77,7 @@ def read_definition(source: str | Path | Mapping, name: str | None = None, *, ch
 
 
 def _sweep_name(source: Any) -> str:
+    """Return the name of a sweep from its file's stem; the default name for a mapping."""
     if isinstance(source, Mapping):
         return DEFAULT_NAME
     if not isinstance(source, str | Path):
@@ -85,6 +86,7 @@ def _sweep_name(source: Any) -> str:
 
 
 def _checked_name(name: str) -> str:
+    """Return a sweep's name; refuse a name that is unsafe as a folder."""
     if not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
         allowed = "1 to 64 letters A-Z a-z, digits, _ . -, the first a letter or a digit"
         raise UnreadableError(("(name)",), display(name), "is no name for a sweep (a file's stem)", allowed)
@@ -92,6 +94,7 @@ def _checked_name(name: str) -> str:
 
 
 def _text_and_values(source: Any) -> tuple[str | None, dict]:
+    """Return the text (None for a mapping) and the plain values of a definition."""
     text = None if isinstance(source, Mapping) else file_text(Path(source))
     values = plain(source if text is None else read_text(text))
     if not isinstance(values, dict):
@@ -101,6 +104,7 @@ def _text_and_values(source: Any) -> tuple[str | None, dict]:
 
 
 def _validate_sweep(text: str | None, values: dict, name: str, folder: str) -> Sweep:
+    """Return the sweep of a definition's values, validated by the model of its system."""
     # Another system has different keys in its grid: to list them as unknown would mislead.
     system = _resolve_system(values.get("system", DEFAULT_SYSTEM), folder)
     if (reads := _variant_system(system, values)) is not None:
@@ -128,6 +132,7 @@ def _from_text(text: str, name: str, folder: str) -> Definition:
 
 
 def _resolve_system(name: Any, folder: str) -> systems.Dynamics:
+    """Return the system of a definition's key `system`; refuse a name that does not exist."""
     if systems.is_file(name):
         return systems.resolve(name, folder)
     ours = (
@@ -167,6 +172,7 @@ def json_schema(system_files: Sequence[str] = ()) -> dict:
 
 
 def _model_of_system(name: str) -> type[BaseModel]:
+    """Return the model of definitions of a system by its name; refuse an unknown name."""
     try:
         return systems.resolve(name).model
     except KeyError:

@@ -152,6 +152,7 @@ class UnitCubeDraw:
         return qmc.Sobol(self._dimensions, scramble=True, bits=SOBOL_BITS, rng=self._sample.seed)
 
     def _sobol(self, start: int, stop: int) -> np.ndarray:
+        """Return the points start … stop − 1 of the scrambled Sobol sequence, fractions in [0, 1)."""
         with self._lock:  # the engine counts the points that it has drawn
             if self._engine.num_generated > start:
                 self._engine.reset()
@@ -161,6 +162,7 @@ class UnitCubeDraw:
             return np.concatenate([first, self._engine.random(stop - start - len(first))])
 
     def _latin(self, start: int, stop: int) -> np.ndarray:
+        """Return the points start … stop − 1 of a Latin hypercube, fractions in [0, 1), each from its number."""
         num = self._sample.num
         numbers = np.arange(start, stop, dtype=np.uint64)
         fractions = np.empty((stop - start, self._dimensions))

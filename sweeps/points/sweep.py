@@ -121,6 +121,7 @@ class Grid:
 
     @cached_property
     def _along(self) -> dict[str, Range | np.ndarray | OnDemand]:
+        """Return dimension → values, with long ranges and numbers of points computed on demand."""
         dimensions = self.derived_parameters.dimensions(self.system.dimensions(self.definition))
         # longer axes are computed when they are read
         dimensions = {dim: _expand_range(values, SPELLED_OUT) for dim, values in dimensions.items()}

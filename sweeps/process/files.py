@@ -78,6 +78,7 @@ def _rename(temporary: Path, path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
+    """Remove a file, a link, or a folder with its contents."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:

@@ -78,10 +78,12 @@ def count_points(total: int, label: str, each: int = 1) -> Iterator[Callable[[in
 
 
 def _line_counter(total: int, label: str, each: int) -> Callable[[int], None]:
+    """Return a function that adds finished values and prints a line of progress now and then."""
     start = last_line = time.monotonic()
     values = 0
 
     def advance(new_values: int) -> None:
+        """Add finished values; print share, speed and remaining time if the last line is old enough."""
         nonlocal values, last_line
         values += new_values
         now = time.monotonic()

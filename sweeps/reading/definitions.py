@@ -46,6 +46,7 @@ def plain(value: Any, where: tuple = (), remaining_counts: list[int] | None = No
 
 
 def _plain_mapping(pairs: Iterable[tuple], where: tuple, remaining_counts: list[int]) -> dict:
+    """Return pairs as a dictionary of plain values; refuse keys that are no words, and repeated keys."""
     mapping = {}
     for key, item in pairs:
         remaining_counts[1] -= len(key) if isinstance(key, str) else 0

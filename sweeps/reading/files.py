@@ -67,6 +67,7 @@ class FileBytes(io.FileIO):
 
 
 def _open_regular(path: str, flags: int) -> int:
+    """Open a file without waiting, and return its handle; refuse pipes, devices and folders."""
     handle = os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)

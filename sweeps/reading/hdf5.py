@@ -73,6 +73,7 @@ def read_structure(file: FileBytes) -> Structure:
 
 
 def _to_variable(file: FileBytes, name: str, facts: dict) -> StoredVariable:
+    """Return the variable from the child's facts about it; refuse places outside the file."""
     facts = {key: tuple(value) if isinstance(value, list) else value for key, value in facts.items()}
     try:
         facts["places"] = np.array(facts["places"], dtype=np.int64)
@@ -131,6 +132,7 @@ class _RefusedError(Exception):
 
 
 def _structure_or_refusal(open_file: FileBytes) -> dict:
+    """Return attributes and variables of an HDF5 file as plain values, or the reason for its refusal."""
     try:
         with h5py.File(open_file, "r") as file:
             return {"attributes": _attributes(file, ""), "variables": _variables(file)}
@@ -142,6 +144,7 @@ def _structure_or_refusal(open_file: FileBytes) -> dict:
 
 
 def _variables(file: h5py.File) -> dict[str, dict]:
+    """Return name → facts of each dataset of the root group; refuse links, groups and too many objects."""
     links = file.id.links
     if len(file.id) > MAX_OBJECTS:
         raise _RefusedError(f"holds {len(file.id):,} objects; allowed: at most {MAX_OBJECTS:,}")
@@ -172,6 +175,7 @@ def _dimensions(datasets, attributes) -> dict[int, tuple[str, int]]:
 
 
 def _variable_facts(name: str, dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> dict:
+    """Return shape, type, dimensions, texts and places in the file of one dataset."""
     shape = dataset.shape
     if shape is None or dataset.id.rank > 32:
         raise _RefusedError(f"{name}: has no shape; allowed: {ALLOWED}")
@@ -217,6 +221,7 @@ def _dims(dataset: h5py.Dataset, dim_numbers: dict, attributes: dict) -> list[st
 
 
 def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
+    """Return the texts of a dataset; refuse too many or too long ones."""
     size = math.prod(dataset.shape)
     if size > MAX_NAMES:
         raise _RefusedError(f"{name}: declares {size:,} texts; allowed: at most {MAX_NAMES:,}")
@@ -227,6 +232,7 @@ def _texts(name: str, dataset: h5py.Dataset) -> list[str]:
 
 
 def _places(name: str, dataset: h5py.Dataset) -> dict:
+    """Return the pieces (first index, address, bytes) of a dataset in the file, with its chunks and filters."""
     properties = dataset.id.get_create_plist()
     layout = properties.get_layout()
     if layout == h5py.h5d.CONTIGUOUS:
@@ -253,6 +259,7 @@ def _places(name: str, dataset: h5py.Dataset) -> dict:
 
 
 def _attributes(holder: Any, where: str) -> dict[str, Any]:
+    """Return name → value of the attributes of a file or a dataset that readers need."""
     number = h5py.h5a.get_num_attrs(holder.id)
     if number > MAX_ATTRIBUTES:
         raise _RefusedError(f"{where}: has {number:,} attributes; allowed: at most {MAX_ATTRIBUTES}")

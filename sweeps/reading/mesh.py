@@ -45,6 +45,7 @@ def read(path: str | Path) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _read_open_file(file: FileBytes) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return corners, faces and SHA-256 of a mesh file, parsed by trimesh in a child process."""
     if file.size > MAX_MESH_BYTES:
         raise MeshError("is too large", f"at most {MAX_MESH_BYTES:,} bytes")
     try:

@@ -83,6 +83,7 @@ def parts_from_child(
 
 
 def _fork_child(work: Callable, writing: int, bounds: tuple[float, float]) -> int:
+    """Start a child that does the work and writes its answer to the pipe; return its process number."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child starts none and takes no lock
         child = os.fork()
@@ -104,6 +105,7 @@ def _spawn_child(work: Callable, writing: int, bounds: tuple[float, float]) -> i
 
 
 def _read_bytes(reading: int, size: int) -> bytes:
+    """Return `size` bytes of the child's answer; raise a ChildError for silence or an early end."""
     if size > MAX_ANSWER_BYTES:
         raise ChildError
     chunks, missing = [], size

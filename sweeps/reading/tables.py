@@ -196,6 +196,7 @@ class _Csv(Source):
         return list(csv.reader(sample_lines(self._file, len(self._line(0)) + 1), delimiter=self._between))
 
     def _line(self, number: int) -> bytes:
+        """Return a line near the start of the file by its number from 0, b"" if there is none."""
         lines = self._file.read_at(0, min(self._file.size, 2 * LONGEST_LINE + 2)).splitlines()
         line = lines[number] if number < len(lines) else b""
         if len(line) > LONGEST_LINE:
@@ -207,6 +208,7 @@ class _Csv(Source):
         return refusal("", value, f"has a line of more than {LONGEST_LINE:,} bytes", "lines that are shorter")
 
     def _read(self, what, dtype, **options):
+        """Return rows of CSV text as a DataFrame of one type, with pandas's options."""
         import pandas as pd
 
         if tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1):  # before, its own floats were not always nearest
@@ -332,6 +334,7 @@ class _Parquet(Source):
         self._rows = answer["rows"]
 
     def _open_parquet(self):
+        """Return the Parquet file, read from its first byte."""
         from pyarrow import PythonFile, parquet
 
         self._file.seek(0)

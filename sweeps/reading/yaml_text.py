@@ -25,6 +25,7 @@ def read(text: str, most: int) -> Any:
 
 
 def _limit_events(parsed: Iterator, most: int) -> Iterator:
+    """Yield YAML events, and refuse the file after too many."""
     for number, event in enumerate(parsed):
         if number > most:
             allowed = f"{most:,} values in YAML, more in JSON"
@@ -33,6 +34,7 @@ def _limit_events(parsed: Iterator, most: int) -> Iterator:
 
 
 def _syntax(text: str, error: Exception) -> UnreadableError:
+    """Return the refusal of text that is not YAML, with line and reason."""
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     where = (f"line {mark.line + 1}",) if mark else ("(file)",)
     lines = text.splitlines()
@@ -43,6 +45,7 @@ def _syntax(text: str, error: Exception) -> UnreadableError:
 
 
 def _document(parsed: Iterator) -> Any:
+    """Return the only document of a stream of events as plain values; refuse other versions of YAML."""
     next(parsed)  # the stream's start
     start = next(parsed)
     if isinstance(start, events.StreamEndEvent):
@@ -63,6 +66,7 @@ def _line(event: events.Event) -> int:
 
 
 def _node(event: events.Event, parsed: Iterator, anchors: dict, where: tuple) -> Any:
+    """Return the value that begins with an event; refuse tags, unknown aliases and deep nesting."""
     here = (f"line {_line(event)}",)
     if isinstance(event, events.AliasEvent):
         if event.anchor not in anchors:
@@ -85,6 +89,7 @@ def _node(event: events.Event, parsed: Iterator, anchors: dict, where: tuple) ->
 
 
 def _sequence(parsed: Iterator, anchors: dict, where: tuple) -> list:
+    """Return the items of a sequence up to its end."""
     items = []
     while not isinstance(event := next(parsed), events.SequenceEndEvent):
         items.append(_node(event, parsed, anchors, (*where, len(items))))
@@ -92,6 +97,7 @@ def _sequence(parsed: Iterator, anchors: dict, where: tuple) -> list:
 
 
 def _mapping(parsed: Iterator, anchors: dict, where: tuple) -> Pairs:
+    """Return the pairs of a mapping up to its end, repeated keys included."""
     pairs = []
     while not isinstance(event := next(parsed), events.MappingEndEvent):
         key = _node(event, parsed, anchors, (*where, "(key)"))

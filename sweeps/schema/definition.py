@@ -56,6 +56,7 @@ class Integration(Strict):
 
     @model_validator(mode="after")
     def _check_samples(self) -> "Integration":
+        """Refuse runs with fewer than 8 or too many samples."""
         samples = self.rotations * self.samples_per_rotation
         if not (math.isfinite(samples) and 8 <= round(samples) <= MAX_SAMPLES):
             reason = f"makes {samples:.4g} samples with samples_per_rotation {self.samples_per_rotation}"
@@ -192,6 +193,7 @@ class Definition(Strict):
 
     @model_validator(mode="after")
     def _check_sample(self) -> "Definition":
+        """Refuse a `sample` with bodies, without a range, or of more points than its sequence has."""
         if self.sample is None:
             return self
         if getattr(self, "bodies", ()):
@@ -219,6 +221,7 @@ def add_num_to_ranges(values: Mapping) -> dict:
 
 
 def _with_num(entry: Any) -> Any:
+    """Return a grid's entry with `num` of its range: 2, or 1 for equal ends."""
     if not isinstance(entry, dict) or "num" in entry:
         return entry
     if "start" not in entry:  # a mapping of ranges

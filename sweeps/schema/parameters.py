@@ -44,6 +44,7 @@ SPELLED_OUT = 2**16
 
 
 def _power_of_ten(exponent: float) -> float:
+    """Return 10 to an exponent: the nearest double for a whole exponent, infinity beyond the largest."""
     if exponent.is_integer():
         return float(f"1e{exponent:.0f}")  # the decade as people write it: 10.0**23 is not 1e23
     try:
@@ -87,6 +88,7 @@ class Range(Strict):
         return index * ((self.stop - self.start) / (self.num - 1)) + self.start
 
     def _logarithmic(self, index: np.ndarray) -> np.ndarray:
+        """Return the logarithmically spaced values at indices, each rounded by itself."""
         first, last = np.log10(np.abs([self.start, self.stop]))
         exponents = index * ((last - first) / (self.num - 1)) + first
         # NumPy's pow rounds 1e-17 to 9.999…e-18, and one number otherwise than the same in an array.
@@ -95,6 +97,7 @@ class Range(Strict):
 
     @model_validator(mode="after")
     def _check(self) -> "Range":
+        """Refuse a range with coinciding values, logarithms through zero, or ends too far apart."""
         if self.num == 1:
             if self.start != self.stop:
                 raise refusal("has one value but two ends", "num ≥ 2, or start equal to stop")
@@ -202,14 +205,18 @@ def range_model(quantity: Quantity) -> type[Range]:
 
 
 def _nonzero_model(quantity: Quantity) -> type[Range]:
+    """Return the model of ranges of a quantity that may not be 0."""
+
     class Nonzero(Range):
         def at_shares(self, share: np.ndarray) -> np.ndarray:
+            """Return the range's values at fractions of its length, moved away from 0."""
             values = super().at_shares(share)
             # a share of 2^30 may be 0: it is moved by a quarter of the distance between shares
             return np.where(np.abs(values) < quantity.least, 2.0**-32 * (self.stop - self.start), values)
 
         @model_validator(mode="after")
         def _check_zero(self) -> "Nonzero":
+            """Refuse a range with a value too near 0."""
             if self._comes_near_zero(quantity.least):
                 raise refusal(f"holds the {quantity.noun} 0", f"values with {quantity.bounds}: say, an even num")
             return self

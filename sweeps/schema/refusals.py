@@ -111,6 +111,7 @@ def display(value: Any) -> str:
 
 
 def _flow_text(value: Any) -> str:
+    """Return a value as one line of YAML, cut after some entries."""
     if hasattr(value, "model_fields_set"):
         value = {key: item for key, item in value if key in value.model_fields_set}
     if isinstance(value, dict):
@@ -205,6 +206,7 @@ def validation_problems(error: "ValidationError", root: "type[BaseModel]") -> li
 
 
 def _built_in_problem(item: dict, where: tuple, root: "type[BaseModel]", with_hint: bool) -> Problem:
+    """Return the problem of one of pydantic's own errors, with the allowed values of its key."""
     model, key = root, ""  # the innermost model on the path, and the key in it
     for step in (step for step in where if not isinstance(step, int)):
         if key:

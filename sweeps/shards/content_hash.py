@@ -88,6 +88,7 @@ class _VariableHash:
         self._box, self._pieces, self.total = next(self._boxes, ()), [], hashlib.sha256()
 
     def runs(self, values: np.ndarray) -> Iterator[tuple[tuple[slice, ...], np.ndarray]]:
+        """Add values, and yield (box, values) of each run that they complete; see `ContentHash.runs`."""
         while values.size:
             size = math.prod(piece.stop - piece.start for piece in self._box)
             missing = size - sum(piece.size for piece in self._pieces)

@@ -79,6 +79,7 @@ def shard_files(folder: Path, count: int) -> list[Path]:
 
 
 def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
+    """Merge shards in the order of their points into the map at `path`; return its content hash."""
     shards = []
     for source in paths:
         with open_shard(source, sweep) as shard:
@@ -98,6 +99,7 @@ def _merge_once(sweep: Sweep, paths: Sequence[Path], path: str | Path) -> str:
 
 
 def _check_coverage(shards: Sequence[tuple[int, int, Path]], grid: Grid) -> None:
+    """Refuse shards (first point, after last point, file) with gaps or overlaps."""
     next_point = 0
     for first, after, _ in shards:
         if first != next_point:

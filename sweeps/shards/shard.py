@@ -169,6 +169,7 @@ class Shard:
             raise DamagedError(self.path, reason) from None
 
     def _check(self, structure: Structure) -> None:
+        """Refuse a file that is not a shard of this sweep, by its attributes, variables and seal."""
         attributes = {name: str(value) for name, value in structure.attributes.items()}
         variables, grid = self._sweep.variables, self._sweep.grid
         for name in (*FACTS, "seal"):

@@ -71,6 +71,7 @@ def _nothing_if_missing(ds: "xr.Dataset", draw: Callable, placeholder: Iterator 
     """Return a drawing function that returns `placeholder` if `draw` needs a variable that the map lacks."""
 
     def draw_if_possible(*place):
+        """Draw the figure, or return the placeholder if the map lacks a variable that the figure needs."""
         try:
             return draw(*place)
         except KeyError as missing:
@@ -206,6 +207,7 @@ def _write_animation(frames: Callable[[], Iterator[np.ndarray]], path: Path) -> 
 
 
 def _write_picture(draw: Callable[[], Figure | None], path: Path) -> bool:
+    """Draw a figure and save it to `path`; return False if there is nothing to draw."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):  # overflow of large numbers has no effect here
         # Matplotlib warns of scripts that its font lacks, of axes without space and of limits without extent
         warnings.simplefilter("ignore", UserWarning)

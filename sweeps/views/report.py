@@ -174,6 +174,7 @@ def _coordinate_data(description: MapDescription, name: str, page_grid) -> dict:
 
 
 def _variable_data(description: MapDescription, column: Packed, k: int) -> dict:
+    """Return the facts that the page needs of one variable: packing, words, and related variables."""
     facts = {key: value for key, value in asdict(column).items() if key != "text"}
     spec = description.specs.get(column.name)
     relations = {kind: getattr(spec, kind, "") for kind in ("role", "theory", "exact", "error")}
@@ -222,6 +223,7 @@ def _policy_hash(script: str) -> str:
 
 
 def _render_page(contents: PageContents, packed_columns: list[Packed], page_grid) -> str:
+    """Return the page's HTML from its template, with styles, scripts and packed columns."""
     description, system_page = contents.map, contents.system_page
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
@@ -286,6 +288,7 @@ def _format_place(description: MapDescription, at: Mapping[str, int]) -> list[tu
 
 
 def _confusion_table(summary: Summary, pair, table: np.ndarray) -> dict:
+    """Return the rows and columns of two flags' common counts for the page."""
     reference, name = pair
     rows, columns = list(summary.counts[reference]), list(summary.counts[name])
     nonempty = [j for j in range(len(columns)) if table[:, j].any()]

@@ -176,6 +176,7 @@ def _reduce_along(values: np.ndarray, k: int, scale, power: int) -> np.ndarray |
 
 
 def _is_constant(values: np.ndarray, first: np.ndarray) -> bool:
+    """Return True if all values equal `first` within LAW_TOLERANCE; NaN equals NaN."""
     if values.dtype.kind != "f":
         return bool((values == first).all())
     with np.errstate(invalid="ignore"):

@@ -77,6 +77,7 @@ def print_summary(console: "Console", totals: Summary, text_map: TextMap | None)
 
 
 def _count_table(totals: Summary, lead: str, appearance: Appearance) -> "Table":
+    """Return the table of points by headline and status."""
     statuses = list(dict.fromkeys(status for (_, status), number in totals.table.items() if number))
     counts = table(lead, "points", "share", *statuses, right=tuple(range(1, 3 + len(statuses))))
     for meaning in dict.fromkeys(m for m, _ in totals.table):
@@ -88,6 +89,7 @@ def _count_table(totals: Summary, lead: str, appearance: Appearance) -> "Table":
 
 
 def _worst_table(totals: Summary) -> "Table":
+    """Return the table of the largest deviations, and of the points at which they occur."""
     description = totals.description
     worst_table = table("worst", "value", "where", right=(1,))
     rows = [(_deviation_name(deviation), deviation.worst) for deviation in totals.deviations.values()]
@@ -106,6 +108,7 @@ def _deviation_name(deviation: Deviation) -> str:
 
 
 def _print_map(console: "Console", text_map: TextMap, appearance: Appearance) -> None:
+    """Print the map in characters, panel next to panel, with the names of rows and axes."""
     at = ", ".join(f"{dim} = {format_value(value)}" for dim, value in text_map.fixed.items())
     axes = f"y axis {text_map.y}" + (f", x axis {text_map.x}" if text_map.x else "")
     console.print(f"{text_map.flag}: {axes}" + (f"; {at}" if at else ""))
