@@ -58,6 +58,7 @@ def add_body(commands) -> None:
 
 
 def _body(args):
+    """Print the outcome of each spin of a body, sampled with --uncertainty; without a body, print the known names."""
     if args.uncertainty is None:
         startup.leave_out_compiler()  # loading it takes longer than a few formulas
     from sweeps.systems.rigid_body import spin_outcomes
@@ -125,6 +126,7 @@ def add_motion(commands) -> None:
 
 
 def _motion(args):
+    """Write the motion of a body or a described system as a table or a film, by the suffix of the output."""
     from sweeps.figure import sheets
     from sweeps.maps import motion
     from sweeps.systems import trajectories
@@ -227,6 +229,7 @@ def add_tumbler(commands) -> None:
 
 
 def _tumbler(args):
+    """Print the energies in both modes that give two periods, of one body (--ratios) or as ranges over all bodies."""
     from sweeps.systems.observed_periods import answers
     from sweeps.systems.observed_periods.system import WORDS
 

@@ -36,6 +36,7 @@ def add_check(commands) -> None:
 
 
 def _check(args):
+    """Print size, memory, disk and time of a valid definition; with --list, print the shipped sweeps."""
     if args.list:
         _list(catalogue.shipped_contents(), args.json)
         return
@@ -61,6 +62,7 @@ def _list(contents: dict, as_json: bool) -> None:
 
 
 def _facts(plan) -> dict:
+    """Return the mapping that `check --json` prints: path, title, dimensions, needs and proofs of a planned sweep."""
     from dataclasses import asdict
 
     from sweeps.points.estimate import count_impossible, list_shortages
@@ -79,6 +81,7 @@ def _facts(plan) -> dict:
 
 
 def _rows(plan):
+    """Yield (heading, text) of each line that `check` prints about a planned sweep."""
     from kernels.compile.cache import why_unkept
     from sweeps.points.estimate import PAGE_BYTES, count_impossible, format_duration, in_words, list_shortages
 
@@ -125,6 +128,7 @@ def add_run(commands) -> None:
 
 
 def _run(args):
+    """Run a definition to its map, figures and report, and print the name of each file."""
     from sweeps.pipeline.run import run
     from sweeps.views import drawing
 
@@ -143,6 +147,7 @@ def add_compile(commands) -> None:
 
 
 def _compile(args):
+    """Compile the kernels of a sweep, with --all those of every system; refuse if their cache cannot be kept."""
     from kernels.compile.cache import why_unkept
     from sweeps import systems
     from sweeps.points import compile_kernels
@@ -167,6 +172,7 @@ def add_shard(commands) -> None:
 
 
 def _shard(args):
+    """Measure the points of part K of N of a sweep and write them as a shard; refuse numbers out of range."""
     from sweeps.shards import shard as shards
 
     sweep = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "").sweep
@@ -195,6 +201,7 @@ def add_merge(commands) -> None:
 
 
 def _merge(args):
+    """Merge the shards of a sweep into its map, and print the content hash of the map."""
     from sweeps.shards import merging
 
     plan = catalogue.plan_sweep(catalogue.find_definition(args.definition), digest=args.digest or "")
@@ -211,6 +218,7 @@ def add_schema(commands) -> None:
 
 
 def _schema(args):
+    """Print the JSON Schema of definitions, or write it to the output."""
     from sweeps.points import loading
 
     text = json.dumps(loading.json_schema(args.systems), indent=1)

@@ -25,6 +25,7 @@ def add_show(commands) -> None:
 
 
 def _show(args):
+    """Print the summary of a map and a drawing in characters at the chosen values; with --json, only the summary."""
     from sweeps.maps import selection, storage, summary
     from sweeps.maps.description import without_extra_dimensions
     from sweeps.views import textmap
@@ -42,6 +43,12 @@ def _show(args):
 
 
 def _facts(totals) -> dict:
+    """Return the summary of a map as the mapping that `show --json` prints.
+
+    Its keys: title, system, source, content_hash, dimensions, points, compared, impossible (numbers of points), counts
+    (flag variable → meaning → points), table (regime → status → points), unlike (flag variable → points that differ
+    from theory), deviations and checks (variable → largest value, its place, and number of points).
+    """
     description = totals.description
 
     def as_entry(worst):
@@ -83,6 +90,7 @@ def add_point(commands) -> None:
 
 
 def _point(args):
+    """Print all variables at the grid point nearest to the coordinates; with --trajectory, write its motion."""
     from sweeps.maps import motion, selection
 
     if args.trajectory:
@@ -96,6 +104,7 @@ def _point(args):
 
 
 def _print(row, places, as_json: bool) -> None:
+    """Print coordinates and variables of one point, as a table or as JSON."""
     if as_json:
         printing.print_json({"point": _entries(row, row.coords), "variables": _entries(row, row.data_vars)})
         return
@@ -131,6 +140,7 @@ def _value(variable) -> str:
 
 
 def _plain(variable):
+    """Return the value of a variable for JSON, a number or a list, with flags replaced by their meanings."""
     from sweeps.schema.datasets import flags
 
     value, meanings = variable.values.tolist(), flags(variable)
@@ -160,6 +170,7 @@ def add_slice(commands) -> None:
 
 
 def _slice(args):
+    """Write the plane of a map through the chosen grid values to a netCDF file, and print the values used."""
     from sweeps.maps import selection, storage
     from sweeps.maps.description import extra_dimensions
     from sweeps.shards.mapfile import write_part
@@ -227,6 +238,7 @@ def add_figures(commands) -> None:
 
 
 def _figures(args):
+    """Draw the figures of a map; a second process draws some of them unless --only selects few."""
     from sweeps.views import drawing
 
     sheet = _sheet(args.size)
@@ -235,6 +247,7 @@ def _figures(args):
 
 
 def _draw(args, sheet, worker):
+    """Draw the figures of a map at the chosen coordinates, and print the files and the grid values used."""
     from sweeps.maps import selection
     from sweeps.views import drawing, figures
 
@@ -275,6 +288,7 @@ def add_report(commands) -> None:
 
 
 def _report(args):
+    """Write the report of a map as one HTML file, and print its name."""
     from sweeps.views import figures, report
 
     with figures.open_to_draw(args.map) as ds:
@@ -299,6 +313,7 @@ def add_verify(commands) -> None:
 
 
 def _verify(args):
+    """Compare a map with its definition and with points measured again; print each check, and return 1 if one fails."""
     from sweeps.maps import verify
 
     checks = verify.verify_map(args.map, args.points, args.seed, args.definition, args.any_kernels)

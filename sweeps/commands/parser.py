@@ -38,12 +38,14 @@ class Parser(argparse.ArgumentParser):
         return namespace
 
     def _check_value(self, action, value):
+        """Refuse a value that is not among the choices of an option, with the nearest choice."""
         if action.choices is None or value in action.choices:
             return
         what = f"{cut_text(repr(value))} is unknown{hint(value, action.choices)}"
         raise argparse.ArgumentError(action, f"{what}; allowed: {', '.join(action.choices)}")
 
     def _without_coordinates(self, arguments: list[str]) -> tuple[list[str], dict[str, str]]:
+        """Return (other arguments, coordinates): options unknown to the command are taken for coordinates."""
         command_words, coordinates = [], {}
         while self.takes_coordinates and arguments:
             name, equals, value = (text := arguments.pop(0)).partition("=")

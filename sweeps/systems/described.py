@@ -103,6 +103,7 @@ class Described(Dynamics):
             return with_name(self.name, self._model)
 
     def _model(self):
+        """Derive the equations of motion; refuse equations that contain the time without a period."""
         from sweeps.mechanics.model import Model
 
         model = Model(self.description)

@@ -37,6 +37,7 @@ def rates_of(equations: "Equations") -> Callable:
     forces, mass = (sp.lambdify(arguments, e, ["scipy", "numpy"]) for e in expressions)
 
     def rates(parameters, x, t=0.0):
+        """Return the time derivative of the states x; the mass matrix gives the accelerations."""
         f = np.array([complex(y) for y in forces(*parameters, *x, t)])
         if equations.v:
             f[equations.m :] = np.linalg.solve(np.array(mass(*parameters, *x, t), dtype=complex), f[equations.m :])

@@ -50,6 +50,7 @@ def parse_rows(*parts: str | Variable) -> dict[str, Variable]:
 
 
 def _parse_row(text: str) -> Variable:
+    """Return the variable that a row of `parse_rows` describes."""
     row, _, comment = re.sub(r"\n +", " ", text).partition(" comment: ")
     row, _, flags = row.partition(" flags: ")
     row, _, role = row.removesuffix("]").partition(" [")

@@ -142,6 +142,7 @@ def _names_with_units(defaults, unit_of) -> str:
 
 
 def _state_columns(equations):
+    """Yield (name, unit, meaning) of each coordinate or state, then of each velocity."""
     for place in equations.places:
         yield place.name, place.unit, place.meaning
     for place in equations.places if equations.v else ():

@@ -28,6 +28,7 @@ WORDS = {"sam": "short-axis mode", "lam": "long-axis mode"}
 
 
 def _mode(mode: str) -> str:
+    """Return the rows of `parse_rows` for the variables of one mode, sam or lam."""
     words = WORDS[mode]
     return f"""
     exclusion_{mode}      1  standard errors by which the observed ratio of periods is below the minimum of the {words}
@@ -203,6 +204,7 @@ def period_ratio(moments: np.ndarray, energy: float) -> float:
     K = float(ellipk(m))
 
     def rate(u):
+        """Return the rotation rate of the axis of least inertia about L at the elliptic argument u."""
         sn, cn, dn, _ = ellipj(u, m)
         along, second, encircled = a * cn, b * sn, c * dn
         third = along if long else encircled
@@ -234,6 +236,8 @@ def energy_of(point: Mapping[str, float], mode: str) -> float:
 
 
 def _reference(mode: str, words: str, *more: Reference) -> Reference:
+    """Return the reference for the energy of a mode: SciPy's root for the observed ratio of periods, and `more`."""
+
     def allowed(point: Mapping[str, float], integration) -> float:
         return MAX_DEVIATION * max(point["I1"], point["I2"], point["I3"]) / min(point["I1"], point["I2"], point["I3"])
 

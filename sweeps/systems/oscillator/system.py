@@ -118,6 +118,7 @@ class OscillatorDefinition(Definition):
 
     @model_validator(mode="after")
     def _check_direction(self) -> "OscillatorDefinition":
+        """Check that `direction` has a number for each moving coordinate, and `degenerate` a single coordinate."""
         direction = self.integration.direction
         if direction is not None and len(direction) != len(self.moving_names):
             reason = f"has {len(direction)} numbers"

@@ -218,6 +218,7 @@ def reference_of(system: Periodic) -> Reference:
 
     @cache
     def trace(parameter_values, slot):
+        """Return the trace of the monodromy matrix, or NaN if the period is too long for a tolerable error."""
         from scipy.integrate import solve_ivp
 
         base, n = (

@@ -175,6 +175,7 @@ def draw(
 
 
 def _subtitle(ds: Dataset, specs: Specs, comparisons: list[Agreement], appearance: Appearance) -> str:
+    """Return title, numbers of points by regime and by status, largest deviation and integration error, one a line."""
     stride, first = comparisons[0].stride, comparisons[0]
     suffix = "th" if stride % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(stride % 10, "th")
     drawn_fraction = "all drawn" if stride == 1 else f"every {stride:,}{suffix} drawn"
@@ -220,6 +221,7 @@ def _groups(ds: Dataset, specs: Specs, columns: Mapping[str, np.ndarray], appear
 
 
 def _draw_comparison(ratio_ax: Axes, theory_ax: Axes, comparison: Agreement, groups: list[tuple]) -> None:
+    """Draw measured-to-theory ratios over ε in one panel, and reported errors and deviations over theory."""
     columns = comparison.columns
     theory = np.maximum(columns["theory"], MIN_THEORY * np.nanmax(columns["theory"]))
     with_theory = (columns["status"] == 0) & (columns["theory"] > 0)

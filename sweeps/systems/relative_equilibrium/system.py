@@ -217,6 +217,7 @@ class Linearised:
         return self._cached_solve(parameters, self.model.system.names.index(str(point["equilibrium"])))
 
     def _solve(self, parameters, slot):
+        """Return eigenvalues from the Jacobian and from integrated motions, NaN away from an equilibrium."""
         point = {name: np.array([value]) for name, value in zip(self.model.names, parameters, strict=False)}
         theory = self.model.theory(point | {"equilibrium": np.array([slot])})
         x, S, sizes = np.zeros(self.model.equations.n), float(theory["scale"][0]), theory["sizes"][0]
@@ -299,6 +300,8 @@ def _growth(eigenvalues: Eigenvalues, _) -> tuple[float, float]:
 
 
 def _invariant(name: str) -> Callable:
+    """Return (eigenvalues, _) → (value, error) of an invariant of two modes: S = Σλ²/2, D = Πλ or S² - 4D."""
+
     def value(eigenvalues, _):
         S, D = 0.5 * (eigenvalues.values**2).sum().real, eigenvalues.values.prod().real
         values = {"sum_of_squares": S, "product_of_squares": D, "discriminant": S * S - 4.0 * D}

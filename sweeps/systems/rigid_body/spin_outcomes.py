@@ -68,6 +68,7 @@ def predict_spins(moments: Moments, omega0: float, epsilon: float, phase: float,
 
 
 def _predict_spin(moments, axis: int, omega0: float, epsilon: float, phase: float) -> Spin:
+    """Return the outcome of a spin in closed form: regime, periods, largest tilt and twist; `moments` in kg m2."""
     regime = REGIMES[int(linear.regime(*moments, axis))]
     rate = math.sqrt(abs(float(linear.omega_squared(*moments, omega0, axis))))
     point = dict(zip(MOMENTS, moments, strict=True), axis=axis, omega0=omega0, epsilon=epsilon, phase=phase)
@@ -266,6 +267,7 @@ def axes_of(value: object) -> Axes:
 
 
 def _body_lines(body: SpunBody) -> Iterator[str]:
+    """Yield lines on a body: mass and size of its mesh, its principal axes, or its moments, and if it is impossible."""
     if (solid := body.solid) is not None:
         size = " × ".join(f"{edge:.4g}" for edge in solid.extents)
         yield f"{solid.mass:.4g} kg, {solid.volume:.4g} m³, {size} m, {solid.faces:,} faces"
@@ -281,6 +283,7 @@ def _body_lines(body: SpunBody) -> Iterator[str]:
 
 
 def _observation_lines(body: SpunBody) -> Iterator[str]:
+    """Yield lines with the observed period and the note of a body, as far as it has them."""
     if body.observed is not None:
         yield f"observed: {format_span(body.observed.period_days * DAY)}, {body.observed.what}"
     if body.note:

@@ -174,6 +174,7 @@ class RigidBodyIntegration(Integration):
 
     @model_validator(mode="after")
     def _check_variables(self) -> "RigidBodyIntegration":
+        """Check that all `variables` are variables of this sweep; refuse the unknown ones."""
         names, problems = self._possible, []
         for i, name in enumerate(self.variables or ()):
             if name not in names:

@@ -83,6 +83,7 @@ class Tumbler(Body):
 
     @model_validator(mode="after")
     def _check_energy(self) -> "Tumbler":
+        """Check that the energy is at most the maximum of this body, I_max/I_min."""
         max_energy = max(self.moments) / min(self.moments)
         if self.energy is not None and self.energy > max_energy:
             reason = "is above the maximum of this body"

@@ -62,6 +62,7 @@ def normals(method: str, dimension: int, draws: int, seed: int, stream: int = 0,
 
 
 def _uniforms(method: str, dimension: int, size: int, rng: np.random.Generator) -> np.ndarray:
+    """Return uniform samples inside (0, 1), shape (size, dimension), by the method sobol, latin or random."""
     if method == "random":
         return np.clip(rng.random((size, dimension)), *UNIFORM_BOUNDS)
     from scipy.stats import qmc

@@ -129,6 +129,7 @@ class _Body:
         return _kernel_points(self.distribution, self.moments[draws], rotations, self.normals[draws], spin)
 
     def _rates(self, points: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return measured regimes and rates of points, with epsilon at most `MAX_RATE_EPSILON`."""
         from kernels.near_axis import survey
 
         integration = self.integration
@@ -177,6 +178,7 @@ class _Body:
     # -- statistics
 
     def _linear_summary(self, rates: Mapping[str, np.ndarray], spin: SpinSettings) -> dict:
+        """Return probabilities and quantiles of the growth rates of all draws, and the class of stability."""
         a = spin.axis - 1
         other_moments = [self.moments[:, axis] for axis in range(3) if axis != a]
         middle = (self.moments[:, a] > other_moments[0]) != (self.moments[:, a] > other_moments[1])
@@ -202,6 +204,7 @@ class _Body:
         }
 
     def _flip_summary(self, nonlinear: Mapping[str, np.ndarray], rate: np.ndarray) -> dict:
+        """Return the probability of a flip within the requested turns, and quantiles of flip period, tilt and twist."""
         shape = self.shape[0], rate.size // self.shape[0]
         turns = nonlinear["flip_period"] * np.abs(rate) / (2 * math.pi)
         summary = _summarize_share("probability_flip", (turns <= self.sampling.turns).reshape(shape))
@@ -243,6 +246,7 @@ class _Body:
         return {f"sensitivity_{kind}": values for kind, values in indices.items()}
 
     def _draw_columns(self, rates, nonlinear, flip_draws) -> dict[str, np.ndarray]:
+        """Return the columns of all draws; quantities of flips are NaN for draws that were not integrated to flips."""
         columns = dict(zip(MOMENTS, self.moments.T, strict=True)) | {"regime": rates["regime"]}
         columns |= {name: rates[f"{name}_reduced"] for name in ("growth_rate", "frequency")}
         for name, values in nonlinear.items():

@@ -109,6 +109,7 @@ def outcome_rows(result: Answer) -> list[tuple[str, str]]:
 
 
 def _describe_outcome(axis: int, summary: Mapping, result: Answer) -> str:
+    """Return the outcome of a spin in words: probabilities, times, twist and the main source of uncertainty."""
     text = f"P(unstable) {_format_probability(summary, 'unstable', summary['draws'])}"
     text += f"; P(intermediate axis) {_format_probability(summary, 'middle', summary['draws'])}"
     theory = summary["probability_middle_theory"]

@@ -143,7 +143,10 @@ Fraction = Annotated[float, BeforeValidator(read_fraction, json_schema_input_typ
 
 
 def _fractions(count: int):
+    """Return a validator of `count` uncertainties, each a fraction or a percentage; a single one counts for all."""
+
     def check(value: Any) -> tuple[float, ...]:
+        """Return the fractions as a tuple; refuse another number of them."""
         values = value if isinstance(value, tuple | list) else (value,) * count
         if len(values) != count:
             raise refusal(f"has {len(values)} fractions", f"{count} of them, or one for all")
@@ -153,6 +156,7 @@ def _fractions(count: int):
 
 
 def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
+    """Return a covariance of 3 moments or 6 entries of a tensor as a tuple of rows; refuse other sizes."""
     rows = value if isinstance(value, tuple | list) else ()
     sizes = {len(row) if isinstance(row, tuple | list) else 0 for row in rows}
     if len(rows) not in (3, 6) or sizes != {len(rows)}:
@@ -161,6 +165,7 @@ def _covariance(value: Any) -> tuple[tuple[float, ...], ...]:
 
 
 def _phase(value: Any) -> float | str:
+    """Return the standard deviation of a phase in rad, or "any"; refuse negative ones."""
     if value == distribution.ANY:
         return value
     allowed = f"a standard deviation ≥ 0 in rad, or {distribution.ANY}"
@@ -191,6 +196,7 @@ class Uncertainty(Strict):
 
     @model_validator(mode="after")
     def _check_one(self) -> "Uncertainty":
+        """Check that exactly one of the ways to give an uncertainty is used, or only that of the spin."""
         entries = [name for name in ("moments", "tensor", "covariance", "inertia") if getattr(self, name) is not None]
         if len(entries) > 1:
             value = display(getattr(self, entries[1]))
@@ -274,6 +280,7 @@ class UncertainDefinition(NearAxisDefinition):
 
     @model_validator(mode="after")
     def _check_uncertainty(self) -> "UncertainDefinition":
+        """Check that there are bodies, and that the uncertainty of each can be applied to it."""
         if not self.bodies:
             raise refusals([Problem(("bodies",), "", "is missing", "a list of bodies, each with its moments")])
         problems = []
@@ -292,6 +299,7 @@ class UncertainDefinition(NearAxisDefinition):
 
 
 def _distribution(body: UncertainBody, uncertainty: Uncertainty) -> distribution.Distribution:
+    """Return the distribution of moments or tensor of a body; refuse uncertainties that cannot be applied to it."""
     moments = np.array(body.moments)
     if reason := shapes.violation(body.moments):
         value = ", ".join(f"{moment:.6g}" for moment in moments)
@@ -421,6 +429,7 @@ def _max_draws(definition: UncertainDefinition) -> int:
 
 
 def _store(columns: dict[str, np.ndarray], number: int, summary: Mapping, draws: Mapping, inputs: list[int]) -> None:
+    """Store summary and draws of spin number `number` in the columns; sensitivities at the body's own inputs."""
     for name, values in summary.items():
         if name.startswith("sensitivity"):
             columns[name][number, inputs] = values

@@ -102,6 +102,7 @@ def motion_near(point: xr.Dataset, regime: str, model: "Model") -> Run | None:
 
 
 def _draw(model, point, runs, q, times):
+    """Yield the frames of the film: the picture, and the potential with a moving dot for each run, with a clock."""
     words = ",  ".join(animation.format_parameters(model.system, point))
     figure = animation.empty_stage(INCHES, DOTS, model.system.title, words, (11.0, 7.5))
     for k, run in enumerate(runs):
@@ -190,6 +191,7 @@ def _dot_setter(ax, runs, q, project):
     trail_length = TRAIL * FINER * sheets.current_film.get().frame_factor
 
     def move(k):
+        """Move each dot to instant k, and its trail to the instants before; return these artists."""
         for trail, dot, states in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):
             x, y = project(states)
             jumps = 1 + np.flatnonzero((np.abs(np.diff(x)) > math.pi) | (np.abs(np.diff(y)) > math.pi))

@@ -45,6 +45,7 @@ def frames(motion: "xr.Dataset", model: "Model") -> Iterator[np.ndarray]:
 
 
 def _panels(figure, count: int, x: float):
+    """Add `count` axes above one another, from `x` to the right edge of the figure, with times below the last only."""
     height = 0.68 / count
     panels = [figure.add_axes((x, 0.84 - (k + 1) * height, 0.97 - x, 0.86 * height)) for k in range(count)]
     for ax in panels:

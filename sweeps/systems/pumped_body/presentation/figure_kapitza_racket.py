@@ -95,6 +95,7 @@ def integrate(point: dict[str, float], inverse: bool, times: np.ndarray) -> tupl
 
 
 def _draw(point, times, motions):
+    """Yield the frames of the film: the modulated and the unmodulated body, and the tilt of L over time for both."""
     axis, trail_length = int(point["axis"]), FINER * TRAIL * sheets.current_film.get().frame_factor
     depths = ", ".join(f"I{i} by {100 * abs(point[f'depth{i}']):.3g} %" for i in (1, 2, 3) if point[f"depth{i}"])
     moments = ", ".join(wording.format_number(point[f"I{i}"], 4) for i in (1, 2, 3))
@@ -113,6 +114,7 @@ def _draw(point, times, motions):
     trace.spines[["top", "right"]].set_visible(False)
 
     def steps():
+        """Yield the artists of each frame, set to its instant."""
         for index in range(0, times.size, FINER):
             artists = []
             for scene, (moments, L, attitude), (dot, tilt) in zip(scenes, motions, dots, strict=True):

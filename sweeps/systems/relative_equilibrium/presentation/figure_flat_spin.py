@@ -83,6 +83,7 @@ def tilt_angle(momenta: np.ndarray) -> np.ndarray:
 
 
 def _draw(point, times, momenta):
+    """Yield the frames of the film: the path of L on the body's sphere, and its tilt over time with linear theory."""
     moments = ("axial_moment", "transverse_moment", "slug_moment")
     axial, transverse, slug = (wording.format_number(point[name], 3) for name in moments)
     words = f"moment about its axis {axial} of {transverse} kg m², slug {slug} kg m²"
@@ -102,6 +103,7 @@ def _draw(point, times, momenta):
     finer = sheets.current_film.get().frame_factor
 
     def frames():
+        """Yield the artists of each frame, set to its instant."""
         for index in range(0, FINER * (FRAMES * finer + 1), FINER):
             path.set_data(*directions[max(0, index - TRAIL * finer * FINER) : index + 1].T)
             dot.set_data([times[index]], [degrees[index]])

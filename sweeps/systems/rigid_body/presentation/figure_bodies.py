@@ -70,6 +70,7 @@ def _select_bodies(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _subtitle(ds: xr.Dataset, subset: xr.Dataset) -> str:
+    """Return title, number of bodies drawn, and the spin that they share."""
     fixed_values = {name: float(subset[name]) for name in ("omega0", "epsilon", "phase") if subset[name].ndim == 0}
     body_symbols = [APPEARANCE.symbol(name) for name in ("omega0", "epsilon", "phase") if subset[name].ndim]
     bodies = wording.format_count(ds.sizes["body"], "body", "bodies")
@@ -199,6 +200,8 @@ def _draw_periods(ax: Axes, periods: list[Period], inches: float) -> None:
 
 
 def _write_period_texts(ax: Axes, period: Period, row: int, y: float, inches: float) -> None:
+    """Write heading, period values at their marks, and the note of a measured period into its row."""
+
     def write(text, depth, **props):
         ax.text(0.02, row + depth / inches, text, transform=ax.get_yaxis_transform(), va="top", **props)
 
@@ -219,6 +222,7 @@ def _write_period_texts(ax: Axes, period: Period, row: int, y: float, inches: fl
 
 
 def _format_days(value: float) -> str:
+    """Return a time in days with two decimals, or three digits below 0.01 d, without trailing zeros."""
     if value < 0.01:
         return f"{wording.format_number(value, 3)} d"
     text = f"{value:,.2f}" if value < 10_000 else f"{value:,.0f}"

@@ -51,6 +51,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _subtitle(ds: xr.Dataset, total: int, fits: xr.Dataset) -> str:
+    """Return title, number of bodies, the count of exponents near the expected one, and the range of the fit."""
     rows = fits.sizes["body"]
     bodies = (f"{rows} of " if rows < total else "") + wording.format_count(total, "body", "bodies")
     slopes = fits["slope"].values[np.isfinite(fits["slope"].values)]
@@ -85,6 +86,7 @@ def select_bodies(ds: xr.Dataset) -> tuple[xr.Dataset, int]:
 
 
 def _line_props(body: int, colored_bodies: list[int]) -> dict:
+    """Return colour and marker of a body's curve: grey without a marker unless the body is highlighted."""
     if body not in colored_bodies:
         return {"color": GREY, "marker": "none"}
     index = colored_bodies.index(body)
@@ -92,6 +94,7 @@ def _line_props(body: int, colored_bodies: list[int]) -> dict:
 
 
 def _draw_panel(ax: Axes, fits: xr.Dataset, mask: xr.DataArray, colored_bodies: list[int]) -> None:
+    """Draw deviations over ε of each (body, axis) in the mask, the fitted range and a line of the expected slope."""
     ax.set(xscale="log", yscale="log", xlabel=r"perturbation $\varepsilon$, relative to $\omega_0$")
     epsilon = fits["epsilon"].values
     ax.axhspan(MIN_FIT_DEVIATION, MAX_FIT_DEVIATION, color=colors.BAND, zorder=0, lw=0)
@@ -149,6 +152,7 @@ def _draw_table(ax: Axes, fits: xr.Dataset, colored_bodies: list[int]) -> None:
 
 
 def _cell_text(fit: xr.Dataset) -> tuple[str, str]:
+    """Return text and colour of a fitted exponent: "!" marks an unexpected one, "no law" a missing fit."""
     theory, slope = float(fit["theory"]), float(fit["slope"])
     if not theory:
         return r"$\Omega^2=0$", colors.QUIET

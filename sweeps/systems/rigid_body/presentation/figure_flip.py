@@ -179,6 +179,7 @@ def _draw(captions: _Captions, moments, times, omegas, attitude_matrices) -> Ite
     handle, trail_length = int(np.argmin(moments)), FINER * TRAIL * sheets.current_film.get().frame_factor
 
     def frames() -> Iterator[list[Artist]]:
+        """Yield the artists of each frame: the body with its trail, and a dot on each component of ω."""
         for k, matrix in enumerate(attitude_matrices[::FINER]):
             for dot, component in zip(dots, omegas[k], strict=True):
                 dot.set_data([times[k]], [component])

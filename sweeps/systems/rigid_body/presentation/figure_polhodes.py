@@ -142,6 +142,7 @@ def asymmetry(moments: np.ndarray) -> np.ndarray:
 
 
 def _subtitle(ds: Dataset, body: AsymmetricBody) -> str:
+    """Return the map's title with name and moments of the body drawn."""
     pairs = zip(MOMENTS, body.moments, strict=True)
     values = ",  ".join(f"${name[0]}_{name[1]}$ = {wording.format_number(x, 4)}" for name, x in pairs)
     units = f" {body.units}" if body.units else "  (ratios)"

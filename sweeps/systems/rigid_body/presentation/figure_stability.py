@@ -147,6 +147,7 @@ def _select_plane(
 
 
 def _draw_map(figure, plane, axis, sides, fixed) -> Figure:
+    """Draw signed rates over a plane of two moments, with statuses, boundaries, regions and bodies."""
     ax = figure.add_subplot()
     x, y = (axis_scales.cell_edges(plane[name]) for name in sides)
     mesh = _draw_cells(ax, x, y, plane)
@@ -165,6 +166,7 @@ def _draw_map(figure, plane, axis, sides, fixed) -> Figure:
 
 
 def _draw_cells(ax: Axes, x, y, plane: Mapping[str, np.ndarray]):
+    """Draw signed rates as coloured cells, with a colour range symmetric about 0 and fitted to possible bodies."""
     rate = np.ma.masked_invalid(plane["signed_rate"])
     possible = np.ma.masked_where(plane["triangle_margin"] < 0, rate)
     scale = possible if possible.count() else rate
@@ -337,6 +339,7 @@ def _name_regions(ax: Axes, plane: Mapping[str, np.ndarray], sides, lines: Mappi
 
 
 def _write_inside(ax: Axes, text: str, points: np.ndarray, obstacles: np.ndarray) -> None:
+    """Write the text at the point farthest from frame and obstacles, in axes coordinates; skip it without room."""
     lines = text.split("\n")
     half_size = np.array([0.011 * max(map(len, lines)) + 0.012, 0.02 * len(lines) + 0.02])  # half width and height
     frame_distance = np.min(np.minimum(points, 1.0 - points) / half_size, axis=1)
@@ -380,6 +383,7 @@ def draw_color_bar(figure: Figure, ax: Axes, mesh) -> None:
 
 
 def _draw_curve(figure, line_values, axis, sides, fixed) -> Figure:
+    """Draw measured signed rates over the only moment that varies, with theory, boundaries and impossible ranges."""
     (name,) = sides
     ax = figure.add_subplot()
     cells = axis_scales.cell_edges(line_values[name])

@@ -106,6 +106,7 @@ def _bin_rates(ds: Dataset, axis: int, edges: np.ndarray) -> np.ndarray:
 
 
 def _draw_panel(ax: Axes, ds: Dataset, axis: int, is_large: bool):
+    """Draw signed rates about one axis on the triangle of inertia, as cells, binned rates or dots; return them."""
     props: dict[str, Any] = {
         "cmap": sheets.color_map("signed"),
         "norm": Normalize(-1, 1),
@@ -144,6 +145,7 @@ def _name_regions(ax: Axes, axis: int, is_large: bool) -> None:
 
 
 def _name_bodies(ax: Axes) -> None:
+    """Mark known bodies by dots with their names."""
     for name, (x, y, _), offset, alignment in real_bodies():
         ax.plot([x], [y], "o", ms=5.5, color=colors.INK, mec=colors.PAPER, mew=1.0, zorder=6, clip_on=False, gid="body")
         if name:

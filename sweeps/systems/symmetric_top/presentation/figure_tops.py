@@ -113,6 +113,7 @@ def _cone_rim(tilt: float, opening: float) -> np.ndarray:
 
 
 def _draw_cones(ax: Axes, ratio: float, half_angle: float) -> None:
+    """Draw space and body cone of a top from the side, with L, ω and axis 3; angles in rad, `ratio` is I3/I1."""
     theta, omega_angle = cone_angles(ratio, half_angle)
     space = (0.0, abs(omega_angle), SPACE, "space cone, about L")
     for tilt, opening, color, label in (space, (theta, half_angle, BODY, "body cone, about the figure axis")):

@@ -33,6 +33,7 @@ def draw_periods(ds: xr.Dataset, ax: Axes | None = None) -> Figure | None:
 
 
 def _draw_planes(ds: xr.Dataset, place: Axes | None) -> Figure:
+    """Draw the ratio of periods over I1/I3 and I2/I3, in a panel for each of several energies."""
     subtitle = f"{ds.attrs.get('title', '')}\nclosed form; at each energy $E = 2TI_3/L^2$"
     shared_axes = {"sharex": True, "sharey": True}
     figure, axes = canvas.make_panels(
@@ -54,6 +55,7 @@ def _draw_planes(ds: xr.Dataset, place: Axes | None) -> Figure:
 
 
 def _draw_plane(ax, plane: xr.Dataset):
+    """Draw log10 P_psi/P_phi over I1/I3 and I2/I3 at one energy, with the separatrix; return the coloured cells."""
     I3 = float(plane["I3"])
     x, y = plane["I1"].values / I3, plane["I2"].values / I3
     ratio = plane["period_ratio"].transpose("I2", "I1").values
@@ -88,6 +90,7 @@ def _period_ratio_curve(body, energies):
 
 
 def _draw_curves(ds: xr.Dataset, place: Axes | None) -> Figure:
+    """Draw the ratio of periods of each body over energy, or as a dot for a single energy."""
     figure = canvas.make_figure(8.0, 5.0, TITLE, f"{ds.attrs.get('title', '')}\nlong-axis convention", ax=place)
     ax, is_curve = figure.subplots(), "energy" in ds.dims
     for order, name in enumerate(ds["body"].values.tolist()):

@@ -45,6 +45,7 @@ def draw(ds: xr.Dataset, ax: Axes | None = None) -> Figure:
 
 
 def _draw_axis(probability_ax, rate_ax, bodies: xr.Dataset, axis: int) -> None:
+    """Draw probabilities of instability, and median growth rates with 90 % ranges, of all bodies about one axis."""
     y = np.arange(bodies.sizes["body"]) + OFFSETS[axis]
     color = colors.SERIES_COLORS[axis - 1]
     probability = bodies["probability_unstable"].values
@@ -86,6 +87,7 @@ def draw_cloud(name: str, subtitle: str, axes: dict[int, tuple[dict, dict]]) -> 
 
 
 def _draw_background(ax, axis: int, limit: float):
+    """Draw theory's growth rate over I1/I3 and I2/I3, with impossible bodies hatched; return the coloured cells."""
     values = (np.arange(STEPS) + 0.5) * limit / STEPS
     x, y = np.meshgrid(values, values)
     rate2 = linear.omega_squared(x, y, np.ones_like(x), 1.0, axis)

@@ -108,6 +108,7 @@ def _rows(values: np.ndarray) -> np.ndarray:
 
 
 def _describe_column(ds: Dataset, name: str) -> dict:
+    """Return name, long name, units and flags of a column of draws, for the page's script."""
     spec = DRAW_VARIABLES[name]
     units = "" if spec.units in (None, "1") else spec.units
     meanings = flags(ds[name]) if name in ds.data_vars else {}
