@@ -12,7 +12,7 @@ from sweeps.maps import storage
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = ("howto/bodies", "howto/points", "howto/python", "howto/report", "tutorials/cluster")
+PAGES = ("howto/bodies", "howto/check-cases", "howto/points", "howto/python", "howto/report", "tutorials/cluster")
 TEXT = "\n".join([README, *((ROOT / f"sweeps/handbook/text/{page}.md").read_text(encoding="utf-8") for page in PAGES)])
 BLOCK = re.compile(r"(?:<!-- run by (\S+) -->\n\n)?```sh\n(.*?)```", re.DOTALL)
 ELSEWHERE = {

@@ -1,0 +1,365 @@
+"""Free rotations in 40 digits, by two closed forms and a Taylor series: makes the check cases that ship.
+
+`PYTHONPATH=. python tests/check_cases.py` writes `sweeps/systems/rigid_body/check_cases.nc` in a few minutes. All
+three ways begin at exact decimals and share no formula but Euler's equations; rows are written if they agree to 1e-40.
+
+Signs: J w' = (J w) x w with moments J, q' = q (0, w)/2, q scalar first, from the body to space. Of the principal axes,
+s is the intermediate one, d that which the angular momentum encircles, c the third; m1 = 1 - m.
+"""
+
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import mpmath as mp
+import numpy as np
+
+DIGITS, AGREEMENT, ROWS = 60, 1e-40, 1001
+TAYLOR_ORDER = 40
+PATH = Path(__file__).parents[1] / "sweeps/systems/rigid_body/check_cases.nc"
+BOUND = 2.0**-52  # rad: each part of a quaternion is rounded by 2^-54, hence the attitude by four times that
+
+
+class Case(NamedTuple):
+    """A check case; all numbers are exact in decimal and in binary."""
+
+    name: str
+    title: str
+    moments: tuple[str, str, str]
+    omega: tuple[str, str, str]
+    step: str  # s, between rows
+    unit: str = "rad s-1"  # of omega
+
+
+CASES = (
+    Case("sphere", "sphere: ten rotations about a fixed axis", ("1", "1", "1"), ("0.25", "-0.5", "0.75"), "0"),
+    Case("plate", "plate (I1 + I2 = I3): five flips", ("1", "2", "3"), ("0.125", "1", "0.0625"), "0"),
+    Case("separatrix_2", "near the separatrix, 1 - m = 1/101: five flips", ("1", "2", "3"),
+         ("0.09375", "0.9375", "0"), "0"),
+    Case("separatrix_6", "near the separatrix, 1 - m = 1/(1 + 1e6): five flips", ("1", "2", "3"),
+         ("0.0009765625", "0.9765625", "0"), "0"),
+    Case("separatrix_12", "near the separatrix, 1 - m = 1/(1 + 1e12): five flips", ("1", "2", "3"),
+         ("9.5367431640625e-7", "0.95367431640625", "0"), "0"),
+    Case("short_axis", "short-axis mode: ten wobbles", ("2", "3", "4"), ("0.5", "-0.25", "1"), "0"),
+    Case("long_axis", "long-axis mode: ten wobbles", ("2", "3", "4"), ("1", "0.25", "-0.125"), "0"),
+    Case("rod", "rod, I1 = I2/64: ten wobbles", ("1", "64", "64"), ("1", "0.5", "0.25"), "0"),
+    Case("brick", "brick of NASA's check case 2, relative to inertial axes; moments in 1e-9 slug ft2: ten wobbles",
+         ("1894220", "6211019", "7194665"), ("10", "20", "30"), "0.1875", "deg s-1"),
+    Case("racket", "tennis racket (Wilson T-2000), moments in 1e-5 kg m2: five flips", ("121", "1638", "1748"),
+         ("0.0625", "8", "-0.03125"), "0"),
+    Case("cubesat", "6U CubeSat, a uniform box of 10 x 20 x 30 units, about its intermediate axis: five flips",
+         ("500", "1000", "1300"), ("-0.0078125", "0.125", "0.00390625"), "0"),
+    Case("wobble", "wobble of 1e-8 of the spin: ten wobbles", ("2", "3", "4"),
+         ("5.9604644775390625e-8", "0", "5.9604644775390625"), "0"),
+    Case("retrograde", "spin against axis 1, moments not ascending: ten wobbles", ("5", "2", "4"),
+         ("-1", "0.25", "0.375"), "0"),
+)  # fmt: skip
+
+
+def start_of(case):
+    """Moments and angular velocity, rad/s."""
+    factor = mp.pi / 180 if case.unit == "deg s-1" else mp.mpf(1)
+    return [mp.mpf(x) for x in case.moments], [mp.mpf(x) * factor for x in case.omega]
+
+
+def span(case):
+    """Duration of five flips, ten wobbles or ten rotations, s."""
+    J, w = start_of(case)
+    if J[0] == J[1] == J[2]:
+        return 20 * mp.pi / mp.norm(w)
+    if len(set(case.moments)) == 2:
+        a = next(i for i in range(3) if case.moments.count(case.moments[i]) == 1)
+        return 20 * mp.pi / abs(w[a] * (J[a] - J[a - 1]) / J[a - 1])
+    top = Top(J, w)
+    return (10 if "flips" in case.title else 40) * top.K / top.p
+
+
+def step_of(case):
+    """A time between rows that is exact in decimal and in binary, the least of nine bits that covers the span."""
+    if mp.mpf(case.step):
+        return Fraction(case.step)
+    least = span(case) / (ROWS - 1)
+    unit = Fraction(2) ** (int(mp.floor(mp.log(least, 2))) - 8)
+    return int(mp.ceil(least / mp.mpf(unit.numerator) * unit.denominator)) * unit
+
+
+class Top:
+    """Amplitudes of w_s = A_s sn u, w_c = A_c cn u, w_d = A_d dn u, u = p t + u0, for three moments."""
+
+    def __init__(self, J, w):
+        middle = sorted(range(3), key=lambda i: J[i])
+        self.twice_energy = sum(J[i] * w[i] ** 2 for i in range(3))
+        self.L = mp.sqrt(sum((J[i] * w[i]) ** 2 for i in range(3)))
+        excess = sum(J[i] * (J[i] - J[middle[1]]) * w[i] ** 2 for i in range(3))
+        s = middle[1]
+        d, c = (middle[2], middle[0]) if excess > 0 else (middle[0], middle[2])
+        sign = 1 if (s, c, d) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
+        Is, Ic, Id = J[s], J[c], J[d]
+        ks, kc, kd = sign * (Ic - Id) / Is, sign * (Id - Is) / Ic, sign * (Is - Ic) / Id  # w_s' = ks w_c w_d
+        ad2 = w[d] ** 2 - kd / ks * w[s] ** 2
+        as2 = w[s] ** 2 - ks / kc * w[c] ** 2
+        self.p = mp.sqrt(-kc * ks * ad2)
+        self.m = kc * kd * as2 / self.p**2
+        self.roles, self.moments = (s, c, d), (Is, Ic, Id)
+        self.A_s, self.A_d = mp.sqrt(as2), mp.sqrt(ad2) * (1 if w[d] >= 0 else -1)
+        self.A_c = self.p * self.A_s / (ks * self.A_d)
+        self.K = mp.ellipk(self.m)
+        angle = mp.atan2(w[s] / self.A_s, w[c] / self.A_c)
+        self.u0 = mp.ellipf(angle, self.m)
+
+    def rates(self, u):
+        """Angular velocity about axes 1, 2, 3."""
+        sn, cn, dn = (mp.ellipfun(kind, u, m=self.m) for kind in ("sn", "cn", "dn"))
+        w = [None] * 3
+        for axis, value in zip(self.roles, (self.A_s * sn, self.A_c * cn, self.A_d * dn), strict=True):
+            w[axis] = value
+        return w
+
+    def azimuth_by_third_kind(self, u):
+        """Azimuth of axis d about L, by an elliptic integral of the third kind."""
+        Is, Ic, Id = self.moments
+        n = -Id * (Is - Ic) / (Ic * (Id - Is))
+        turns = mp.nint(u / (2 * self.K))
+        v = u - 2 * turns * self.K
+        sn, cn, dn = (mp.ellipfun(kind, v, m=self.m) for kind in ("sn", "cn", "dn"))
+        third = sn * mp.elliprf(cn**2, dn**2, 1) + n / 3 * sn**3 * mp.elliprj(cn**2, dn**2, 1, 1 - n * sn**2)
+        if not hasattr(self, "complete"):
+            m1 = 1 - self.m
+            self.complete = mp.elliprf(0, m1, 1) + n / 3 * mp.elliprj(0, m1, 1, 1 - n)
+        return self.L / Id * (u / self.p + (Id / Ic - 1) * (third + 2 * turns * self.complete) / self.p)
+
+    def azimuth_by_theta_functions(self, u):
+        """The same by Jacobi's theta functions: Landau and Lifshitz, section 37, with both signs changed."""
+        _, Ic, Id = self.moments
+        if not hasattr(self, "nome"):
+            self.nome = mp.exp(-mp.pi * mp.ellipk(1 - self.m) / self.K)
+            LL = self.L**2
+            tangent = mp.sqrt(Id * (LL - self.twice_energy * Ic) / (Ic * (self.twice_energy * Id - LL)))
+            # sn(i x | m) = i tan(am(x | 1 - m)): x = 2 alpha K
+            self.alpha = mp.sign(Id - Ic) * mp.ellipf(mp.atan(tangent), 1 - self.m) / (2 * self.K)
+            log_slope = mp.jtheta(4, 1j * mp.pi * self.alpha, self.nome, 1) / mp.jtheta(
+                4, 1j * mp.pi * self.alpha, self.nome
+            )
+            self.mean = self.L / Ic + (1j * self.p * mp.pi / (2 * self.K) * log_slope).real
+        x = mp.pi * u / (2 * self.K)
+        half = mp.arg(
+            mp.jtheta(4, x - 1j * mp.pi * self.alpha, self.nome)
+        )  # of a real function of i alpha: a conjugate
+        return self.mean * u / self.p - half
+
+
+def closed_form(J, w0, times, azimuth):
+    """Rows of q and w by a closed form of three different moments; `azimuth` is a method of `Top`."""
+    top = Top(J, w0)
+    d = top.roles[2]
+    begin = getattr(top, azimuth)(top.u0)
+    rows = []
+    first = _frame([J[i] * w0[i] for i in range(3)], d)
+    for t in times:
+        u = top.u0 + top.p * t
+        w = top.rates(u)
+        body = _frame([J[i] * w[i] for i in range(3)], d)
+        turn = getattr(top, azimuth)(u) - begin
+        e, f = ([mp.cos(turn) * a + mp.sin(turn) * b for a, b in zip(first[1], first[2], strict=True)],
+                [mp.cos(turn) * b - mp.sin(turn) * a for a, b in zip(first[1], first[2], strict=True)])  # fmt: skip
+        space = (first[0], e, f)
+        matrix = [[sum(space[k][i] * body[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+        rows.append([*quaternion(matrix), *w])
+    return rows
+
+
+def _frame(L, d):
+    """Unit vectors: along L, along the part of axis d normal to L, and their cross product."""
+    size = mp.sqrt(sum(x * x for x in L))
+    m = [x / size for x in L]
+    e = [-m[d] * x for x in m]
+    e[d] = sum(m[i] ** 2 for i in range(3) if i != d)
+    size = mp.sqrt(sum(x * x for x in e))
+    e = [x / size for x in e]
+    return m, e, cross(m, e)
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def quaternion(R):
+    """Unit quaternion, scalar first, of a rotation matrix."""
+    sizes = [1 + R[0][0] + R[1][1] + R[2][2]] + [1 + 2 * R[i][i] - R[0][0] - R[1][1] - R[2][2] for i in range(3)]
+    k = max(range(4), key=lambda i: sizes[i])
+    lower = [R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]]
+    if k == 0:
+        q = [sizes[0], *lower]
+    else:
+        q = [lower[k - 1], *(R[k - 1][j] + R[j][k - 1] for j in range(3))]
+        q[k] = sizes[k]
+    return [x / (2 * mp.sqrt(sizes[k])) for x in q]
+
+
+def product(p, q):
+    v = cross(p[1:], q[1:])
+    return [p[0] * q[0] - sum(a * b for a, b in zip(p[1:], q[1:], strict=True)),
+            *(p[0] * b + q[0] * a + c for a, b, c in zip(p[1:], q[1:], v, strict=True))]  # fmt: skip
+
+
+def turned(vector, t):
+    """Quaternion of the rotation by |vector| t about a vector."""
+    size = mp.norm(vector)
+    return [mp.cos(size * t / 2), *(mp.sin(size * t / 2) * x / size for x in vector)]
+
+
+def two_turns(J, w0, times, _):
+    """Rows of a body with two equal moments, or three: a turn about L, then one about the axis of symmetry."""
+    a = next((i for i in range(3) if [J[j] for j in range(3)].count(J[i]) == 1), 0)
+    b, c = (a + 1) % 3, (a + 2) % 3
+    slip = w0[a] * (J[a] - J[b]) / J[b]  # (w_b + i w_c)' = i slip (w_b + i w_c)
+    along = [mp.mpf(0)] * 3
+    along[a] = mp.mpf(1)
+    rows = []
+    for t in times:
+        q = product(turned([J[i] * w0[i] / J[b] for i in range(3)], t), turned(along, -slip * t))
+        w = [w0[a]] * 3
+        w[b] = w0[b] * mp.cos(slip * t) - w0[c] * mp.sin(slip * t)
+        w[c] = w0[c] * mp.cos(slip * t) + w0[b] * mp.sin(slip * t)
+        rows.append([*q, *w])
+    return rows
+
+
+def euler_angles(J, w0, times, _):
+    """The same by precession, nutation and proper spin, as a matrix."""
+    a = next((i for i in range(3) if [J[j] for j in range(3)].count(J[i]) == 1), 0)
+    b, c = (a + 1) % 3, (a + 2) % 3
+    L = [J[i] * w0[i] for i in range(3)]
+    size = mp.norm(L)
+    tilt, proper = mp.acos(L[a] / size), mp.atan2(L[b], L[c])
+    precession, spin = size / J[b], w0[a] - size / J[b] * mp.cos(tilt)
+
+    def matrix(phi, psi):
+        cf, sf, ct, st, cp, sp = mp.cos(phi), mp.sin(phi), mp.cos(tilt), mp.sin(tilt), mp.cos(psi), mp.sin(psi)
+        return [[cf * cp - sf * ct * sp, -cf * sp - sf * ct * cp, sf * st],
+                [sf * cp + cf * ct * sp, -sf * sp + cf * ct * cp, -cf * st],
+                [st * sp, st * cp, ct]]  # fmt: skip
+
+    first, order, rows = matrix(mp.mpf(0), proper), (b, c, a), []
+    for t in times:
+        psi = proper + spin * t
+        now = matrix(precession * t, psi)
+        R = [[mp.mpf(0)] * 3 for _ in range(3)]
+        for i in range(3):
+            for j in range(3):
+                R[order[i]][order[j]] = sum(first[k][i] * now[k][j] for k in range(3))
+        w = [mp.mpf(0)] * 3
+        w[a] = w0[a]
+        w[b], w[c] = size * mp.sin(tilt) * mp.sin(psi) / J[b], size * mp.sin(tilt) * mp.cos(psi) / J[c]
+        rows.append([*quaternion(R), *w])
+    return rows
+
+
+def taylor_series(J, w0, times):
+    """Rows by Taylor series of Euler's equations and of q' = q (0, w)/2, in whole numbers of 2^-240."""
+    one = 1 << 240
+    k = [(J[(i + 1) % 3] - J[(i + 2) % 3]) / J[i] for i in range(3)]
+    k = [int(mp.nint(x * one)) for x in k]
+    state = [int(mp.nint(x * one)) for x in [1, 0, 0, 0, *w0]]
+    rows, now = [[mp.mpf(x) / one for x in state]], times[0]
+    size = mp.norm(w0) * max(1, *(abs(mp.mpf(x) / one) for x in k))
+    for t in times[1:]:
+        steps = int(mp.ceil((t - now) * size * 8))
+        h = int(mp.nint((t - now) / steps * one))
+        for _ in range(steps):
+            state = _taylor_step(state, k, h)
+        now = t
+        rows.append([mp.mpf(x) / one for x in state])
+    return rows
+
+
+def _taylor_step(state, k, h, bits=240):
+    """One step of the order TAYLOR_ORDER; coefficients are multiplied by powers of h."""
+    q, w = [[x] for x in state[:4]], [[x] for x in state[4:]]
+
+    def convolution(a, b):
+        return sum(x * y for x, y in zip(a, reversed(b), strict=True)) >> bits
+
+    for n in range(TAYLOR_ORDER):
+        a, b, c, d = q
+        x, y, z = w
+        new_w = [convolution(y, z), convolution(z, x), convolution(x, y)]
+        new_q = [
+            -convolution(b, x) - convolution(c, y) - convolution(d, z),
+            convolution(a, x) + convolution(c, z) - convolution(d, y),
+            convolution(a, y) + convolution(d, x) - convolution(b, z),
+            convolution(a, z) + convolution(b, y) - convolution(c, x),
+        ]
+        for i in range(3):
+            w[i].append(((new_w[i] * k[i] >> bits) * h >> bits) // (n + 1))
+        for i in range(4):
+            q[i].append((new_q[i] * h >> bits) // (2 * (n + 1)))
+    return [sum(series) for series in (*q, *w)]
+
+
+def closed_forms(case):
+    """Two closed forms of a case: functions of moments, start and times."""
+    if len(set(case.moments)) < 3:
+        return (lambda *start: two_turns(*start, "")), (lambda *start: euler_angles(*start, ""))
+    names = ("azimuth_by_third_kind", "azimuth_by_theta_functions")
+    return tuple((lambda *start, name=name: closed_form(*start, name)) for name in names)
+
+
+def distance(rows, others):
+    """Largest difference of any entry; of q and -q those that are nearer."""
+    worst = mp.mpf(0)
+    for row, other in zip(rows, others, strict=True):
+        sign = 1 if sum(x * y for x, y in zip(row[:4], other[:4], strict=True)) > 0 else -1
+        parts = [x - sign * y for x, y in zip(row[:4], other[:4], strict=True)]
+        worst = max(worst, *map(abs, parts), *(abs(x - y) for x, y in zip(row[4:], other[4:], strict=True)))
+    return worst
+
+
+def times_of(case, rows=ROWS):
+    """Times of the rows, exact."""
+    step = step_of(case)
+    return [mp.mpf(step.numerator) * i / step.denominator for i in range(rows)]
+
+
+def make(case, rows=ROWS):
+    """Rows of a case in mpmath's numbers, q continuous, w in the case's unit; refused if three ways do not agree."""
+    mp.mp.dps = DIGITS
+    start, times = start_of(case), times_of(case, rows)
+    found = taylor_series(*start, times)
+    apart = [distance(found, form(*start, times)) for form in closed_forms(case)]
+    if max(apart) > AGREEMENT:
+        raise ValueError(f"{case.name}: {[mp.nstr(x, 3) for x in apart]} apart")
+    factor = mp.pi / 180 if case.unit == "deg s-1" else 1
+    return [[*row[:4], *(x / factor for x in row[4:])] for row in found], max(apart)
+
+
+def main():
+    """Make all cases, and write their file."""
+    import xarray as xr
+
+    import sweeps
+
+    q, omega, conditioning = (np.empty((len(CASES), ROWS, n)) for n in (4, 3, 1))
+    for i, case in enumerate(CASES):
+        rows, apart = make(case)
+        rows = np.array(rows, dtype=np.float64)
+        q[i], omega[i] = rows[:, :4], rows[:, 4:]
+        table = dict(zip(("q0", "q1", "q2", "q3", "w1", "w2", "w3"), rows.T, strict=True))
+        table["time"] = np.arange(ROWS) * float(step_of(case))
+        options = {"rate_unit": "deg/s"} if case.unit == "deg s-1" else {}
+        facts = sweeps.certify(table, [float(x) for x in case.moments], **options).attrs
+        conditioning[i] = facts["conditioning_rad"]
+        print(f"{case.name:14} {mp.nstr(apart, 2):10} {facts['verdict']:16} conditioning {conditioning[i, 0, 0]:.2g}")
+    names = {"title": [case.title for case in CASES], "unit": [case.unit for case in CASES]}
+    columns = {name: ("case", np.array(values, dtype=object)) for name, values in names.items()}
+    columns |= {"step": ("case", [float(step_of(case)) for case in CASES], {"units": "s"})}
+    columns |= {"moments": (("case", "i"), [[float(x) for x in case.moments] for case in CASES])}
+    columns |= {"conditioning_rad": ("case", conditioning[:, 0, 0]), "error_bound_rad": ((), BOUND)}
+    columns |= {"q": (("case", "time", "k"), q), "omega": (("case", "time", "i"), omega)}
+    ds = xr.Dataset(columns, {"case": [case.name for case in CASES]})
+    deflated = {name: {"zlib": True, "shuffle": True, "complevel": 9} for name in ("q", "omega")}
+    ds.to_netcdf(PATH, engine="netcdf4", encoding=deflated)
+
+
+if __name__ == "__main__":
+    main()
