@@ -191,7 +191,7 @@ def _dot_setter(ax, runs, q, project):
     trail_length = TRAIL * FINER * sheets.current_film.get().frame_factor
 
     def move(k):
-        """Move each dot to instant k, and its trail to the instants before; return these artists."""
+        """Set each dot to instant k, and its trail to the instants before; return these artists."""
         for trail, dot, states in zip(trails, dots, q[:, max(0, k - trail_length) : k + 1], strict=True):
             x, y = project(states)
             jumps = 1 + np.flatnonzero((np.abs(np.diff(x)) > math.pi) | (np.abs(np.diff(y)) > math.pi))
