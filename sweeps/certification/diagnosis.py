@@ -23,10 +23,13 @@ RIGHT_RATES = 0.03  # error of the rates relative to that of the attitudes, belo
 ENERGY_SHARE = 0.5  # change of 2T relative to that of L, above which it is the energy that drifts
 DOUBLE = 0.01  # attitudes turn twice as fast as the rates to this part
 WHITE = 0.35  # correlation of a residual from row to row, below which it counts as noise
+DENSE = 1.0  # rad from row to row, above which rows of a smooth error have no correlation either
+PEAK = 8.0  # largest part of noise over its root mean square; an outlier is more
 MAX_OUTLIERS = 3
 GAP_STEPS, GAP_TRIALS = 200, 8001  # a lost time is searched within so many distances of rows, at so many times
 GAP = 8.0  # a gap is so many times the usual distance of rows
 CLOCKS = np.geomspace(1e-4, 1e4, 81)  # first guesses of the time that passes per second of the file
+WINDOW_ROWS = 4  # the least rows of a window
 WINDOWS = 24  # parts of a trajectory without rates, in each of which rates are fitted
 STEADY, NEAR = 1e-2, 1e-2  # transverse rates, and m1, near the intermediate axis and near the separatrix
 
@@ -63,7 +66,10 @@ def _search(judgement) -> list[Finding]:
     found = _conventions(judgement)
     if found:
         return found
-    for search in (_single_rows, _jumps, _noise, _constants, _equations):
+    motion = judgement.motion
+    is_dense = np.median(np.diff(motion.times)) * np.linalg.norm(judgement.reference.w[0]) < DENSE
+    first = (_noise, _single_rows, _jumps, _constants) if is_dense else (_single_rows, _jumps, _constants, _noise)
+    for search in (*first, _equations):
         if found := search(judgement):
             return found
     return []
@@ -79,7 +85,7 @@ def _conventions(judgement) -> list[Finding]:
     chosen = np.unique(np.linspace(0, n - 1, CONVENTION_ROWS).astype(int))
     if rows.rates is None:  # rates are fitted: rows are near each other, and few
         turned = float(np.median(distance(judgement.motion.q[1:FEW_ROWS], judgement.motion.q[: FEW_ROWS - 1][: n - 1])))
-        stride = max(1, int(ANGLE / max(turned, ANGLE / n)))
+        stride = int(np.clip(ANGLE / max(turned, ANGLE / n), 1, max(1, (n - 1) // 4)))
         chosen = np.arange(0, min(n, FEW_ROWS * stride), stride)
     q = None if rows.q is None else rows.q[chosen]
     w = None if rows.rates is None else rows.rates[chosen]
@@ -178,7 +184,12 @@ def _noise(judgement) -> list[Finding]:
     correlation = float(np.sum(part[1:] * part[:-1]) / max(np.sum(part[1:] ** 2), np.finfo(float).tiny))
     halves = [np.sqrt(np.mean(np.square(half))) for half in np.array_split(part, 2)]
     floor = max(judgement.rows.attitude_resolution, 1e-15)
-    if abs(correlation) > WHITE or max(halves) > 2 * min(halves) or max(sizes) < 2 * floor:
+    if (
+        abs(correlation) > WHITE
+        or max(halves) > 2 * min(halves)
+        or max(sizes) < 2 * floor
+        or np.abs(part).max() > PEAK * max(sizes)
+    ):
         return []
     worst = fitted.worst(motion)
     verdict = "passes" if worst <= judgement.tolerance else "does not pass"
@@ -250,7 +261,10 @@ def _constants(judgement) -> list[Finding]:
 
 def _equations(judgement) -> list[Finding]:
     """Return the equations of motion that lead from row to row, or what is not conserved."""
-    motion = judgement.motion if judgement.motion.w is not None else _with_rates(judgement.motion)
+    motion = judgement.motion
+    if len(motion.times) < 3 * WINDOW_ROWS:
+        return list(_kinematics(judgement))
+    motion = motion if motion.w is not None else _with_rates(motion)
     resolution = max(judgement.rows.attitude_resolution, 4e-16)
     found: dict[str, Finding] = {}
     for one in dynamics.explanations(motion, resolution):
@@ -291,9 +305,9 @@ def _drifts(motion: BodyMotion) -> Iterator[Finding]:
 
 def _with_rates(motion: BodyMotion) -> BodyMotion:
     """Return attitudes at some rows with the rates that are fitted to the rows around."""
-    parts = [part for part in np.array_split(np.arange(len(motion.times)), WINDOWS) if len(part) > 3]
+    number = min(WINDOWS, len(motion.times) // WINDOW_ROWS)
     states = []
-    for part in parts:
+    for part in np.array_split(np.arange(len(motion.times)), number):
         window = motion.select(part)
         window = BodyMotion(motion.moments, window.times - window.times[0], window.q, None)
         guess = fits.Fit((window.q[0], fits.first_rates(window)), motion.moments)

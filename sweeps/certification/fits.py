@@ -9,6 +9,7 @@ from sweeps.certification.reference import BodyMotion, conjugate, errors, exact_
 
 FIRST_ROWS = 8  # rows of the first fit; each further one has twice as many, so that none is half a turn off
 FITTED_ROWS = 400  # of each fit but the last
+MIN_ANGLE = 1e-9  # rad about each axis, in place of no rotation at all, from which no fit begins
 MAX_CHANGE = 5.0  # largest change of a parameter by one fit
 PARAMETERS = {"attitude": 3, "rates": 3, "clock": 1, "delay": 1, "ratios": 2}
 
@@ -87,4 +88,5 @@ def residuals(motion: BodyMotion, fitted: Fit) -> list[np.ndarray]:
 
 def first_rates(motion: BodyMotion) -> np.ndarray:
     """Return the angular velocity, rad/s, that turns the first attitude into the second."""
-    return rotation_vector(multiply(conjugate(motion.q[0]), motion.q[1])) / motion.times[1]
+    turned = rotation_vector(multiply(conjugate(motion.q[0]), motion.q[1]))
+    return (turned if turned.any() else np.full(3, MIN_ANGLE)) / (motion.times[1] - motion.times[0])

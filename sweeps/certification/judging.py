@@ -148,7 +148,7 @@ def begin(motion: BodyMotion, fit_start: bool = False) -> tuple[tuple[np.ndarray
     if motion.w is not None and not fit_start:
         return motion.start, "first_row"
     guess = motion.start if motion.w is not None else (motion.q[0], fits.first_rates(motion))
-    if not np.linalg.norm(guess[1]) > 0:
+    if motion.w is None and np.array_equal(motion.q[0], motion.q[1]):
         raise DefinitionError("attitude: the first two rows are equal; allowed: a body that rotates")
     names = ("attitude",) * (fit_start and motion.q is not None) + ("rates",)
     fitted = fits.fit(motion, fits.Fit(guess, motion.moments), names, PERTURBED_ROWS)
